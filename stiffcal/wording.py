@@ -157,12 +157,12 @@ def thousandths(value: float | None, number: NumberText, unit: str) -> str:
     Examples
     --------
     >>> thousandths(3.08e-5, grouped, "m"), thousandths(2e-13, grouped, "rad")
-    ('0.0308 mm', 'below 0.000001 mrad')
+    ('0.0308 mm', 'below 1 nrad')
     """
     if value is None or not math.isfinite(value):
         return DASH
     if 0.0 < abs(value) < 1e-9:  # some computation's rounding
-        return f"below 0.000001 m{unit}"
+        return f"below 1 n{unit}"
     return f"{number(value * 1e3)} m{unit}"
 
 

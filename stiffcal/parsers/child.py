@@ -15,6 +15,7 @@ import tempfile
 import threading
 import time
 import traceback
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
@@ -55,7 +56,12 @@ def serve(channel: Channel) -> None:
 def _last_answer(channel: Channel, request: Request) -> bytes:
     """Send what a log holds; return the message that ends it."""
     try:
-        open_log: Parser = importlib.import_module(f"stiffcal.parsers.{request.log_format}").open_log
+        module = importlib.import_module(f"stiffcal.parsers.{request.log_format}")
+        open_log: Parser = module.open_log
+        # what the format's library takes to be imported is not the log's doing
+        for library in getattr(module, "LIBRARIES", ()):
+            with suppress(ImportError):
+                importlib.import_module(library)
         tempfile.tempdir = request.scratch
         with (
             _Limits(request.allowance) as limits,

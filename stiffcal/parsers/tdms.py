@@ -26,6 +26,8 @@ from stiffcal.log_columns import (
 )
 from stiffcal.parsers.open_log import OpenLog
 
+LIBRARIES = ("nptdms",)
+"""Imported before the limits of a log hold."""
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 WAVEFORM_TIME = "time"
 

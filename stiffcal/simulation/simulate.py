@@ -341,8 +341,10 @@ def without_values(model: str, hidden: Sequence[str] = ()) -> str:
 
     Examples
     --------
-    >>> text = '[[effects]]\ntype = "creep"\njoints = [2]\n[effects.parameters]\n"creep.j2.c" = { value = 1e-8 }\n'
+    >>> text = 'schema = "stiffcal/model/1"\n[[effects]]\ntype = "creep"\njoints = [2]\n'
+    >>> text += '[effects.parameters]\n"creep.j2.c" = { value = 1e-8 }\n'
     >>> print(without_values(text).strip())
+    schema = "stiffcal/model/1"
     [[effects]]
     type = "creep"
     joints = [2]

@@ -229,6 +229,12 @@ def test_stores_and_reports_elsewhere(tmp_path: Path) -> None:
     assert done(outcome) == []
     with pdf.open("ab") as file:
         file.write(b"scribbled on")
+    # what somebody has changed is not written over
+    (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes).campaigns
+    assert done(outcome) == []
+    assert outcome.failed_at == "report"
+    assert pdf.read_bytes().endswith(b"scribbled on")
+    pdf.unlink()
     (outcome,) = batch_campaigns([tmp_path / "fresh"], wishes).campaigns
     assert done(outcome) == ["report"]
 

@@ -155,7 +155,7 @@ def test_a_joint_that_follows_another_is_stated_in_the_robot_file(tmp_path: Path
     mimic = "<mimic joint='A2' multiplier='-1' offset='0.5'/>"
     urdf(tmp_path, (*ARM[:3], ("A4", "l3", "tip", "revolute", mimic)))
     mend = fault_of(tmp_path).mend
-    assert 'name = "A4", logged = { A2 = -1 }, theta_deg = 28.6479' in mend
+    assert 'name = "A4", logged = { A2 = -1.0 }, theta_deg = 28.6479' in mend
     urdf(tmp_path, ARM)
     entry = {"name": "A4", "logged": {"A2": -1.0}, "theta_deg": 28.6479}
     settings = {"schema": "stiffcal/robot/1", "urdf": "robot.urdf", "joints": [entry]}

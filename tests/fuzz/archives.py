@@ -60,6 +60,8 @@ def feed_bomb(chance: random.Random, folder: Path) -> None:
         unpacked = 0
     names = ("wrench.force.x", "header.frame_id") if log_format in ("mcap", "rosbag2") else ("t", "Fx")
     wanted = WantedColumns(names[:1], names[1:]) if log_format in ("mcap", "rosbag2") else WantedColumns(names)
+    if log_format in ("mcap", "rosbag2"):
+        unpacked = 0  # read chunk by chunk: what counts is what is held, which the limit of the process bounds
     with lowered_limits():
         for _ in find_reader(path, log_format, "raw/log").read_batches(path, options, wanted, "raw/log"):
             pass

@@ -15,7 +15,7 @@ from tests.fuzz.fence import FENCE, BrokenFenceError
 from tests.fuzz.targets import formats_not_fed, targets
 from tests.laboratory.campaign_folders import write_campaign
 
-COUNT, SECONDS = 40, 2.0
+COUNT, SECONDS = 200, 6.0
 
 
 def test_every_format_is_fed() -> None:

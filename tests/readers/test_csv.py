@@ -128,7 +128,7 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
         (b"", {}, "the file is empty; log again"),
         (b"t,Fx,Fy\n", {}, "line 2: no data after the header"),
         (b"t,Fx,Fy", {}, "line 2: no data after the header"),
-        (b"a\nb\n", {"skip_rows": 5}, "the file ends before its header (csv.skip_rows = 5); correct csv.skip_rows"),
+        (b"a\nb\n", {"skip_rows": 5}, "the file ends before its header (csv.skip_rows is 5); correct csv.skip_rows"),
         (HEADED, {"skip_rows": 1}, "no column 't' nor 2 others; the names are in line 3: set csv.skip_rows = 2"),
         (PLAIN, {"delimiter": ";"}, 'the names are in line 1: set csv.delimiter = ","'),
         (PLAIN.replace(b"Fx", b"fx"), {}, "line 1: no column 'Fx'; did you mean 'fx'?"),

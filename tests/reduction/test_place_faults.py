@@ -205,7 +205,7 @@ def test_rows_that_a_mistake_hardly_moves_are_named_with_the_others(reduced: Red
     wrong, perhaps = (rows_in(text) for text in fault.reason.split(", and perhaps in "))
     assert wrong < set(range(41, 81))
     assert set(range(41, 81)) <= wrong | perhaps
-    assert rows_in(fault.mend.split("[[exclude]] rows = ")[1].replace('"', "").replace("-", " to ")) == wrong
+    assert rows_in(fault.mend.split("[[exclude]] with rows = ")[1].replace('"', "").replace("-", " to ")) == wrong
 
 
 def rows_in(text: str) -> set[int]:

@@ -30,6 +30,7 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> tuple[LoadStates, Chain]:
     (folder / "campaign.toml").write_text(changed(MANIFEST))
     (folder / "robot.toml").write_text(ROBOT)
     rows = np.hstack([rng.uniform(-60, 60, (COUNT, 6)), rng.uniform(-400, 400, (COUNT, 3)), np.zeros((COUNT, 3))])
+    rows[:, 9:] = 1e-3 * rows[:, 6:9]  # a table of zeros is refused; the displacements are put in below
     lines = ["A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz", *(",".join(f"{value:.6f}" for value in row) for row in rows)]
     (folder / "raw" / "table.csv").write_text("\n".join(lines) + "\n")
     campaign = load_campaign(Path(folder))

@@ -165,7 +165,7 @@ def test_memory_that_does_not_suffice_is_the_users_to_mend(
     def greedy() -> None:
         raise MemoryError("Unable to allocate 74 TiB")
 
-    monkeypatch.setattr("stiffcal.cli.app._application", lambda _: greedy)
+    monkeypatch.setattr("stiffcal.cli.app.application", lambda *_: greedy)
     with pytest.raises(SystemExit) as end:
         main(["effects"])
     assert end.value.code == 2
@@ -176,7 +176,7 @@ def test_a_folder_that_vanishes_is_named(monkeypatch: pytest.MonkeyPatch, capsys
     def lost() -> None:
         raise FileNotFoundError(2, "No such file or directory", "raw/ft.csv")
 
-    monkeypatch.setattr("stiffcal.cli.app._application", lambda _: lost)
+    monkeypatch.setattr("stiffcal.cli.app.application", lambda *_: lost)
     with pytest.raises(SystemExit) as end:
         main(["effects"])
     assert end.value.code == 2
@@ -195,18 +195,17 @@ def test_warnings_of_libraries_are_kept_from_standard_error() -> None:
 
 def test_a_warning_of_a_library_ends_no_task_of_a_batch(tmp_path: Path) -> None:
     code = (
-        "import warnings; from stiffcal.batch import results, task as batch_task, worker as batch_worker\n"
-        "def run_task(task): warnings.warn('overflow', RuntimeWarning); return results.outcome_of(task, 'held')\n"
-        "batch_task.run_task = run_task; batch_worker.main()"
+        "import sys, warnings; from stiffcal.batch import results, task as batch_task, worker as batch_worker\n"
+        "def run_task(task, begin):\n"
+        "    warnings.warn('overflow', RuntimeWarning)\n"
+        "    return results.outcome_of(task, 'held')\n"
+        "class Channel:\n"
+        '    def requests(self): yield b\'{"folder": "a", "campaign": "b"}\'\n'
+        "    def send(self, message): sys.stdout.buffer.write(message + b'\\n')\n"
+        "batch_task.run_task = run_task; batch_worker.work(Channel())"
     )
     environment = {**os.environ, "PYTHONWARNINGS": "error"}
-    with subprocess.Popen(
-        [sys.executable, "-P", "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment, cwd=tmp_path
-    ) as worker:
-        assert worker.stdin is not None
-        assert worker.stdout is not None
-        worker.stdin.write(b'{"folder": "a", "campaign": "b"}\n')
-        worker.stdin.flush()
-        line = worker.stdout.readline()
-        worker.stdin.close()
+    words = [sys.executable, "-P", "-c", code]
+    ended = subprocess.run(words, stdout=subprocess.PIPE, env=environment, cwd=tmp_path, timeout=60, check=True)
+    line = ended.stdout.splitlines()[-1]
     assert json.loads(line)["state"] == "held"

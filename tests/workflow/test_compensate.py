@@ -295,7 +295,7 @@ def test_faulty_wishes(campaign: Path) -> None:
     ):
         with pytest.raises(InputError, match=message):
             compensate_campaign(campaign, wish)
-    with pytest.raises(InputError, match="not a picture format"):
+    with pytest.raises(InputError, match=r"a name that ends in \.bmp does not fit"):
         compensate_campaign(campaign, CompensateRequest(file, forces), picture=Path("x.bmp"))
     wish = CompensateRequest(file, forces, normal="1,2")
     with pytest.raises(InputError, match="is not a direction"):

@@ -30,6 +30,7 @@ def softer(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def baseline_of(campaign: Path, factor: float) -> Path:
     """Write the campaign's model into its folder, joint 2 that much as stiff as it is now."""
     file = campaign / "baseline.json"
+    file.unlink(missing_ok=True)  # it was changed by hand: `export` would not write over it
     export_campaign(campaign, output=file)
     document = json.loads(file.read_text(encoding="utf-8"))
     for one in document["parameters"]:

@@ -135,7 +135,7 @@ def test_a_target_on_the_only_axis_has_no_map(campaign: Path, monkeypatch: pytes
 
 def test_faulty_files(campaign: Path) -> None:
     for picture, table in ((Path("map.txt"), None), (None, Path("map.txt")), (campaign / "no" / "map.svg", None)):
-        with pytest.raises(InputError, match=r"not a picture format|not a table format|its folder does not exist"):
+        with pytest.raises(InputError, match=r"a name that ends in \.txt does not fit|its folder does not exist"):
             map_campaign(campaign, MapRequest("0,0,-100"), picture=picture, table=table)
 
 

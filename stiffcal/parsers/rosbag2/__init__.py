@@ -25,6 +25,8 @@ from stiffcal.parsers.open_log import OpenLog
 from stiffcal.parsers.rosbag2.definitions import checked_types, parsed_types
 from stiffcal.parsers.rosbag2.storage import QuotedPath, check_bag, check_chunks
 
+LIBRARIES = ("rosbags.rosbag2", "rosbags.typesys")
+"""Imported before the limits of a log hold."""
 RECORDED = "time"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 # Arrays of a joint state, whose elements go by the names in `name`.
