@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
 
+from docs.page_blocks import hand_written_pages, page_text
 from stiffcal.campaign.row_filter import RowCondition, condition_text, parse_rows
 from stiffcal.diagnosis.suspects.result import exclusion_lines
 from stiffcal.escapes import toml_text
 from tests.laboratory.printed_toml import HOLE, pairs_in, wrong_toml
 
-DOCS = Path(__file__).parents[2] / "docs"
 NAMES = ("X (mm)", "t [s]", "a.b", 'the "5"', "it's", "A and B", "x`y", "Kraft Fx, N", "größe", "", "\x7f\u202e")
 _CODE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
 
 
 def test_every_line_in_the_prose_of_the_docs_parses() -> None:
     wrong = []
-    for page in sorted(DOCS.rglob("*.md")):
-        prose = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-        wrong += [f"{page.name}: {piece}" for code in _CODE.findall(prose) for piece in wrong_toml(code)]
+    for page in hand_written_pages():
+        prose = re.sub(r"^```.*?^```", "", page_text(page), flags=re.DOTALL | re.MULTILINE)
+        wrong += [f"{page}: {piece}" for code in _CODE.findall(prose) for piece in wrong_toml(code)]
     assert not wrong, "\n".join(wrong)
 
 
