@@ -71,7 +71,7 @@ given. stiffcal notes the SHA-256 of what it writes in the user's state folder (
 picture that is as it wrote it is replaced without asking, one that was edited since is not. A log is appended to where
 its first line is one of a log.
 
-What a command writes without being told where goes to `DIR`; a relative name after `-o` is one of the current folder.
+What a command writes where no name is given goes to `DIR`; a relative name after `-o` is one of the current folder.
 """
 
 

@@ -31,16 +31,16 @@ def declared_units(source: Source) -> dict[str, Unit]:
     return declared
 
 
-def unit_conflicts(source: Source, beside: Mapping[str, str]) -> tuple[str, ...]:
+def unit_conflicts(source: Source, stated_apart: Mapping[str, str]) -> tuple[str, ...]:
     """Return one sentence for each unit of a log that is not the one that the manifest states.
 
     Parameters
     ----------
-    source : what the manifest states. beside : units of a row under the names, or of attributes, by column.
+    source : what the manifest states. stated_apart : units of a row under the names, or of attributes, by column.
     """
     conflicts: dict[tuple[str, str, str], list[str]] = {}
     for column, declared in declared_units(source).items():
-        written = header_parts(column).unit or beside.get(column)
+        written = header_parts(column).unit or stated_apart.get(column)
         if written is None or _same(written, declared):
             continue
         conflicts.setdefault((written, declared.name, declared.quantity), []).append(column)
