@@ -1,6 +1,6 @@
 """A small server on this machine for the page of one campaign: it ends with the process that started it.
 
-Whoever can reach the loopback interface can connect: other users of this machine, and pages of other sites in the
+All that reaches the loopback interface can connect: other users of this machine, and pages of other sites in the
 user's browser. So the address holds a token that only the starter's terminal shows, every request must carry it, the
 Host header must be ours (a name that somebody lets point to 127.0.0.1 is refused), and so must Origin where it is sent.
 """

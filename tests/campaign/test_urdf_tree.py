@@ -167,8 +167,8 @@ def test_a_long_chain_is_read_in_linear_time(tmp_path: Path) -> None:
     """Hostile: 20 000 links, each joined to its neighbours twice; quadratic work would take minutes."""
     links = [f"l{k}" for k in range(20_000)]
     chain = tuple((f"J{k}", links[k], links[k + 1]) for k in range(len(links) - 1))
-    beside = tuple((f"K{k}", links[k], f"r{k}", "fixed") for k in range(len(links) - 1))
-    urdf(tmp_path, (*chain, *beside))
+    parallel = tuple((f"K{k}", links[k], f"r{k}", "fixed") for k in range(len(links) - 1))
+    urdf(tmp_path, (*chain, *parallel))
     assert fault_of(tmp_path, "l0", links[-1]).code is FaultCode.SIZE_EXCEEDED
 
 

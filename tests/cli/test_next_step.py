@@ -1,4 +1,4 @@
-"""The last line of each answer follows the loop, and whoever follows it comes to an end."""
+"""The last line of each answer follows the loop, and a user who follows it comes to an end."""
 
 from __future__ import annotations
 
