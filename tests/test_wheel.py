@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign.templates import template_kinds
+from stiffcal.propose.templates import template_kinds
 
 ROOT = Path(__file__).parents[1]
 

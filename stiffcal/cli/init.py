@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.campaign.templates import template_kinds
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, Overwrite
 from stiffcal.escapes.shell import command_line
+from stiffcal.propose.templates import template_kinds
 
 if TYPE_CHECKING:
     from rich.console import Console

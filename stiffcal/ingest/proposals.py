@@ -13,7 +13,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from stiffcal.campaign.file_formats import format_of
-from stiffcal.campaign.proposed_lines import (
+from stiffcal.documents import NOT_IN_DOCUMENT
+from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
+from stiffcal.files import open_regular
+from stiffcal.propose.lines import (
     FORCE_SENSOR,
     TOOL,
     TRACKER,
@@ -21,14 +25,10 @@ from stiffcal.campaign.proposed_lines import (
     ProposedLine,
     signal_lines,
 )
-from stiffcal.documents import NOT_IN_DOCUMENT
-from stiffcal.errors import InputError
-from stiffcal.escapes import toml_text
-from stiffcal.files import open_regular
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.campaign.table_sniffing import SniffedTable
+    from stiffcal.propose.table_sniffing import SniffedTable
 
 FIRST_BYTES = 1 << 14
 # So many files of one make are looked into; the others are named by count.
@@ -172,7 +172,7 @@ def _sniff(folder: Path, file: str, frames: set[str]) -> _SniffedLog | None:
         table, layout_lines = _text_table(path) if kind == "csv" else _other_table(folder, file, str(kind))
     except InputError as error:
         return _not_understood(device, name, f"{error.reason}: {error.mend}")
-    from stiffcal.campaign.column_roles import recognise
+    from stiffcal.propose.column_roles import recognise
 
     roles, names = recognise(table.columns), _frame_names(frames)
     signals = [_with_doubt(line, names) for line in signal_lines(roles, names)]
@@ -207,7 +207,7 @@ def _maker(text: str) -> tuple[str, str]:
 
 
 def _text_table(path: Path) -> tuple[SniffedTable, list[str]]:
-    from stiffcal.campaign.table_sniffing import sniff_table
+    from stiffcal.propose.table_sniffing import sniff_table
 
     table = sniff_table(path)
     options = ", ".join(f"{key} = {toml_text.value(value)}" for key, value in table.options.items())
@@ -216,7 +216,7 @@ def _text_table(path: Path) -> tuple[SniffedTable, list[str]]:
 
 def _other_table(folder: Path, file: str, log_format: str) -> tuple[SniffedTable, list[str]]:
     """Return the columns that a file of another format names itself."""
-    from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable
+    from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
     from stiffcal.readers import find_reader
 
     header = find_reader(folder / file, log_format, file).read_header(folder / file, {}, file)
@@ -225,7 +225,7 @@ def _other_table(folder: Path, file: str, log_format: str) -> tuple[SniffedTable
 
 
 def _time_line(table: SniffedTable, text: str) -> ProposedLine:
-    from stiffcal.campaign.column_roles import recognise
+    from stiffcal.propose.column_roles import recognise
 
     time = recognise(table.columns).time
     if time is not None:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from stiffcal.campaign.proposed_noise import ENOUGH_PAIRS
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.noise import ENOUGH_PAIRS
 from stiffcal.uncertainty import NORMAL_95, is_poorly_known
 from stiffcal.wording import length, significant
 from stiffcal.workflow.check_results import CheckedJoint, CheckedNoise

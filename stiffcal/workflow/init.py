@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from stiffcal.campaign.from_logs import KINDS_OF_LOGS
 from stiffcal.campaign.reach import check_given
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
+from stiffcal.propose.from_logs import KINDS_OF_LOGS
 from stiffcal.wording import unused_columns
 from stiffcal.workflow.command_results import InitResult
 
@@ -78,12 +78,12 @@ def init_campaign(
         )
     lacks_tool = False
     if not tables:
-        from stiffcal.campaign.templates import write_template
+        from stiffcal.propose.templates import write_template
 
         written, guessed, unused = write_template(folder, kind or "load", overwrite=overwrite), [], []
     else:
-        from stiffcal.campaign.from_logs import propose_from_logs
-        from stiffcal.campaign.from_table import propose_campaign
+        from stiffcal.propose.from_logs import propose_from_logs
+        from stiffcal.propose.from_table import propose_campaign
 
         if urdf is not None:
             with suppress(OSError):

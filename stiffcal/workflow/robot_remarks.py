@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.campaign.column_roles import Roles
-from stiffcal.campaign.from_table import Proposal
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.table_purpose import serves_absolute
 from stiffcal.campaign.toml_reading import parse_toml
 from stiffcal.mechanics.chain import Chain
+from stiffcal.propose.column_roles import Roles
+from stiffcal.propose.from_table import Proposal
+from stiffcal.propose.table_purpose import serves_absolute
 from stiffcal.quantities import unit
 from stiffcal.wording import listing
 

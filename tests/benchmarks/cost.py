@@ -20,7 +20,6 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.templates import bundled_robot
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import vector_from_rotation
@@ -28,6 +27,7 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import solve_balance
+from stiffcal.propose.templates import bundled_robot
 from tests.laboratory.robots import shifted
 
 FOLDS_RATIO = 5.0

@@ -82,8 +82,8 @@ files = { ft = "ft.csv", tracker = "tracker.csv", controller = "controller.csv" 
 def make_campaign(folder: Path, size: int) -> Path:
     """Write a campaign whose force log has about `size` bytes; return that log."""
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.campaign.templates import bundled_robot
     from stiffcal.mechanics.kinematics import body_poses
+    from stiffcal.propose.templates import bundled_robot
 
     folder.mkdir()
     (folder / "campaign.toml").write_text(CAMPAIGN, "utf-8")

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.campaign.from_table import propose_campaign
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.robot_checks import robot_faults
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.errors import InputError
+from stiffcal.propose.from_table import propose_campaign
 from stiffcal.reduction.reading_bounds import first_impossible
 
 ROWS: list[dict[str, Any]] = [

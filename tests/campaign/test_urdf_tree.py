@@ -10,9 +10,9 @@ import pytest
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.urdf import UrdfRobot, read_urdf
-from stiffcal.campaign.urdf_arm import arm_of_table
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.urdf_arm import arm_of_table
 
 ARM = (("A1", "base", "l1"), ("A2", "l1", "l2"), ("A3", "l2", "l3"), ("A4", "l3", "tip"))
 
@@ -115,7 +115,7 @@ def test_a_link_that_nothing_holds_closes_no_loop(tmp_path: Path) -> None:
 
 def test_of_a_table_only_the_part_with_columns_counts(tmp_path: Path) -> None:
     """Fingers in a loop behind the last joint that was logged are no part of the chain; a loop in it is."""
-    from stiffcal.campaign.table_sniffing import SniffedColumn
+    from stiffcal.propose.table_sniffing import SniffedColumn
 
     columns = [SniffedColumn(name, name, None, (0.1,)) for name in ("A1", "A2", "A3", "A4")]
     fingers = (("G1", "tip", "g1"), ("G2", "tip", "g2"), ("G3", "g1", "jaw"), ("G4", "g2", "jaw"))

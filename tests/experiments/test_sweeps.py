@@ -164,6 +164,6 @@ def test_motor_angles_that_start_anew_at_every_turn_go_on() -> None:
 
 
 def test_a_motor_side_log_needs_gear_ratios() -> None:
-    without = chain_of(load_robot(KR125.parents[2] / "stiffcal" / "campaign" / "robots" / "kr125.toml"), Path())
+    without = chain_of(load_robot(KR125.parents[2] / "stiffcal" / "propose" / "robots" / "kr125.toml"), Path())
     with pytest.raises(InputError, match="no gear ratio is given"):
         MotorSide(motor_log(), without, "controller")

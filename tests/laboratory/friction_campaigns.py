@@ -8,7 +8,7 @@ from typing import Any
 import tomlkit
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.templates import write_template
+from stiffcal.propose.templates import write_template
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 

@@ -18,7 +18,6 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign, load_manifest
 from stiffcal.campaign.row_filter import parse_rows
-from stiffcal.campaign.table_sniffing import sniff_table
 from stiffcal.campaign.typed import WrongValueError, expand_columns
 from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
@@ -26,6 +25,7 @@ from stiffcal.ingest.proposals import propose_sources
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.processes import ChildEndedError, ChildProcess
+from stiffcal.propose.table_sniffing import sniff_table
 from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.settings import parse_settings
 from stiffcal.workflow.plan import plan_campaign

@@ -17,11 +17,11 @@ import pytest
 
 from stiffcal import limits
 from stiffcal.campaign.model_editing import add_effect, remove_effect
-from stiffcal.campaign.table_sniffing import sniff_table
 from stiffcal.campaign.toml_reading import parse_toml, read_toml
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.table_sniffing import sniff_table
 from stiffcal.readers import WantedColumns, find_reader
 
 DOTS = ".".join("a" * 2000)

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign.templates import write_template
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
+from stiffcal.propose.templates import write_template
 from stiffcal.workflow import demo
 from stiffcal.workflow.init import init_campaign
 from stiffcal.workflow.plan import PlanRequest, plan_campaign

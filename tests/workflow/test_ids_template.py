@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign.templates import write_template
 from stiffcal.documents import document_of
+from stiffcal.propose.templates import write_template
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.simulate import simulate_campaign
 

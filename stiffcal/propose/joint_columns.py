@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from stiffcal.campaign.table_sniffing import SniffedColumn
+from stiffcal.propose.table_sniffing import SniffedColumn
 
 _ANGLE_WORDS = ("pos", "angle", "actual", "q", "winkel")
 _OTHER_WORDS = ("vel", "eff", "torque", "current", "acc", "cmd", "command", "target", "goal", "std", "temp")

@@ -6,30 +6,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from stiffcal.campaign.column_roles import Roles, recognise
-from stiffcal.campaign.joint_columns import columns_of_joints
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.proposed_lines import (
+from stiffcal.campaign.robot_checks import outline_of
+from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.toml_reading import parse_toml
+from stiffcal.campaign.urdf import PRISMATIC
+from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
+from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.column_roles import Roles, recognise
+from stiffcal.propose.joint_columns import columns_of_joints
+from stiffcal.propose.lines import (
     ProposedLine,
     as_text,
     frame_lines,
     run_lines,
     source_lines,
 )
-from stiffcal.campaign.proposed_noise import with_noise_lines
-from stiffcal.campaign.proposed_robot import robot_lines
-from stiffcal.campaign.robot_checks import outline_of
-from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.table_purpose import check_purpose, serves_absolute
-from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable, sniff_table
-from stiffcal.campaign.templates import chosen_robot, write_folder
-from stiffcal.campaign.toml_reading import parse_toml
-from stiffcal.campaign.urdf import PRISMATIC
-from stiffcal.campaign.urdf_arm import UrdfArm, arm_of_table
-from stiffcal.errors import InputError
-from stiffcal.escapes import toml_text
-from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.noise import with_noise_lines
+from stiffcal.propose.robot import robot_lines
+from stiffcal.propose.table_purpose import check_purpose, serves_absolute
+from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, sniff_table
+from stiffcal.propose.templates import chosen_robot, write_folder
+from stiffcal.propose.urdf_arm import UrdfArm, arm_of_table
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Integers
-from stiffcal.campaign.column_roles import Role, Roles
 from stiffcal.campaign.experiment_kinds import kind_names
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.like_poses import pose_groups
+from stiffcal.propose.column_roles import Role, Roles
 
 SAME_POSE_RAD = float(np.radians(1.0))
 """As for folds: rows whose joints agree within 1° are one pose."""

@@ -8,13 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from stiffcal.campaign.column_roles import Role, Roles
-from stiffcal.campaign.table_purpose import serves_absolute
-from stiffcal.campaign.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.campaign.typed import expand_columns
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.column_roles import Role, Roles
+from stiffcal.propose.table_purpose import serves_absolute
+from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.quantities import UnknownUnitError, unit
 
 GUESS = "# ?"

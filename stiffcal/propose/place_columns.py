@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.campaign.table_sniffing import SniffedColumn
+from stiffcal.propose.table_sniffing import SniffedColumn
 
 _UNCERTAINTY = ("sigma", "uncertainty", "unsicherheit", "unc")
 _SCATTER = ("std", "stddev", "stdev", "stabw", "sd", "scatter", "streuung")

@@ -7,8 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stiffcal.campaign.column_roles import Role
-from stiffcal.campaign.drive_columns import (
+from stiffcal.campaign.model_file import default_model_text
+from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
+from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.column_roles import Role
+from stiffcal.propose.drive_columns import (
     CURRENT,
     POSITION,
     TEMPERATURE,
@@ -18,10 +23,8 @@ from stiffcal.campaign.drive_columns import (
     as_roles,
     drive_columns,
 )
-from stiffcal.campaign.from_table import Proposal, arm_of_given, check_robot_fits, robot_text, write_proposal
-from stiffcal.campaign.model_file import default_model_text
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.proposed_lines import (
+from stiffcal.propose.from_table import Proposal, arm_of_given, check_robot_fits, robot_text, write_proposal
+from stiffcal.propose.lines import (
     FORCE_SENSOR,
     LARGEST_RADIAN,
     ProposedLine,
@@ -30,10 +33,7 @@ from stiffcal.campaign.proposed_lines import (
     signal_lines,
     unit_of_role,
 )
-from stiffcal.campaign.table_sniffing import SniffedTable, sniff_table
-from stiffcal.errors import InputError
-from stiffcal.escapes import toml_text
-from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.table_sniffing import SniffedTable, sniff_table
 
 CLAMPED, FRICTION = "clamped", "friction"
 KINDS_OF_LOGS = (CLAMPED, FRICTION)

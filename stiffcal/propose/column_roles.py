@@ -16,8 +16,8 @@ from stiffcal.campaign.column_names import (
     plain_name,
     words_of,
 )
-from stiffcal.campaign.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of, single_target
-from stiffcal.campaign.table_sniffing import SniffedColumn
+from stiffcal.propose.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of, single_target
+from stiffcal.propose.table_sniffing import SniffedColumn
 
 _RUNS = ("run", "lauf", "pose", "versuch", "series", "config", "configuration", "messung", "runid", "poseid")
 _MASSES = ("kg", "mass", "masse", "weight", "gewicht", "payload", "payloadmass", "nutzlast", "traglast")

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from stiffcal.campaign.joint_columns import columns_of_joints
-from stiffcal.campaign.proposed_lines import ProposedLine
-from stiffcal.campaign.table_sniffing import SniffedColumn
 from stiffcal.campaign.urdf import MOVING, PRISMATIC, UrdfRobot, chain_between, possible_tips
 from stiffcal.campaign.urdf_elements import UrdfJoint
 from stiffcal.campaign.urdf_tree import read_tree
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.joint_columns import columns_of_joints
+from stiffcal.propose.lines import ProposedLine
+from stiffcal.propose.table_sniffing import SniffedColumn
 
 _USUAL_TIPS = ("tool0", "flange", "tcp", "tool", "ee_link", "end_effector")
 

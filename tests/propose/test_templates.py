@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign, load_robot
-from stiffcal.campaign.templates import bundled_robot, bundled_robots, write_template
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
+from stiffcal.propose.templates import bundled_robot, bundled_robots, write_template
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.simulate import simulate_campaign
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.campaign.drive_columns import drive_columns
-from stiffcal.campaign.from_logs import draft_from_logs, propose_from_logs
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.table_sniffing import SniffedColumn
 from stiffcal.errors import InputError
+from stiffcal.propose.drive_columns import drive_columns
+from stiffcal.propose.from_logs import draft_from_logs, propose_from_logs
+from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.init import init_campaign
 

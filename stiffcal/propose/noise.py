@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stiffcal.campaign.column_roles import Roles
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.proposed_lines import ProposedLine
-from stiffcal.campaign.table_purpose import serves_absolute
-from stiffcal.campaign.table_sniffing import ROWS_LOOKED_AT
 from stiffcal.campaign.toml_reading import parse_toml
 from stiffcal.mechanics.like_poses import pose_groups
+from stiffcal.propose.column_roles import Roles
+from stiffcal.propose.lines import ProposedLine
+from stiffcal.propose.table_purpose import serves_absolute
+from stiffcal.propose.table_sniffing import ROWS_LOOKED_AT
 from stiffcal.quantities import UnknownUnitError, unit
 
 SAME_PLACE = float(np.radians(0.1))

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign.column_roles import recognise
-from stiffcal.campaign.from_table import draft_campaign, propose_campaign
-from stiffcal.campaign.joint_columns import columns_of_joints
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.proposed_lines import GUESS
-from stiffcal.campaign.table_sniffing import SniffedColumn, sniff_table
 from stiffcal.errors import InputError
+from stiffcal.propose.column_roles import recognise
+from stiffcal.propose.from_table import draft_campaign, propose_campaign
+from stiffcal.propose.joint_columns import columns_of_joints
+from stiffcal.propose.lines import GUESS
+from stiffcal.propose.table_sniffing import SniffedColumn, sniff_table
 from tests.laboratory.campaign_folders import DATA
 
 ROOT = Path(__file__).parents[2]

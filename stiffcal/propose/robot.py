@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stiffcal.campaign.proposed_lines import ProposedLine
 from stiffcal.escapes import toml_text
+from stiffcal.propose.lines import ProposedLine
 
 
 def robot_lines(joints: Sequence[str]) -> list[ProposedLine]:

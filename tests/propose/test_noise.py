@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.from_table import draft_campaign
+from stiffcal.propose.from_table import draft_campaign
 
 HEADER = "A1,A2,A3,A4,A5,A6,X,Y,Z"
 SEVERAL = "A1,A2,A3,A4,A5,A6,X1,Y1,Z1,X2,Y2,Z2"

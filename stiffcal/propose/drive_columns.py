@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from stiffcal.campaign.column_roles import Role, Roles, recognise
-from stiffcal.campaign.table_sniffing import SniffedColumn
+from stiffcal.propose.column_roles import Role, Roles, recognise
+from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.quantities import UnknownUnitError, unit
 
 POSITION, VELOCITY, TORQUE, CURRENT = "position", "velocity", "torque", "current"
