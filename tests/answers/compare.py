@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 RELATIVE, ABSOLUTE = 1e-9, 1e-14
 PASSING = frozenset(
     {
@@ -35,6 +37,8 @@ _MOMENTS = (
     (re.compile(r"\b\d+ *candidates per second"), "PACE"),
     (re.compile(r"\S*/(?:work|code|state|campaigns)/\S*"), "PATH"),
 )
+ROUNDED = "rounded to"
+"""Key of an array that a page holds, rounded to this step: two of them may differ by one step."""
 MISSING = "(nothing)"
 SETS = ("enum", "required")  # lists of a schema whose order says nothing
 
@@ -96,7 +100,10 @@ def value_differences(old: Any, new: Any, place: str = "") -> Iterator[str]:
     >>> list(value_differences({"a": [1.0, 2.0]}, {"a": [1.0, 2.1], "b": None}))
     ['a[1]: 2.0 → 2.1', 'b: (nothing) → null']
     """
-    if isinstance(old, dict) and isinstance(new, dict):
+    if isinstance(old, dict) and isinstance(new, dict) and ROUNDED in old and ROUNDED in new:
+        if not _equal_arrays(old, new):
+            yield f"{place}: {_short(old)} → {_short(new)}"
+    elif isinstance(old, dict) and isinstance(new, dict):
         for key in dict.fromkeys((*old, *new)):
             inside = f"{place}.{key}" if place else str(key)
             if key in PASSING:
@@ -119,6 +126,15 @@ def _equal(old: Any, new: Any) -> bool:
     if isinstance(old, str) and isinstance(new, str):
         return without_moments(old) == without_moments(new)
     return bool(old == new)
+
+
+def _equal_arrays(old: dict[str, Any], new: dict[str, Any]) -> bool:
+    """Whether two rounded arrays may be roundings of the same numbers."""
+    values = [np.asarray(array["values"], dtype=np.float64) for array in (old, new)]
+    if values[0].shape != values[1].shape:
+        return False
+    step = max(old[ROUNDED], new[ROUNDED])
+    return bool(np.allclose(*values, rtol=RELATIVE, atol=step * 1.01, equal_nan=True))
 
 
 def without_moments(text: str) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -12,7 +14,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from tests.answers.compare import ROUNDED
+from tests.answers.variants import SUBSET, VARIANTS
+
+PACKED = re.compile(r'<script type="text/plain" id="data">([^<]*)</script>')
 REPOSITORY = Path(__file__).resolve().parents[2]
 WIDTHS = (80, 120)
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -27,6 +36,7 @@ STEPS: dict[str, tuple[str, ...]] = {
     "map": ("map", ".", "--load", "0,0,-500"),
     "export-states": ("export", ".", "-o", "answer-states.csv"),
     "export-model": ("export", ".", "-o", "answer-model.json"),
+    "view": ("view", ".", "-o", "answer.html"),
     "report": ("report", ".", "-o", "answer.pdf"),
     "improve": ("improve", ".", "--yes"),
 }
@@ -73,7 +83,9 @@ class Revision:
         return ended.returncode, ended.stdout.decode("utf-8", "replace"), ended.stderr.decode("utf-8", "replace")
 
 
-def record(revision: str, folder: Path, campaigns: str | None, only: Sequence[str] | None, workers: int) -> None:
+def record(
+    revision: str, folder: Path, campaigns: str | None, only: Sequence[str] | None, workers: int, subset: bool = False
+) -> None:
     """Record what a revision answers.
 
     Parameters
@@ -81,6 +93,7 @@ def record(revision: str, folder: Path, campaigns: str | None, only: Sequence[st
     revision : as git knows it. folder : where the answers go; made anew.
     campaigns : the revision whose campaigns are asked; None: the same.
     only : beginnings of the names of the campaigns that are asked; None: all. workers : how many at a time.
+    subset : ask one campaign of each kind alone.
     """
     folder = folder.resolve()
     shutil.rmtree(folder, ignore_errors=True)
@@ -92,10 +105,21 @@ def record(revision: str, folder: Path, campaigns: str | None, only: Sequence[st
     for path in (code / "schemas").glob("*.json"):
         _write(answers / "schemas" / path.name, path.read_text("utf-8"))
     _general(there, folder, answers / "general")
-    names = sorted(path.parent.relative_to(source / "campaigns") for path in source.glob("campaigns/**/campaign.toml"))
-    chosen = [name for name in names if only is None or any(name.as_posix().startswith(start) for start in only)]
+    written = folder / "variants"
+    for name, write in VARIANTS.items():
+        write(source / "campaigns", written / name)
+    places = {
+        path.parent.relative_to(root).as_posix(): path.parent
+        for root in (source / "campaigns", written)
+        for path in sorted(root.glob("**/campaign.toml"))
+    }
+    chosen = [
+        name
+        for name in places
+        if (only is None or any(name.startswith(start) for start in only)) and (not subset or name in SUBSET)
+    ]
     with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(lambda name: _campaign(there, source / "campaigns" / name, folder, name), chosen))
+        list(pool.map(lambda name: _campaign(there, places[name], folder, Path(name)), chosen))
 
 
 def check_out(revision: str, goal: Path) -> Path:
@@ -147,6 +171,8 @@ def _campaign(there: Revision, source: Path, folder: Path, name: Path) -> None:
     for file in FILES:
         if (place / file).exists():
             _write(answers / file, (place / file).read_text("utf-8"))
+    if (place / "answer.html").exists():
+        _write(answers / "view-data.json", _data_of(place / "answer.html"))
     if (place / "answer.pdf").exists():
         _write(answers / "report.txt", _text_of(place / "answer.pdf"))
     print(f"recorded {name.as_posix()}", flush=True)
@@ -156,6 +182,29 @@ def _text_of(pdf: Path) -> str:
     from pypdf import PdfReader
 
     return "\n\f\n".join(page.extract_text() for page in PdfReader(pdf).pages)
+
+
+def _data_of(page: Path) -> str:
+    """Return what is packed into a page of `view`: arrays in place of references, with the step they are rounded to."""
+    from stiffcal.view.packing import unpacked
+
+    packed = PACKED.search(page.read_text("utf-8"))
+    if packed is None:
+        raise ValueError(f"{page.name}: no data in the page")
+    document, arrays = unpacked(packed[1])
+
+    def filled(value: Any) -> Any:
+        if isinstance(value, list):
+            return [filled(item) for item in value]
+        if not isinstance(value, dict):
+            return value
+        if "$" in value:
+            reference = value["$"]
+            values = arrays[reference["at"]] if reference["n"] else np.zeros(0)
+            return {ROUNDED: reference["step"], "values": values.tolist()}
+        return {key: filled(item) for key, item in value.items()}
+
+    return json.dumps(filled(document), ensure_ascii=False)
 
 
 def _write_answer(path: Path, ended: tuple[int, str, str]) -> None:
