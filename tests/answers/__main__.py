@@ -11,7 +11,7 @@
 ``record`` runs the commands on all bundled campaigns and on those of `variants` (minutes to an hour; ``--subset`` takes
 one of each kind, ``--only NAME`` some of them); ``--campaigns REVISION`` takes the campaigns of another revision, so
 that both are asked the same. ``compare`` prints every difference and returns 1 where there is one. ``shifts`` prints
-how far the values moved in standard uncertainties, and which verdicts changed; it returns 1 above 0.01 and where one did.
+how far values moved in standard uncertainties, and which verdicts changed; it returns 1 above 0.01 and where one did.
 """
 
 from __future__ import annotations
