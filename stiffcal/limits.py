@@ -193,6 +193,21 @@ def check_unpacked(unpacked: int, packed: int, file: str, place: str = "") -> No
     stiffcal.errors.InputError: ft.csv.gz: more than 250 unpacked bytes for each packed one; check the file, or raise \
 STIFFCAL_MAX_RATIO [size-exceeded]
     """
-    UNPACKED.check(unpacked, file, place)
-    if unpacked > RATIO_FROM and unpacked > RATIO.most * max(packed, 1):
-        raise RATIO.exceeded(file, place)
+    if unpacked > most_unpacked(packed):
+        raise unpacked_exceeded(packed, file, place)
+
+
+def most_unpacked(packed: int) -> int:
+    """Return the bytes to which so many packed ones may unpack.
+
+    Examples
+    --------
+    >>> most_unpacked(10) == RATIO_FROM, most_unpacked(GIB) == 250 * GIB, most_unpacked(TIB) == TIB
+    (True, True, True)
+    """
+    return min(UNPACKED.most, max(RATIO_FROM, RATIO.most * packed))
+
+
+def unpacked_exceeded(packed: int, file: str, place: str = "") -> InputError:
+    """Return the error of a file whose `packed` bytes unpack to more than `most_unpacked` allows."""
+    return (UNPACKED if most_unpacked(packed) == UNPACKED.most else RATIO).exceeded(file, place)

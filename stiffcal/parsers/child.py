@@ -69,9 +69,13 @@ def _last_answer(channel: Channel, request: Request) -> bytes:
         ):
             if request.wanted is not None:
                 log.check(request.wanted)
+            if log.unpacked > request.allowance.unpacked:
+                return plain_message("unpacked")
             if request.wanted is None or not request.with_rows:
                 return header_message(log.columns, log.units, log.n_rows)
             for batch in log.batches(request.wanted):
+                if log.unpacked > request.allowance.unpacked:
+                    return plain_message("unpacked")
                 rows = batch_message(batch)
                 channel.send(rows)
                 limits.renew(len(rows))
@@ -83,7 +87,7 @@ def _last_answer(channel: Channel, request: Request) -> bytes:
         raise
     except OSError as error:
         if error.errno == errno.EFBIG:
-            return plain_message("disk")
+            return plain_message("unpacked")
         refused = refusal(error, request.display_name)
         return plain_message("internal", traceback.format_exc()) if refused is None else fault_message(refused)
     except Exception:
@@ -101,7 +105,7 @@ class _Limits:
     def __enter__(self) -> _Limits:
         if sys.platform != "win32":
             _set_soft(resource.RLIMIT_CORE, 0)
-            _set_soft(resource.RLIMIT_FSIZE, self._allowance.disk)
+            _set_soft(resource.RLIMIT_FSIZE, self._allowance.unpacked)
         if sys.platform == "linux":
             _set_soft(resource.RLIMIT_DATA, _data_bytes() + self._allowance.memory)
         self.renew(0)

@@ -15,7 +15,18 @@ from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.limits import COLUMNS, LINE, PIECE, RATIO, RATIO_FROM, ROWS, SECONDS, UNPACKED, check_unpacked
+from stiffcal.limits import (
+    COLUMNS,
+    LINE,
+    MIB,
+    PIECE,
+    RATIO,
+    ROWS,
+    SECONDS,
+    check_unpacked,
+    most_unpacked,
+    unpacked_exceeded,
+)
 from stiffcal.log_columns import Batch, Options, WantedColumns
 from stiffcal.parsers.child import IDLE_S, serve
 from stiffcal.parsers.messages import Allowance, Document, Request, batch_of, faults_of, parts_of
@@ -25,6 +36,8 @@ READ_PER_S = 10e6
 """Bytes of a file for which a second is allowed until the next rows: a network of 100 Mbit/s has them."""
 WORKED_PER_S = 50e3
 """Bytes for which a second is allowed in all: a message of a bag with a force takes 150 of them and 50 µs."""
+FREE_MEMORY = 512 * MIB
+"""Memory that the parser of any log may take, bytes: what libraries hold does not shrink with the file."""
 SHARED_BY = 10
 """Processes that may have to share a processor: so many times as long as it may compute a parser may take."""
 STARTING_S = 30.0
@@ -131,8 +144,8 @@ class ParsedFile:
             return faults_of(head)
         if head["kind"] == "memory":
             return (PIECE if allowance.memory == PIECE.most else RATIO).exceeded(self.display_name)
-        if head["kind"] == "disk":
-            return (UNPACKED if allowance.disk == UNPACKED.most else RATIO).exceeded(self.display_name)
+        if head["kind"] == "unpacked":
+            return unpacked_exceeded(_size_of(self.path), self.display_name)
         return RuntimeError(f"in the process that parses logs:\n{head['text']}")
 
 
@@ -146,13 +159,12 @@ def _size_of(path: Path) -> int:
 
 def _allowance(size: int) -> Allowance:
     """Return what the parsing of a file of so many bytes may take."""
-    in_proportion = max(RATIO_FROM, RATIO.most * size)
     silent_s = SECONDS.most + size / READ_PER_S
     return Allowance(
         silent_s=silent_s,
         whole_s=silent_s + size / WORKED_PER_S,
-        memory=min(PIECE.most, in_proportion),
-        disk=min(UNPACKED.most, in_proportion),
+        memory=min(PIECE.most, max(FREE_MEMORY, RATIO.most * size)),
+        unpacked=most_unpacked(size),
     )
 
 

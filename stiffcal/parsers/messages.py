@@ -34,8 +34,8 @@ class Allowance:
     """Processor time in all, s; more for what is sent."""
     memory: int
     """Memory beyond what the process has at the beginning, bytes."""
-    disk: int
-    """Largest temporary file, bytes."""
+    unpacked: int
+    """Bytes once unpacked: of the largest temporary file, and of all that a parser counts."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def faults_of(head: Document) -> InputError:
 
 
 def plain_message(kind: str, text: str = "") -> bytes:
-    """Return a message that is a word: ``end``, ``memory``, ``disk``, or ``internal`` with the text of an exception."""
+    """Return a message that is a word: ``end``, ``memory``, ``unpacked``, or ``internal`` with the text of an exception."""
     return _joined({"kind": kind, "text": text})
 
 

@@ -20,6 +20,7 @@ class OpenLog(ABC):
     units : column to unit, where the log states one.
     n_rows : number of rows, None where it does not state it.
     display_name : the log as messages name it. place : where in it the columns are.
+    unpacked : bytes that reading it has unpacked so far or will, where its parser counts them.
     """
 
     columns: tuple[str, ...]
@@ -27,6 +28,7 @@ class OpenLog(ABC):
     n_rows: int | None
     display_name: str
     place: str
+    unpacked: int = 0
 
     BATCH_ROWS: ClassVar[int] = 1 << 16
     """Rows of a batch, at most."""

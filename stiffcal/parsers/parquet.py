@@ -19,6 +19,8 @@ from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.timestamps import seconds_of_times
 from stiffcal.parsers.open_log import OpenLog
 
+LIBRARIES = ("pyarrow.compute",)
+"""Imported before the limits of a log hold; pyarrow does so where numbers are converted."""
 NANOSECONDS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1_000, "ns": 1}
 
 

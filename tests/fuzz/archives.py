@@ -60,8 +60,6 @@ def feed_bomb(chance: random.Random, folder: Path) -> None:
         unpacked = 0
     names = ("wrench.force.x", "header.frame_id") if log_format in ("mcap", "rosbag2") else ("t", "Fx")
     wanted = WantedColumns(names[:1], names[1:]) if log_format in ("mcap", "rosbag2") else WantedColumns(names)
-    if log_format in ("mcap", "rosbag2"):
-        unpacked = 0  # read chunk by chunk: what counts is what is held, which the limit of the process bounds
     with lowered_limits():
         for _ in find_reader(path, log_format, "raw/log").read_batches(path, options, wanted, "raw/log"):
             pass
@@ -175,7 +173,7 @@ def make_bag(chance: random.Random, path: Path) -> Made:
     """Write a bag whose chunks or messages hold one letter many thousand times."""
     letters, messages = chance.choice(((100, 3), (20_000, 4), (100_000, 3), (1000, 200)))
     unpacked = letters * messages
-    for name, content in _bag(path.suffix, letters, messages, chance.random() < 0.5).items():
+    for name, content in packed_bag(path.suffix, letters, messages, chance.random() < 0.5).items():
         part = path if path.suffix == ".mcap" else path.with_suffix("") / name
         part.parent.mkdir(exist_ok=True)
         if content and chance.random() < 0.1:
@@ -185,7 +183,7 @@ def make_bag(chance: random.Random, path: Path) -> Made:
 
 
 @cache
-def _bag(ending: str, letters: int, messages: int, whole: bool) -> dict[str, bytes]:
+def packed_bag(ending: str, letters: int, messages: int, whole: bool) -> dict[str, bytes]:
     """Return the files of a bag packed in chunks (MCAP), as a whole, or message by message."""
     import tempfile
 

@@ -23,6 +23,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.table_sniffing import sniff_table
 from stiffcal.readers import WantedColumns, find_reader
+from tests.fuzz.archives import packed_bag
 
 DOTS = ".".join("a" * 2000)
 
@@ -121,6 +122,26 @@ class TestLogsInParts:
         pq.write_table(pa.table({"Fx": np.zeros(100_000)}), tmp_path / "ft.parquet")
         with pytest.raises(InputError, match="STIFFCAL_MAX_ROWS"):
             rows(tmp_path / "ft.parquet", "parquet")
+
+    @pytest.mark.parametrize(
+        ("ending", "whole"), [(".mcap", False), ("", True), ("", False)], ids=["chunks", "a file", "messages"]
+    )
+    @pytest.mark.parametrize(("count", "refused"), [(3, False), (4, True)])
+    def test_messages(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str, whole: bool, count: int, refused: bool
+    ) -> None:
+        """None of them is large, and a column of forces is all that is sent on."""
+        # besides 20 000 letters a message has 80 bytes; the tables of a whole file take seven pages of 4 KiB
+        monkeypatch.setattr(limits, "RATIO_FROM", 3 * 20_500 + 7 * 4096 * whole)
+        monkeypatch.setenv("STIFFCAL_MAX_RATIO", "1")
+        path = tmp_path / f"bag{ending}"
+        for name, content in packed_bag(ending, 20_000, count, whole).items():
+            part = path if ending else path / name
+            part.parent.mkdir(exist_ok=True)
+            part.write_bytes(content)
+        batches = find_reader(path).read_batches(path, {"topic": "/ft"}, WantedColumns(("wrench.force.x",)))
+        with pytest.raises(InputError, match="STIFFCAL_MAX_RATIO") if refused else nullcontext():
+            assert sum(map(len, batches)) == count
 
 
 class TestTextLogs:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from stiffcal.log_columns import (
 )
 from stiffcal.parsers.open_log import OpenLog
 from stiffcal.parsers.rosbag2.definitions import checked_types, parsed_types
-from stiffcal.parsers.rosbag2.storage import QuotedPath, check_bag, check_chunks
+from stiffcal.parsers.rosbag2.storage import QuotedPath, check_bag, checked_chunks
 
 LIBRARIES = ("rosbags.rosbag2", "rosbags.typesys")
 """Imported before the limits of a log hold."""
@@ -38,12 +38,16 @@ UNKNOWN_AT_END = "ros2_humble"
 class OpenBag(OpenLog):
     """A topic of an open bag."""
 
-    def __init__(self, topic: _Topic, display_name: str) -> None:
+    BATCH_BYTES: ClassVar[int] = 64 << 20
+    """Bytes of messages that are read for a batch, at most: what they unpack to is checked after it."""
+
+    def __init__(self, topic: _Topic, display_name: str, unpacked: int) -> None:
         self.columns = topic.columns()
         self.units = {name: "s" for name in self.columns if name == RECORDED or name.split(".")[-1] == "stamp"}
         self.n_rows = topic.n_messages if topic.child_frame is None else None
         self.display_name, self.place = display_name, f"topic {topic.name}"
-        self._topic = topic
+        self.unpacked = unpacked
+        self._topic, self._counted = topic, unpacked > 0
 
     def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
         """Yield the messages in batches.
@@ -55,8 +59,10 @@ class OpenBag(OpenLog):
         """
         takers = {name: _taker(name) for name in wanted.names}
         values: dict[str, list[Any]] = {name: [] for name in wanted.names}
-        start = n_held = 0
-        for recorded, message in self._topic.messages():
+        start = n_held = n_bytes = 0
+        for recorded, message, size in self._topic.messages():
+            n_bytes += size
+            self.unpacked += 0 if self._counted else size
             for name, take in takers.items():
                 try:
                     values[name].append(take(recorded, message))
@@ -67,9 +73,10 @@ class OpenBag(OpenLog):
                         FaultCode.LOG_PART_MISSING, self.display_name, place, f"it has no {name!r}", mend
                     ) from None
             n_held += 1
-            if n_held == self.BATCH_ROWS:
+            if n_held == self.BATCH_ROWS or n_bytes > self.BATCH_BYTES:
                 yield _batch(values, wanted, start, n_held, self.display_name)
-                values, start, n_held = {name: [] for name in wanted.names}, start + n_held, 0
+                values, start = {name: [] for name in wanted.names}, start + n_held
+                n_held = n_bytes = 0
         if n_held:
             yield _batch(values, wanted, start, n_held, self.display_name)
 
@@ -106,8 +113,8 @@ def open_bag(path: Path, options: Options, display_name: str, option: str) -> It
     with damaged_file_errors("bag", display_name, MEND):
         check_bag(path, display_name)
         with Reader(QuotedPath(path)) as bag:
-            check_chunks(bag, display_name)
-            yield OpenBag(_topic(bag, option, {**options, "types": types}, display_name), display_name)
+            unpacked = checked_chunks(bag, display_name)
+            yield OpenBag(_topic(bag, option, {**options, "types": types}, display_name), display_name, unpacked)
 
 
 @dataclass(frozen=True)
@@ -129,19 +136,21 @@ class _Topic:
     def n_messages(self) -> int:
         return sum(connection.msgcount for connection in self.connections)
 
-    def messages(self) -> Iterator[tuple[int, Any]]:
-        """Yield (recorded ns, message); of transforms those of the child frame."""
+    def messages(self) -> Iterator[tuple[int, Any, int]]:
+        """Yield (recorded ns, message, bytes that were read for it); of transforms those of the child frame."""
         child_frames: set[str] = set()
-        any_match = False
+        any_match, size = False, 0
         for connection, recorded, raw in self.bag.messages(connections=self.connections):
-            message = self.types.deserialize_cdr(raw, connection.msgtype)
+            message, size = self.types.deserialize_cdr(raw, connection.msgtype), size + len(raw)
             if self.child_frame is None:
-                yield recorded, message
+                yield recorded, message, size
+                size = 0
                 continue
             for transform in message.transforms:
                 if transform.child_frame_id == self.child_frame:
                     any_match = True
-                    yield recorded, transform
+                    yield recorded, transform, size
+                    size = 0
                 elif len(child_frames) < 100:
                     child_frames.add(transform.child_frame_id)
         if self.child_frame is not None and not any_match:
@@ -153,7 +162,7 @@ class _Topic:
 
     def columns(self) -> tuple[str, ...]:
         """Return the columns of the first message."""
-        for _, message in self.messages():
+        for _, message, _ in self.messages():
             return (RECORDED, *_paths(message, ""))
         raise InputError.at(
             FaultCode.FILE_EMPTY,

@@ -100,8 +100,17 @@ def _check_database(path: Path, display_name: str) -> None:
                 )
 
 
-def check_chunks(reader: Any, display_name: str) -> None:
-    """Refuse an MCAP file whose index lists chunks that overlap: one could be read any number of times."""
+def checked_chunks(reader: Any, display_name: str) -> int:
+    """Return the bytes that all chunks of an MCAP file unpack to, by its index; 0 without one, and of other bags.
+
+    The library holds each chunk to what the index states of it.
+
+    Raises
+    ------
+    InputError
+        The index lists chunks that overlap: one could be read any number of times.
+    """
+    unpacked = 0
     storage = reader.storage
     for file in getattr(storage, "storages", None) or [storage]:
         end = 0
@@ -109,3 +118,5 @@ def check_chunks(reader: Any, display_name: str) -> None:
             if chunk.chunk_start_offset < end or chunk.compressed_size > chunk.chunk_length:
                 raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", "its index lists a chunk twice", COPY)
             end = chunk.chunk_start_offset + chunk.chunk_length
+            unpacked += chunk.uncompressed_size
+    return unpacked
