@@ -134,7 +134,7 @@ def _equal_arrays(old: dict[str, Any], new: dict[str, Any]) -> bool:
     if values[0].shape != values[1].shape:
         return False
     step = max(old[ROUNDED], new[ROUNDED])
-    return bool(np.allclose(*values, rtol=RELATIVE, atol=step * 1.01, equal_nan=True))
+    return bool(np.allclose(values[0], values[1], rtol=RELATIVE, atol=step * 1.01, equal_nan=True))
 
 
 def without_moments(text: str) -> str:

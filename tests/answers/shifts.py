@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 TOLERATED = 0.01
 """Shift over standard uncertainty: a tenth of what the second digit of an uncertainty can show."""
@@ -141,7 +141,7 @@ def _errors(document: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
                 yield f"{key} {part}".strip(), float(number)
 
 
-def _number(value: Any) -> bool:
+def _number(value: Any) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
