@@ -100,9 +100,10 @@ def test_a_log_of_a_new_format_is_read_by_its_ending_by_its_name_and_with_its_op
 def test_faults_of_the_manifest_know_a_new_format(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = in_json(tmp_path / "c")
     rewrite(folder, ("[sources.table]\n", '[sources.table]\nformat = "json"\njsonrows = { kee = "x" }\nxml = { }\n'))
-    names = '"csv", "hdf5", "jsonrows", "mat", "mcap", "parquet", "postgres", "rosbag2" or "tdms"'
+    *others, last = (f'"{name}"' for name in format_names())
+    names = f"{', '.join(others)} or {last}"
     keys = "format, sampling, file, files, run, time, rows"
-    formats = "csv, hdf5, jsonrows, mat, mcap, parquet, postgres, rosbag2, tdms"
+    formats = ", ".join(format_names())
     wrong = "campaign.toml: sources.table"
     signals = "joints, wrench, dead_weight, pose, poses, deflection, displacement, lengths, temperature, hold"
     assert refusal(capsys, "check", folder).splitlines() == [

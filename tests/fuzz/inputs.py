@@ -207,7 +207,7 @@ def bag_bytes(ending: str) -> bytes:
 
 
 def make_bag(chance: random.Random, path: Path) -> None:
-    """Write a ROS 2 bag."""
+    """Write a bag."""
     path.write_bytes(bag_bytes(path.suffix))
 
 
@@ -239,6 +239,7 @@ MAKERS: dict[str, tuple[str, str, Maker]] = {
     "mat": ("mat", ".mat", make_mat),
     "mat 7.3": ("mat", ".mat", make_mat73),
     "mcap": ("mcap", ".mcap", make_bag),
+    "rosbag1": ("rosbag1", ".bag", make_bag),
     "rosbag2": ("rosbag2", ".db3", make_bag),
     "parquet": ("parquet", ".parquet", make_parquet),
     "tdms": ("tdms", ".tdms", make_tdms),

@@ -1,22 +1,28 @@
-"""Writes small ROS 2 bags for tests: a folder, a file inside it, or an MCAP file."""
+"""Writes small bags for tests: a folder of ROS 2, a file inside it, an MCAP file, or a bag of ROS 1."""
 
 from __future__ import annotations
 
 import shutil
 from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 T: dict[str, Any] = STORE.types
+ROS1 = get_typestore(Stores.ROS1_NOETIC)
+ROS1.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage"))
 
 
 def write_bag(path: Path, topics: Mapping[str, Iterable[tuple[int, Any]]]) -> Path:
-    """Write (ns, message) of each topic to `path`: an ``.mcap`` or ``.db3`` file, or else a folder."""
+    """Write (ns, message) of each topic to `path`: an ``.mcap``, ``.db3`` or ``.bag`` file, or else a folder."""
+    if path.suffix == ".bag":
+        return _write_ros1_bag(path, topics)
     folder = path.with_name(path.name + "-bag") if path.suffix else path
     plugin = StoragePlugin.MCAP if path.suffix == ".mcap" else StoragePlugin.SQLITE3
     with Writer(folder, version=9, storage_plugin=plugin) as writer:
@@ -31,6 +37,28 @@ def write_bag(path: Path, topics: Mapping[str, Iterable[tuple[int, Any]]]) -> Pa
         shutil.move(inside, path)
         shutil.rmtree(folder)
     return path
+
+
+def _write_ros1_bag(path: Path, topics: Mapping[str, Iterable[tuple[int, Any]]]) -> Path:
+    with Ros1Writer(path) as writer:
+        for topic, messages in topics.items():
+            connection = None
+            for moment, message in messages:
+                if connection is None:
+                    connection = writer.add_connection(topic, message.__msgtype__, typestore=ROS1)
+                writer.write(connection, moment, ROS1.serialize_ros1(_as_ros1(message), message.__msgtype__))
+    return path
+
+
+def _as_ros1(item: Any) -> Any:
+    """Return a message of ROS 2 as ROS 1 has it, whose headers count."""
+    if isinstance(item, list):
+        return [_as_ros1(element) for element in item]
+    if not is_dataclass(item):
+        return item
+    values = {field.name: _as_ros1(getattr(item, field.name)) for field in fields(item) if field.init}
+    kind = str(item.__msgtype__)  # type: ignore[attr-defined]
+    return ROS1.types[kind](**values, **({"seq": 0} if kind == "std_msgs/msg/Header" else {}))
 
 
 def header(moment: int, frame: str = "base") -> Any:

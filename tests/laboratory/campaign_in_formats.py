@@ -25,8 +25,9 @@ HELD = 6  # samples of one load state
 DEVICES = {"controller": "/joint_states", "ft": "/ft", "tracker": "/tool"}
 FORMATS = (
     *("csv", "csv.gz", "csv.bz2", "csv.xz", "csv.zst", "hdf5", "parquet"),
-    *("tdms", "mat", "mat73", "mcap", "rosbag2", "postgres"),
+    *("tdms", "mat", "mat73", "mcap", "rosbag1", "rosbag2", "postgres"),
 )
+BAGS = {"mcap": ".mcap", "rosbag1": ".bag", "rosbag2": ""}
 FIELDS = {
     "t": "header.stamp",
     **{f"A{k}": f"position.A{k}" for k in range(1, 7)},
@@ -79,7 +80,7 @@ def _write_holds(path: Path, count: int) -> None:
 
 
 def _sources(log_format: str) -> str:
-    ros = log_format in ("mcap", "rosbag2")
+    ros = log_format in BAGS
     name = FIELDS.__getitem__ if ros else str
     said = log_format.split(".")[0].replace("mat73", "mat")
 
@@ -104,8 +105,8 @@ def _sources(log_format: str) -> str:
 def _write_run(
     folder: Path, run: str, logs: dict[str, Columns], log_format: str, database: Database | None
 ) -> dict[str, str]:
-    if log_format in ("mcap", "rosbag2"):
-        file = f"raw/{run}.mcap" if log_format == "mcap" else f"raw/{run}"
+    if log_format in BAGS:
+        file = f"raw/{run}{BAGS[log_format]}"
         write_bag(folder / file, _messages(logs))
         return dict.fromkeys(DEVICES, file)
     if log_format == "postgres":

@@ -15,7 +15,7 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.timestamps import seconds_of_times
 from stiffcal.readers import WantedColumns, find_reader
 
-TWINS = {"mcap": "rosbags", "rosbag2": "rosbags"}  # one library, one test
+TWINS = {"mcap": "rosbags", "rosbag1": "rosbags", "rosbag2": "rosbags"}  # one library, one test
 
 
 @pytest.mark.parametrize("name", format_names())

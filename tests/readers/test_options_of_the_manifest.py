@@ -20,6 +20,7 @@ from stiffcal.reduction.logs import reader_options
         ("mcap", {"topic", "child_frame", "types"}),
         ("parquet", set()),
         ("postgres", {"uri_env", "host", "port", "database", "user", "order_by"}),
+        ("rosbag1", {"topic", "child_frame"}),
         ("rosbag2", {"topic", "child_frame", "types"}),
         ("tdms", {"group"}),
     ],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +37,7 @@ def topics() -> dict[str, list[tuple[int, Any]]]:
     }
 
 
-@pytest.fixture(scope="module", params=["log.mcap", "log.db3", "log"])
+@pytest.fixture(scope="module", params=["log.mcap", "log.db3", "log", "log.bag"])
 def bag(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_bag(tmp_path_factory.mktemp("bags") / request.param, topics())
 
@@ -86,10 +88,14 @@ def test_faults_are_one_clear_line(bag: Path) -> None:
     reported = fault(bag, WantedColumns(("transform.translation.x",)), topic="/tf", child_frame="c")
     assert "no transform of frame 'c' in /tf" in reported
     assert "there are 'a', 'b'" in reported
-    assert "types: no release 'humble'; did you mean 'ros2_humble'?" in fault(bag, wanted, topic="/ft", types="humble")
+    reported = fault(bag, wanted, topic="/ft", types="humble")
+    if bag.suffix == ".bag":  # which holds the definitions of its messages
+        assert "rosbag1.types: no such option" in reported
+    else:
+        assert "types: no release 'humble'; did you mean 'ros2_humble'?" in reported
 
 
-@pytest.mark.parametrize("name", ["log.mcap", "log.db3"])
+@pytest.mark.parametrize("name", ["log.mcap", "log.db3", "log.bag"])
 @pytest.mark.parametrize("keep", [0.0, 0.2, 0.6, 0.98])
 def test_a_cut_off_file_is_refused(tmp_path: Path, name: str, keep: float) -> None:
     path = write_bag(tmp_path / name, {"/ft": topics()["/ft"]})
@@ -110,5 +116,26 @@ def test_a_message_without_the_joint_is_placed(tmp_path: Path) -> None:
 
 
 def test_both_formats_are_listed() -> None:
-    assert {"mcap", "rosbag2", "tdms", "mat"} <= set(format_names())
+    assert {"mcap", "rosbag1", "rosbag2", "tdms", "mat"} <= set(format_names())
     assert find_reader(Path("x"), "mcap").name == "mcap"
+
+
+def test_a_bag_of_ros1_whose_recording_was_interrupted_has_no_index(tmp_path: Path) -> None:
+    path = write_bag(tmp_path / "log.bag", {"/ft": topics()["/ft"]})
+    content = path.read_bytes()
+    at = content.index(b"index_pos=") + len(b"index_pos=")
+    path.write_bytes(content[:at] + bytes(8) + content[at + 8 :])
+    reported = fault(path, WantedColumns(("wrench.force.x",)))
+    assert "[file-damaged]" in reported
+    assert "rosbag reindex" in reported
+
+
+def test_a_bag_of_ros1_that_lists_a_message_twice_is_refused(tmp_path: Path) -> None:
+    """As one could be read any number of times."""
+    path = write_bag(tmp_path / "log.bag", {"/ft": topics()["/ft"][:3]})
+    content = path.read_bytes()
+    first, second = (struct.pack("<LL", *divmod(moment + 7, 1_000_000_000)) for moment in MOMENTS[:2])
+    entries = re.search(re.escape(first) + b"(.{4})" + re.escape(second) + b".{4}", content, re.DOTALL)
+    assert entries is not None
+    path.write_bytes(content[: entries.end() - 12] + first + entries[1] + content[entries.end() :])
+    assert "lists a message twice" in fault(path, WantedColumns(("wrench.force.x",)))

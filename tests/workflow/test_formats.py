@@ -76,8 +76,8 @@ def test_changed_parts_of_a_bag_are_found(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("log_format", "library", "extra"),
-    [("tdms", "nptdms", "tdms"), ("mcap", "rosbags.rosbag2", "ros"), ("rosbag2", "rosbags.rosbag2", "ros"),
-     ("postgres", "adbc_driver_postgresql", "postgres")],
+    [("tdms", "nptdms", "tdms"), ("mcap", "rosbags.rosbag2", "ros"), ("rosbag1", "rosbags.rosbag1", "ros"),
+     ("rosbag2", "rosbags.rosbag2", "ros"), ("postgres", "adbc_driver_postgresql", "postgres")],
 )  # fmt: skip
 def test_a_missing_library_is_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, log_format: str, library: str, extra: str

@@ -1,4 +1,4 @@
-"""ROS 2 bags and MCAP files: each message of a topic is a row, each field a column."""
+"""Bags of ROS 2 and ROS 1, and MCAP files: each message of a topic is a row, each field a column."""
 
 from __future__ import annotations
 
@@ -23,15 +23,16 @@ from stiffcal.log_columns import (
 )
 from stiffcal.parsers.open_log import OpenLog
 from stiffcal.parsers.rosbag2.definitions import checked_types, parsed_types
-from stiffcal.parsers.rosbag2.storage import QuotedPath, check_bag, checked_chunks
+from stiffcal.parsers.rosbag2.storage import QuotedPath, check_bag, checked_chunks, checked_ros1_chunks
 
-LIBRARIES = ("rosbags.rosbag2", "rosbags.typesys")
+LIBRARIES = ("rosbags.rosbag1", "rosbags.rosbag2", "rosbags.typesys")
 """Imported before the limits of a log hold."""
 RECORDED = "time"
-TRANSFORMS = "tf2_msgs/msg/TFMessage"
+TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 # Arrays of a joint state, whose elements go by the names in `name`.
 NAMED = ("position", "velocity", "effort")
 MEND = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may repair an incomplete recording"
+MEND_ROS1 = "copy it again from its origin; `rosbag reindex` may repair an incomplete recording"
 UNKNOWN_AT_END = "ros2_humble"
 
 
@@ -114,7 +115,28 @@ def open_bag(path: Path, options: Options, display_name: str, option: str) -> It
         check_bag(path, display_name)
         with Reader(QuotedPath(path)) as bag:
             unpacked = checked_chunks(bag, display_name)
-            yield OpenBag(_topic(bag, option, {**options, "types": types}, display_name), display_name, unpacked)
+            topic = _connections(bag, option, options, display_name)
+            store = _type_store(bag, topic, types, display_name)
+            messages = _Topic(bag, store.deserialize_cdr, topic, options, display_name, option)
+            yield OpenBag(messages, display_name, unpacked)
+
+
+@contextmanager
+def open_ros1_bag(path: Path, options: Options, display_name: str, option: str) -> Iterator[OpenBag]:
+    """Open a topic of a bag of ROS 1, which holds the definitions of its messages; else as `open_bag`."""
+    try:
+        from rosbags.rosbag1 import Reader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise missing_library(option, display_name, "ros") from None
+    with damaged_file_errors("bag", display_name, MEND_ROS1), Reader(path) as bag:
+        unpacked = checked_ros1_chunks(bag, path.stat().st_size, display_name)
+        topic = _connections(bag, option, options, display_name)
+        store = get_typestore(Stores.EMPTY)
+        types = store.fielddefs | parsed_types(topic, display_name)  # times are of no definition in ROS 1
+        store.register(checked_types(types, topic[0].msgtype, display_name))
+        messages = _Topic(bag, store.deserialize_ros1, topic, options, display_name, option)
+        yield OpenBag(messages, display_name, unpacked)
 
 
 @dataclass(frozen=True)
@@ -122,11 +144,16 @@ class _Topic:
     """One topic of an open bag, and how its messages are read."""
 
     bag: Any
-    types: Any
+    decode: Callable[[bytes, str], Any]
     connections: list[Any]
-    child_frame: str | None
+    options: Options
     display_name: str
     option: str
+
+    @property
+    def child_frame(self) -> str | None:
+        """The frame whose transforms are read; None of other messages."""
+        return str(self.options["child_frame"]) if self.connections[0].msgtype in TRANSFORMS else None
 
     @property
     def name(self) -> str:
@@ -141,7 +168,7 @@ class _Topic:
         child_frames: set[str] = set()
         any_match, size = False, 0
         for connection, recorded, raw in self.bag.messages(connections=self.connections):
-            message, size = self.types.deserialize_cdr(raw, connection.msgtype), size + len(raw)
+            message, size = self.decode(raw, connection.msgtype), size + len(raw)
             if self.child_frame is None:
                 yield recorded, message, size
                 size = 0
@@ -173,7 +200,8 @@ class _Topic:
         )
 
 
-def _topic(bag: Any, option: str, options: Options, display_name: str) -> _Topic:
+def _connections(bag: Any, option: str, options: Options, display_name: str) -> list[Any]:
+    """Return the connections of the topic that the options name, or of the only one."""
     topics = sorted({connection.topic for connection in bag.connections})
     requested = options.get("topic")
     if requested is None and len(topics) != 1:
@@ -192,9 +220,7 @@ def _topic(bag: Any, option: str, options: Options, display_name: str) -> _Topic
             f"no topic {name!r}",
             nearest_name(name, topics),
         )
-    child = options.get("child_frame")
-    transforms = connections[0].msgtype == TRANSFORMS
-    if transforms and child is None:
+    if connections[0].msgtype in TRANSFORMS and options.get("child_frame") is None:
         mend = f'add {option}.child_frame = "…", the frame that was tracked'
         raise InputError.at(
             FaultCode.LOG_PART_AMBIGUOUS,
@@ -203,8 +229,7 @@ def _topic(bag: Any, option: str, options: Options, display_name: str) -> _Topic
             "its messages contain transforms of several frames",
             mend,
         )
-    types = _type_store(bag, connections, str(options["types"]), display_name)
-    return _Topic(bag, types, connections, str(child) if transforms else None, display_name, option)
+    return connections
 
 
 def _type_store(bag: Any, connections: list[Any], release: str, display_name: str) -> Any:

@@ -120,3 +120,27 @@ def checked_chunks(reader: Any, display_name: str) -> int:
             end = chunk.chunk_start_offset + chunk.chunk_length
             unpacked += chunk.uncompressed_size
     return unpacked
+
+
+def checked_ros1_chunks(reader: Any, size: int, display_name: str) -> int:
+    """Return the bytes that the chunks of a bag of ROS 1 hold unpacked, by their heads.
+
+    Raises
+    ------
+    InputError
+        Its index lists chunks that overlap or reach beyond the file, or a message twice.
+    """
+    from rosbags.rosbag1.reader import Header
+
+    end = unpacked = 0
+    for begin, chunk in sorted(reader.chunks.items()):
+        if chunk.datapos < end or chunk.datapos + chunk.datasize > size:
+            reason = "its index lists a chunk twice, or one that is not there"
+            raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", reason, COPY)
+        end = chunk.datapos + chunk.datasize
+        reader.bio.seek(begin)
+        unpacked += Header.read(reader.bio).get_uint32("size")
+    listed = [(entry.chunk_pos, entry.offset) for index in reader.indexes.values() for entry in index]
+    if len(set(listed)) < len(listed):
+        raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", "its index lists a message twice", COPY)
+    return unpacked
