@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from stiffcal.campaign.absolute_checks import absolute_faults
 from stiffcal.campaign.column_checks import column_faults
 from stiffcal.campaign.explain import key_path
+from stiffcal.campaign.file_patterns import RUN
 from stiffcal.campaign.frame_checks import frame_fault, frame_faults
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
@@ -196,13 +197,18 @@ def _paths(manifest: Manifest) -> Iterator[tuple[tuple[int | str, ...], str, boo
     for name, source in manifest.sources.items():
         if not source.in_files:
             continue
-        if source.file is not None:
-            yield ("sources", name, "file"), source.file, True
+        if source.own_file is not None:
+            yield ("sources", name, "file"), source.own_file, True
+        elif source.file is not None:  # the pattern of each run's file
+            yield ("sources", name, "file"), source.file, False
         for signal, file in source.files.items():
             yield ("sources", name, "files", signal), file, True
     for number, run in enumerate(manifest.runs):
         for name, file in run.files.items():
-            if name not in manifest.sources or manifest.sources[name].in_files:
+            source = manifest.sources.get(name)
+            if source is not None and source.pattern is not None:
+                yield ("sources", name, "file"), file, True
+            elif source is None or source.in_files:
                 yield ("runs", number, "files", name), file, True
         if run.states is not None:
             yield ("runs", number, "states"), run.states, True
@@ -229,7 +235,14 @@ def _source_faults(manifest: Manifest) -> Iterator[Fault]:
             )
         if source.file is not None and source.files:
             yield _fault(FaultCode.KEY_CONFLICT, f"{place}.files", "both file and files are given", "keep one of them")
-        for signal in source.files:
+        for signal, file in source.files.items():
+            if source.in_files and RUN in file:
+                yield _fault(
+                    FaultCode.VALUE_INVALID,
+                    f"{place}.files.{signal}",
+                    f"{RUN} stands for the run's name in file alone",
+                    "name one file for all runs, or write the pattern under file",
+                )
             if signal not in (*signals, "time", "run"):
                 yield _fault(
                     FaultCode.SOURCE_UNKNOWN,
@@ -248,7 +261,7 @@ def _source_faults(manifest: Manifest) -> Iterator[Fault]:
 
 
 def _has_own_file(source: Source) -> bool:
-    return source.file is not None or bool(source.files)
+    return source.own_file is not None or bool(source.files)
 
 
 def _source_run_faults(manifest: Manifest, name: str, source: Source) -> Iterator[Fault]:
@@ -256,7 +269,7 @@ def _source_run_faults(manifest: Manifest, name: str, source: Source) -> Iterato
     place = f"sources.{name}"
     in_runs = [run.id for run in manifest.runs if name in run.files]
     own = _has_own_file(source)
-    if not own and not in_runs:
+    if not own and not in_runs and source.pattern is None:
         yield _fault(
             FaultCode.KEY_MISSING,
             place,

@@ -15,6 +15,8 @@ from stiffcal.campaign.checks import (
     model_match_faults,
     robot_match_faults,
 )
+from stiffcal.campaign.file_patterns import FoundFiles
+from stiffcal.campaign.found_runs import nothing_found, pattern_faults, with_found_runs
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.manifest_type import manifest_type, validate_manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile, default_model, load_model
@@ -45,13 +47,15 @@ class Campaign:
     folder: Path
     """The campaign folder."""
     manifest: Manifest
-    """campaign.toml."""
+    """campaign.toml, and the runs of the files that match its patterns."""
     robot: RobotFile
     """robot.toml."""
     model: ModelFile
     """model.toml."""
     model_written: bool = True
     """False where there is no model.toml and the default model stands in."""
+    found: FoundFiles | None = None
+    """The files that the patterns of the sources match; None where no source has a pattern."""
 
     @property
     def name(self) -> str:
@@ -109,6 +113,9 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
         )
     faults: list[Fault] = []
     manifest, doubtful = _what_is_right(folder, faults)
+    found: FoundFiles | None = None
+    if manifest is not None:
+        manifest, found = with_found_runs(manifest, folder)
     robot_file = manifest.robot if manifest is not None else "robot.toml"
     robot = None
     faults += _links(folder, STORE)
@@ -135,6 +142,11 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
     if manifest is not None:
         certain = manifest_faults(manifest, outline.link_names if outline is not None else None)
         certain += file_faults(manifest, folder, must_exist=check_files)
+        certain += pattern_faults(manifest, found)
+        if check_files:
+            certain += [
+                Fault(FaultCode.FILE_MISSING, MANIFEST_FILE, *entry) for entry in nothing_found(manifest, found)
+            ]
         if outline is not None:
             certain += robot_match_faults(manifest, outline, robot_file)
         faults += unrelated_faults(doubtful, certain)
@@ -145,7 +157,7 @@ def load_campaign(folder: Path, *, check_files: bool = True) -> Campaign:
         raise InputError.at(
             FaultCode.FILE_UNREADABLE, str(folder), "", "the campaign could not be read", "correct its files"
         )
-    return Campaign(folder, manifest, robot, model, (folder / MODEL_FILE).exists())
+    return Campaign(folder, manifest, robot, model, (folder / MODEL_FILE).exists(), found)
 
 
 def _links(folder: Path, *files: str) -> list[Fault]:

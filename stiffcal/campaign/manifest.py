@@ -167,6 +167,8 @@ class Manifest(TomlTable):
     trend: TrendSettings = TrendSettings()
     plugins: Annotated[tuple[str, ...], Field(strict=False)] = ()
 
+    run_type: ClassVar[type[Run]] = Run
+
     look_alikes: ClassVar[dict[str, str]] = {
         "run": "runs",
         "rows": "sources.NAME.rows",
@@ -204,4 +206,4 @@ class Manifest(TomlTable):
         settings = self.sources[source]
         if run is not None and source in run.files:
             return {"": run.files[source]}
-        return dict(settings.files) if settings.files else ({"": settings.file} if settings.file else {})
+        return dict(settings.files) if settings.files else ({"": settings.own_file} if settings.own_file else {})

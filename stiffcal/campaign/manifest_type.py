@@ -105,4 +105,6 @@ def _manifest_type(formats: _Options, kinds: _Options) -> type[Manifest]:
         "sources": (dict[str, _source_type(formats)], Field(default_factory=dict)),  # type: ignore[misc]
         "runs": (Annotated[tuple[run, ...], Field(strict=False)], ()),
     }
-    return create_model("Manifest", __base__=Manifest, __doc__=Manifest.__doc__, **fields)
+    made = create_model("Manifest", __base__=Manifest, __doc__=Manifest.__doc__, **fields)
+    made.run_type = run
+    return made

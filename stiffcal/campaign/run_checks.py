@@ -21,7 +21,7 @@ def run_faults(manifest: Manifest) -> Iterator[Fault]:
     counts = Counter(run.id for run in manifest.runs)
     earlier: set[str] = set()
     logs = _Logs(manifest)
-    no_source_has_a_file = not any(source.file is not None or source.files for source in manifest.sources.values())
+    no_source_has_a_file = not any(source.own_file is not None or source.files for source in manifest.sources.values())
     for number, run in enumerate(manifest.runs):
         place = f"runs[{number + 1}] ({run.id})"
         if run.id in earlier:

@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
+from stiffcal.campaign.file_patterns import RUN, FilePattern
 from stiffcal.campaign.file_formats import format_names, format_of, log_format
 from stiffcal.campaign.registered import OneOf
 from stiffcal.campaign.row_filter import RowCondition, parse_rows
@@ -113,8 +114,9 @@ class Source(SourceFiles):
     ----------
     format : from the file's ending where left out.
     sampling : "time": logged at a rate; "states": one row per averaged load state. Left out: states where `run` stands.
-    file : one file for all runs; of a database its table or query. files : signal name to file, where the columns
-        lie in several files of equal length.
+    file : one file for all runs; of a database its table or query. With ``{run}`` in it, the pattern of each run's file,
+        ``raw/{run}_force.csv``, in which ``*`` stands for text that differs and does not count.
+    files : signal name to file, where the columns lie in several files of equal length.
     run : which run each row belongs to. time : optional for states.
     rows : keeps only the rows for which this holds, for all of the source's signals, e.g. ``X > -100``.
     """
@@ -171,6 +173,16 @@ class Source(SourceFiles):
     def is_states(self) -> bool:
         """True where each row is one averaged load state."""
         return self.sampling == "states" or (self.sampling is None and self.run is not None)
+
+    @property
+    def pattern(self) -> FilePattern | None:
+        """The pattern of each run's file, where `file` is one."""
+        return FilePattern(self.file) if self.file is not None and RUN in self.file and self.in_files else None
+
+    @property
+    def own_file(self) -> str | None:
+        """The file for all runs; None where `file` is the pattern of each run's."""
+        return None if self.pattern is not None else self.file
 
     @property
     def in_files(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stiffcal.documents import document_of
@@ -85,6 +85,32 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
 
         remember(digest, changes.state)  # so that the next command need not hash the large sources
     return Freshness(origin=origin)
+
+
+def with_stored_runs(campaign: Campaign, store: Store) -> Campaign:
+    """Return a campaign with the runs that its store was made of, where no log is there any more to name them.
+
+    Where patterns name the logs, the folder holds no other list of the runs.
+    """
+    if campaign.found is None or any(run.files for run in campaign.manifest.runs):
+        return campaign
+    if not store.exists or PROVENANCE not in store.documents:
+        return campaign
+    from stiffcal.campaign.found_runs import with_known_runs
+
+    with store.snapshot() as snapshot:
+        try:
+            then = _provenance_of(snapshot)
+        except DamagedStoreError:  # reported where the store is compared with the campaign
+            return campaign
+    manifest = then.settings.get("manifest")
+    runs = manifest.get("runs") if isinstance(manifest, dict) else None
+    known = {
+        run["id"]: {source: file for source, file in run["files"].items() if isinstance(file, str)}
+        for run in (runs if isinstance(runs, list) else [])
+        if isinstance(run, dict) and isinstance(run.get("id"), str) and isinstance(run.get("files"), dict)
+    }
+    return replace(campaign, manifest=with_known_runs(campaign.manifest, known))
 
 
 def _provenance_of(snapshot: Snapshot) -> Provenance:

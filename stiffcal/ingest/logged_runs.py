@@ -81,14 +81,14 @@ def log_files(campaign: Campaign, run: Run, sources: Sequence[str]) -> list[tupl
 
 
 def _has_column(source: Source) -> bool:
-    return source.run is not None and source.run.column is not None and bool(source.file or source.files)
+    return source.run is not None and source.run.column is not None and bool(source.own_file or source.files)
 
 
 def _names_in(campaign: Campaign, name: str) -> list[str]:
     """Return the names in a log's run column, in order; none where the log is not there yet."""
     source = campaign.manifest.sources[name]
     column = source.run.column if source.run is not None and source.run.column is not None else ""
-    file = source.file or source.files.get("run")
+    file = source.own_file or source.files.get("run")
     if file is None:
         raise InputError.at(
             FaultCode.KEY_MISSING,

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 
+from stiffcal.campaign.file_patterns import ANY
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE, check_model
@@ -282,7 +283,11 @@ def _log_files(
             if device.name == name
         ]
         for device, log in members:
-            named = manifest.files_of(name, runs.get(device.run_name))
+            run = runs.get(device.run_name)
+            if run is None and source.pattern is not None:
+                named = {"": source.pattern.file_of(device.run_name).replace(ANY, "simulated")}
+            else:
+                named = manifest.files_of(name, run)
             if list(named) != [""]:
                 raise InputError.at(
                     FaultCode.SIMULATION_UNSUPPORTED,

@@ -28,6 +28,10 @@ ALWAYS_HASHED = 64 << 20
 """Sources up to so many bytes are compared by their content in every command: 0.05 to 0.2 s of SHA-256."""
 
 
+MOST_NAMED = 6
+"""Files of one kind that a message names: those of two runs of three devices."""
+
+
 @dataclass(frozen=True)
 class SourceFile:
     """A source as it was when it was read."""
@@ -104,8 +108,13 @@ class SourceChanges:
 
     def __str__(self) -> str:
         words = {"changed": "changed", "missing": "missing", "new": "new", "dropped": "no longer named"}
-        parts = [f"{word}: {', '.join(getattr(self, kind))}" for kind, word in words.items() if getattr(self, kind)]
+        parts = [f"{word}: {_first_of(getattr(self, kind))}" for kind, word in words.items() if getattr(self, kind)]
         return "; ".join(parts) or "no source changed"
+
+
+def _first_of(files: Sequence[str]) -> str:
+    more = len(files) - MOST_NAMED
+    return ", ".join([*files[:MOST_NAMED], *([f"{more} more"] if more > 0 else [])])
 
 
 def versions() -> dict[str, str]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from stiffcal.campaign.found_runs import nothing_found, unpartnered_remarks
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.proposals import propose_sources
@@ -92,7 +93,7 @@ def check_campaign(
             measured = poses_without_frames(campaign, gathered)
             return replace(
                 result,
-                warnings=quality.remarks(),
+                warnings=unpartnered_remarks(campaign.manifest, campaign.found) + quality.remarks(),
                 runs=[replace(entry, work_J=None) for entry in _load_runs(campaign, measured, reduced)],
                 n_states=int(measured.used.sum()),
                 missing=missing + needed,
@@ -140,7 +141,14 @@ def check_campaign(
         )
         missing += unusable
     raise_faults(faults)
-    return replace(result, proposals=propose_sources(campaign) or None, ready=not missing, missing=missing)
+    remarks = unpartnered_remarks(campaign.manifest, campaign.found)
+    return replace(
+        result,
+        warnings=[*remarks, *result.warnings],
+        proposals=propose_sources(campaign) or None,
+        ready=not missing,
+        missing=missing,
+    )
 
 
 def _read_in_full(campaign: Campaign) -> bool:
@@ -210,6 +218,10 @@ def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
             continue
         sentences += [
             f"source {name}: {file} not there yet" for file in absent(campaign.manifest.files_of(name).values())
+        ]
+    if only is None:
+        sentences += [
+            f"{place}: {reason}; {mend}" for place, reason, mend in nothing_found(campaign.manifest, campaign.found)
         ]
     return [
         f"folder {name}: not there yet, {count} files are named in it" for name, count in homeless.items()

@@ -36,6 +36,7 @@ def ingest_campaign(
     InputError
         The campaign or one of its files is wrong; the store is then untouched.
     """
+    from stiffcal.campaign.found_runs import unpartnered_remarks
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.ingest.freshness import freshness_of
     from stiffcal.ingest.ingesting import ingest_now
@@ -47,6 +48,7 @@ def ingest_campaign(
 
     folder = Path(folder)
     campaign = load_campaign(folder)
+    remarks = unpartnered_remarks(campaign.manifest, campaign.found)
     target = Store(
         store if store is not None else folder / "store", display_name=str(store) if store is not None else "store"
     )
@@ -56,25 +58,30 @@ def ingest_campaign(
     except DamagedStoreError as error:  # an answer of another shape, as an unreleased version may have written it
         if fresh.missing:
             raise
-        return ingest_now(campaign, target, f"the store is damaged: {error.faults[0].reason}", progress)
+        return _with(remarks, ingest_now(campaign, target, f"the store is damaged: {error.faults[0].reason}", progress))
     if stored is None:
-        return ingest_now(campaign, target, fresh.changed, progress)
+        return _with(remarks, ingest_now(campaign, target, fresh.changed, progress))
     if fresh.origin != FOREIGN:
         target.remove_leftovers()
-    return replace(stored, unchanged=True, changed="", origin=cast("Origin", fresh.origin))
+    return _with(remarks, replace(stored, unchanged=True, changed="", origin=cast("Origin", fresh.origin)))
+
+
+def _with(remarks: list[str], result: IngestResult) -> IngestResult:
+    """Return a result with warnings on files that no store holds, as they are now."""
+    return replace(result, warnings=[*remarks, *result.warnings])
 
 
 def is_stale(folder: str | Path, store: str | Path | None = None) -> str:
     """Return why the store does not hold what the campaign's files state now, "" where it does."""
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.ingest.freshness import freshness_of
+    from stiffcal.ingest.freshness import freshness_of, with_stored_runs
     from stiffcal.store import Store
 
     folder = Path(folder)
     target = Store(
         store if store is not None else folder / "store", display_name=str(store) if store is not None else "store"
     )
-    fresh = freshness_of(load_campaign(folder, check_files=False), target)
+    fresh = freshness_of(with_stored_runs(load_campaign(folder, check_files=False), target), target)
     return fresh.reason or (f"missing: {', '.join(fresh.missing)}" if fresh.missing else "")
 
 

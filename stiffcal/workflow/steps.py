@@ -253,7 +253,7 @@ def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
     InputError : the input is wrong, or a step is missing and ``context.update`` is False.
     """
     from stiffcal.experiments import tables_of_logs
-    from stiffcal.ingest.freshness import freshness_of, warn_missing_sources, without_damaged
+    from stiffcal.ingest.freshness import freshness_of, warn_missing_sources, with_stored_runs, without_damaged
     from stiffcal.ingest.ingesting import ingest_now
     from stiffcal.reduction.commanded import without_commands
     from stiffcal.store.index import FOREIGN, OWN
@@ -261,6 +261,7 @@ def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
 
     campaign = load_campaign(Path(folder), check_files=False)
     store = open_store(campaign.folder, context)
+    campaign = with_stored_runs(campaign, store)
     fresh = freshness_of(campaign, store, context.thorough)
     if fresh.missing:
         warn_missing_sources(fresh, context.notify)

@@ -1,0 +1,57 @@
+"""Runs that files of one pattern make: added later, taken away, and read from a store where no log is left."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.ingest.freshness import freshness_of, with_stored_runs
+from stiffcal.store import Store
+from stiffcal.workflow.check import check_campaign
+from stiffcal.workflow.ingest import ingest_campaign
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
+
+PATTERN = CAMPAIGN.replace('"raw/states.csv"', '"raw/{run}_states.csv"').replace('run = { column = "run" }\n', "")
+
+
+def campaign_of_files(folder: Path) -> Path:
+    """Write the small campaign with a table for each pose; that of pose 2 lies aside."""
+    write_small_campaign(folder, poses=2)
+    head, *rows = (folder / "raw/states.csv").read_text().splitlines()
+    for run in ("pose1", "pose2"):
+        lines = [head, *(row for row in rows if row.startswith(f"{run},"))]
+        (folder / f"raw/{run}_states.csv").write_text("\n".join(lines) + "\n")
+    (folder / "raw/states.csv").unlink()
+    (folder / "raw/pose2_states.csv").rename(folder / "pose2_states.csv")
+    (folder / "campaign.toml").write_text(PATTERN)
+    return folder
+
+
+def test_a_file_that_is_added_is_a_run_of_the_next_ingest(tmp_path: Path) -> None:
+    folder = campaign_of_files(tmp_path / "campaign")
+    assert [run.id for run in ingest_campaign(folder).runs] == ["pose1"]
+    (folder / "pose2_states.csv").rename(folder / "raw/pose2_states.csv")
+    assert [run.id for run in check_campaign(folder, quick=True).runs] == ["pose1", "pose2"]
+    result = ingest_campaign(folder)
+    assert [run.id for run in result.runs] == ["pose1", "pose2"]
+    assert "raw/pose2_states.csv" in result.changed
+    assert ingest_campaign(folder).unchanged
+
+    shutil.rmtree(folder / "raw")
+    data = up_to_date_states(folder, RunContext())
+    assert data.missing == ("raw/pose1_states.csv", "raw/pose2_states.csv")
+    assert [run.id for run in data.campaign.manifest.runs] == ["pose1", "pose2"]
+
+
+def test_a_store_names_no_file_outside_the_patterns(tmp_path: Path) -> None:
+    folder = campaign_of_files(tmp_path / "campaign")
+    ingest_campaign(folder)
+    shutil.rmtree(folder / "raw")
+    text = (folder / "campaign.toml").read_text()
+    (folder / "campaign.toml").write_text(text.replace("raw/{run}_states.csv", "logs/{run}_states.csv"))
+    store = Store(folder / "store")
+    campaign = with_stored_runs(load_campaign(folder, check_files=False), store)
+    assert campaign.manifest.runs == ()
+    assert freshness_of(campaign, store).reason
