@@ -205,10 +205,10 @@ def _paths(manifest: Manifest) -> Iterator[tuple[tuple[int | str, ...], str, boo
             yield ("sources", name, "files", signal), file, True
     for number, run in enumerate(manifest.runs):
         for name, file in run.files.items():
-            source = manifest.sources.get(name)
-            if source is not None and source.pattern is not None:
+            known = manifest.sources.get(name)
+            if known is not None and known.pattern is not None:
                 yield ("sources", name, "file"), file, True
-            elif source is None or source.in_files:
+            elif known is None or known.in_files:
                 yield ("runs", number, "files", name), file, True
         if run.states is not None:
             yield ("runs", number, "states"), run.states, True

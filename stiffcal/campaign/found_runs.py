@@ -28,8 +28,9 @@ def with_found_runs(manifest: Manifest, folder: Path) -> tuple[Manifest, FoundFi
 
     Notes
     -----
-    An entry of ``[[runs]]`` with `files` takes these and nothing from the patterns; one without has the files that match
-    its id, and where there are none yet, those that are expected. All runs come in the natural order of their names.
+    An entry of ``[[runs]]`` with `files` takes these and nothing from the patterns; one without has the files that
+    match its id, and where there are none yet, those that are expected. All runs come in the natural order of their
+    names.
 
     Raises
     ------

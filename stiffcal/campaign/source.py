@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
-from stiffcal.campaign.file_patterns import RUN, FilePattern
 from stiffcal.campaign.file_formats import format_names, format_of, log_format
+from stiffcal.campaign.file_patterns import RUN, FilePattern
 from stiffcal.campaign.registered import OneOf
 from stiffcal.campaign.row_filter import RowCondition, parse_rows
 from stiffcal.campaign.signal import Rows
@@ -114,8 +114,8 @@ class Source(SourceFiles):
     ----------
     format : from the file's ending where left out.
     sampling : "time": logged at a rate; "states": one row per averaged load state. Left out: states where `run` stands.
-    file : one file for all runs; of a database its table or query. With ``{run}`` in it, the pattern of each run's file,
-        ``raw/{run}_force.csv``, in which ``*`` stands for text that differs and does not count.
+    file : one file for all runs; of a database its table or query. With ``{run}`` in it, the pattern of each run's
+        file, ``raw/{run}_force.csv``, in which ``*`` stands for text that differs and does not count.
     files : signal name to file, where the columns lie in several files of equal length.
     run : which run each row belongs to. time : optional for states.
     rows : keeps only the rows for which this holds, for all of the source's signals, e.g. ``X > -100``.
