@@ -34,6 +34,7 @@ UNIT_ATTRIBUTES = ("unit", "units")
 # Conventions by which stored numbers are not the physical ones.
 SCALING_ATTRIBUTES = ("scale_factor", "add_offset", "scale", "offset", "gain")
 MOST_LISTED = 20_000
+MOST_LEVELS = 20  # of groups in groups: a file may hold itself
 MEND = "close the program that writes it, copy it again, or log again"
 
 
@@ -109,6 +110,9 @@ def _columns(file: h5py.File, options: Options, display_name: str) -> tuple[Colu
     if isinstance(group, h5py.Dataset):
         return _columns_of_dataset(group, display_name), display_name, group_name
     if dataset is None:
+        if not options.get("group"):
+            group = _sole_group(group)
+            group_name = str(group.name)
         return _columns_of_group(group, display_name), display_name, f"group {group_name}"
     item = member_of(group, str(dataset))
     if not isinstance(item, h5py.Dataset):
@@ -121,6 +125,16 @@ def _columns(file: h5py.File, options: Options, display_name: str) -> tuple[Colu
             near,
         )
     return _columns_of_dataset(item, display_name), display_name, f"dataset {dataset}"
+
+
+def _sole_group(group: h5py.Group) -> h5py.Group:
+    """Return the group below that holds the datasets, where there is one group alone on the way to them."""
+    for _ in range(MOST_LEVELS):
+        members = list(members_of(group).values())
+        if len(members) != 1 or not isinstance(members[0], h5py.Group):
+            break
+        group = members[0]
+    return group
 
 
 def _groups(file: h5py.File) -> list[str]:

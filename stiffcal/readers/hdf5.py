@@ -2,7 +2,7 @@
 
 Options of the manifest (``hdf5 = {…}``), all optional:
 
-group : the group that holds the columns, "/" when absent.
+group : the group that holds the columns; absent: the top, or the one group that leads to datasets.
 dataset : a dataset in it that holds all columns; absent: the only one with two dimensions or with fields, if there is
     no dataset per column.
 
@@ -27,10 +27,10 @@ class Hdf5Options(TomlTable):
 
     Attributes
     ----------
-    group : the group that holds them. dataset : one dataset in it that holds all columns; recognised where left out.
+    group : the group that holds them; left out, the top, or the only group below it. dataset : one dataset in it that holds all columns; recognised where left out.
     """
 
-    group: Name = "/"
+    group: Name | None = None
     dataset: Name | None = None
 
 

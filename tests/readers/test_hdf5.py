@@ -163,3 +163,17 @@ def test_columns_in_groups_are_found(tmp_path: Path) -> None:
         file.create_group("notes")
     with pytest.raises(InputError, match="give the group that contains it: hdf5.group = one of '/ids', '/notes'"):
         READER.read_header(tmp_path / "log.h5", {}, wanted=WANTED)
+
+
+def test_the_only_group_below_the_top_needs_no_option(tmp_path: Path) -> None:
+    path = tmp_path / "ids.h5"
+    with h5py.File(path, "w") as file:
+        group = file.create_group("cell/irc5")
+        group["t"], group["A1"] = [0.0, 0.1], [1.0, 2.0]
+    assert READER.read_header(path, {}).columns == ("A1", "t")
+    with h5py.File(path, "a") as file:
+        file.create_group("other")
+    assert READER.read_header(path, {}).columns == ()
+    with h5py.File(path, "w") as file:  # a group that holds itself
+        file["again"] = file["/"]
+    assert READER.read_header(path, {}).columns == ()

@@ -1,0 +1,212 @@
+"""What a log seems to be, and the manifest's lines for it: whose export, which signals, how its text is written.
+
+The usual exports are known by words in their first lines: ATI's force-torque sensors, Beckhoff's TwinCAT Scope,
+trackers of API, FARO, Leica and Nikon, traces of robot controllers. A column is guessed by its name; every guess is
+marked with ``# ?``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from stiffcal.campaign.file_formats import format_of
+from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
+from stiffcal.fault_codes import FaultCode
+from stiffcal.files import open_regular
+from stiffcal.log_columns import WantedColumns
+from stiffcal.propose.column_roles import Roles, recognise
+from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, signal_lines
+from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, sniff_table
+from stiffcal.readers import Reader, find_reader
+
+FIRST_BYTES = 1 << 14
+TEXT = "csv"
+
+# Words of a maker in the name or the first lines, what it is called here, and the name of the source.
+MAKERS: tuple[tuple[str, str, str], ...] = (
+    (r"\bATI\b|Net ?F/?T|RDT ?Sequence|F/T ?Sequence|Counts per Unit (Force|Torque)", "ATI force-torque sensor", "ft"),
+    (r"TwinCAT|Beckhoff|SampleTime ?\[|Starttime of export|\.svdx?\b", "Beckhoff TwinCAT Scope", "scope"),
+    (r"\bFARO\b|\bVantage\b|\bCAM2\b", "FARO tracker", "tracker"),
+    (r"\bAPI\b.{0,40}(tracker|Radian|OT2|T3)|\bRadian (Pro|Plus|Core)\b|Automated Precision", "API tracker", "tracker"),
+    (r"\bLeica\b|Spatial ?Analyzer|\bAT9[36]0\b|T-?Mac\b|T-?Probe\b|Tracker Pilot", "Leica tracker", "tracker"),
+    (r"\bNikon\b|\bMetris\b|K-?Series|\bK[46]\d0\b|\biGPS\b|Space ?Probe", "Nikon tracker", "tracker"),
+    (r"\bKUKA\b|\bKRC\d?\b|\$(AXIS|POS|TORQUE)_ACT|AxisPos", "KUKA controller trace", "controller"),
+    (r"\bABB\b|RobotStudio|Test ?Signal Viewer|\bIRC5\b", "ABB controller trace", "controller"),
+    (r"\bFANUC\b|\bSt(ä|ae|a)ubli\b|\bYaskawa\b|\bMotoman\b|\bUR1?\d\b", "robot controller trace", "controller"),
+)
+# The frames that proposed signals are in, where the campaign has none of the name.
+FRAMES: dict[str, tuple[ProposedLine, ...]] = {
+    FORCE_SENSOR: (
+        *(ProposedLine(f"[frames.{FORCE_SENSOR}]"), ProposedLine('parent = "flange"')),
+        ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "position and rotation of the sensor"),
+    ),
+    TRACKER: (
+        *(ProposedLine(f"[frames.{TRACKER}]"), ProposedLine('parent = "base"')),
+        ProposedLine("estimate = true", "found from the unloaded poses; or give xyz_m and a rotation"),
+    ),
+    TOOL: (
+        *(ProposedLine(f"[frames.{TOOL}]"), ProposedLine('parent = "flange"')),
+        ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "position of the target"),
+    ),
+}
+# Repetitions are bounded: these are searched in a log's first lines, which anybody may have written
+_NUMBER = r"[^0-9\n]{0,30}([0-9]{1,30}(?:[.,][0-9]{1,30})?)"
+_RATE = re.compile(
+    r"(?:sampl\w{0,12}[ _-]?rate|data ?rate|abtastrate|frequenc\w{0,12}|frequenz)" + _NUMBER, re.IGNORECASE
+)
+_PERIOD = re.compile(r"(?:sample ?time|abtastzeit|cycle ?time)\s{0,9}\[?\s{0,9}(ms|us|s)\]?" + _NUMBER, re.IGNORECASE)
+_LARGEST_FORCE = 1e5
+_COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORECASE)
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+_FROM_HEADER = "as stated in its first lines"
+_NO_NAMES = "export it with one header line, one time column and names like A1 … A6, Fx, X"
+
+
+@dataclass(frozen=True)
+class LogKind:
+    """What a log seems to be."""
+
+    device: str
+    """Whose export, "" not known."""
+    name: str
+    """For its source."""
+    format: str = ""
+    """Of the file."""
+    options: Mapping[str, str | int | bool] = field(default_factory=dict)
+    """What the format has to be given for the file to be read."""
+    time: ProposedLine | None = None
+    """The line of its time."""
+    signals: tuple[ProposedLine, ...] = ()
+    """The lines of its signals."""
+    roles: Roles = field(default_factory=Roles)
+    """What its columns are."""
+    headers: tuple[str, ...] = ()
+    """The names of all columns."""
+    why_not: str = ""
+    """Why no signal was found; "" where one was."""
+
+    @property
+    def options_line(self) -> list[ProposedLine]:
+        """The line of the format's options; none where the defaults hold."""
+        options = ", ".join(f"{key} = {toml_text.value(value)}" for key, value in self.options.items())
+        return [ProposedLine(f"{self.format} = {{ {options} }}")] if options else []
+
+    @property
+    def lines(self) -> tuple[ProposedLine, ...]:
+        """The lines of a source, or a comment on why there are none."""
+        if self.why_not or self.time is None:
+            return (ProposedLine(f"# {self.why_not}"),)
+        layout = (ProposedLine(toml_text.pair("format", self.format)), *self.options_line)
+        return (*layout, ProposedLine('sampling = "time"'), self.time, *self.signals)
+
+
+def log_kind(
+    path: Path, display_name: str, names: Callable[[Roles], FrameNames], joint_columns: Collection[str] = ()
+) -> LogKind:
+    """Return what a log seems to be.
+
+    Parameters
+    ----------
+    path : the file.
+    display_name : as the user knows it, for messages.
+    names : the frames to name in the lines, by what the columns are.
+    joint_columns : headers of the joints' columns, base to tip, where they are known.
+    """
+    found_format = format_of(display_name)
+    text = _first_bytes(path).decode("latin-1")
+    device, name = _maker(path.name.replace("_", " ") + "\n" + (text if found_format == TEXT else ""))
+    try:
+        reader = find_reader(path, found_format, display_name)
+        table = sniff_table(path) if reader.name == TEXT else _other_table(reader, path, display_name)
+    except InputError as error:
+        fault = error.faults[0]
+        return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
+    roles = recognise(table.columns, [column for column in table.columns if column.header in joint_columns])
+    headers = tuple(column.header for column in table.columns)
+    signals = list(signal_lines(roles, names(roles)))
+    if not signals:
+        listed = ", ".join(headers[:12])
+        why = f"no signal recognised in its columns ({listed}): {_NO_NAMES}"
+        return LogKind(device, name, reader.name, headers=headers, why_not=why)
+    if not name:
+        name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
+    counts = _COUNTS.search(text) if reader.name == TEXT else None
+    force = max((column.size for column in roles.force.columns), default=0.0) if roles.force is not None else 0.0
+    if counts is not None and force > _LARGEST_FORCE:
+        doubt = f"up to {force:.3g}: counts, {counts[2]} per unit? Log or write units, not counts"
+        signals.append(ProposedLine("", doubt))
+    time = _time_line(roles, text if reader.name == TEXT else "")
+    return LogKind(device, name, reader.name, table.options, time, tuple(signals), roles, headers)
+
+
+def with_doubt(line: ProposedLine, names: FrameNames) -> ProposedLine:
+    """Mark a line that names a frame which was taken for want of one called `TOOL`."""
+    taken = [name for name in (names.body, names.point) if name != TOOL and name in line.frames]
+    return replace(line, doubt=f"or another frame than {taken[0]!r}") if taken and line.doubt is None else line
+
+
+def _first_bytes(path: Path) -> bytes:
+    try:
+        with open_regular(path) as file:
+            return file.read(FIRST_BYTES)
+    except (OSError, InputError):
+        return b""
+
+
+def _maker(text: str) -> tuple[str, str]:
+    for words, device, name in MAKERS:
+        if re.search(words, text):
+            return device, name
+    return "", ""
+
+
+def _other_table(reader: Reader, path: Path, display_name: str) -> SniffedTable:
+    """Return the columns that a file of another format names itself, with the first values of those that are used.
+
+    Raises
+    ------
+    InputError : the file is damaged, or holds no columns that can be found without an option.
+    """
+    header = reader.read_header(path, {}, display_name)
+    named = tuple(SniffedColumn(name, name, header.units.get(name), (math.nan,)) for name in header.columns)
+    if not named:
+        reason, mend = "it has no columns at its top", f"state where they lie: {reader.name} = {{ … }}"
+        raise InputError.at(FaultCode.LOG_PART_MISSING, display_name, "", reason, mend)
+    unused = {column.header for column in recognise(named).unused}
+    wanted = [name for name in header.columns if name not in unused]
+    values = _first_values(reader, path, display_name, wanted)
+    columns = tuple(replace(column, values=values.get(column.header, column.values)) for column in named)
+    return SniffedTable(path, columns, header.n_rows or 0, {})
+
+
+def _first_values(reader: Reader, path: Path, display_name: str, names: Sequence[str]) -> dict[str, tuple[float, ...]]:
+    """Return the first values of columns; none where the file cannot be read, which `check` reports with the place."""
+    try:
+        batch = next(iter(reader.read_batches(path, {}, WantedColumns(tuple(names)), display_name)), None)
+    except InputError:
+        return {}
+    return {} if batch is None else {name: tuple(batch.numbers[name].tolist()) for name in names}
+
+
+def _time_line(roles: Roles, text: str) -> ProposedLine:
+    time = roles.time
+    if time is not None:
+        known = time.unit in (*_SECONDS, "ns", "iso8601")
+        column = {"column": time.header, "unit": (time.unit or "s") if known else "s"}
+        return ProposedLine(toml_text.pair("time", column), None if known else "seconds")
+    if (rate := _RATE.search(text)) is not None:
+        return _rate_line(float(rate[1].replace(",", ".")), _FROM_HEADER)
+    if (period := _PERIOD.search(text)) is not None:
+        step = float(period[2].replace(",", ".")) * _SECONDS[period[1].lower()]
+        if step > 0:
+            return _rate_line(1.0 / step, _FROM_HEADER)
+    return _rate_line(1000.0, "no time column recognised: write the logging rate")
+
+
+def _rate_line(hertz: float, doubt: str) -> ProposedLine:
+    return ProposedLine(f"time = {{ rate_hz = {hertz:g} }}", doubt)
