@@ -94,6 +94,7 @@ class Forecasts:
             id="forecast",
             kind="with",
             label=f"forecast: {choice.label}",
+            short="forecast",
             heldout_rms=rms,
             residual_heldout=tables.of_refit(pa.table(table_of(columns)))[self.pick],
         )

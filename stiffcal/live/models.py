@@ -21,6 +21,7 @@ from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import Ingested, RunContext, TrialModel, model_text, open_store, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.workflow.view_change import LastAdded
 from stiffcal.workflow.view_content import EarlierVerdict, view_content
 
 if TYPE_CHECKING:
@@ -229,13 +230,14 @@ class LiveModels:
             earlier = EarlierVerdict(diagnosis=judged, of=OF_FILE, same_states=not choice.excluded)
         drawn = None if base.states is None or choice.excluded else base.states.index
         content, _ = self._content_of(replace(context, trial=tried.trial), earlier, drawn)
-        tried.rung = replace(
-            next(model for model in content.models if model.present), id=tried.id, label=f"tried: {choice.label}"
-        )
+        present, label = next(model for model in content.models if model.present), f"tried: {choice.label}"
+        tried.rung = replace(present, id=tried.id, label=label, short=label)
+        added = LastAdded(before=next(model.id for model in base.models if model.present), names=choice.added)
         fits = [replace(model, present=False) for model in base.models if model.kind == "fit"]
         if choice.excluded:
             fits = [replace(model, residual_fit=None, residual_heldout=None) for model in fits]
-        return replace(content, models=[*fits, *self._rungs(choice), tried.rung], live=live)
+        models = [*fits, *self._rungs(choice), tried.rung]
+        return replace(content, models=models, change=added.change(models, content.evidence), live=live)
 
     def _base_content(self, context: RunContext) -> tuple[ViewContent, DiagnoseResult | None]:
         """Return what the page shows of model.toml; made again where the store has changed."""

@@ -93,6 +93,8 @@ class ViewModel:
     """
     label: str
     """As it is printed."""
+    short: str
+    """As the head of a column: "fit 1", "with backlash j4"."""
     present: bool = False
     """True for the fit of the present model."""
     fit_rms: Rms | None = None
@@ -167,16 +169,32 @@ class ViewLive:
 
 @dataclass(frozen=True, kw_only=True)
 class ViewEvidence:
-    """An effect that is missing, with what it follows and the direction in which it acts."""
+    """An effect that is missing or was added last, with what it follows and the direction in which it acts."""
 
     name: str
     """``effect place``."""
+    standing: Literal["missing", "added"]
+    """Whether the present model lacks it, or holds it and the fit before did not."""
     variable: str
     """Name of the variable that it follows."""
     turns: bool
     """True where the direction is of rotations, False of translations."""
     along: Floats
     """(n, 3): its inner product with a residual is the residual along the effect; NaN where it cannot be read."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewChange:
+    """What the present model holds and an earlier one did not: the page opens on it."""
+
+    before: str
+    """Id of the earlier model."""
+    added: list[str]
+    """Effects, ``effect place``."""
+    variable: str
+    """Name of the variable that the first of them follows."""
+    component: str
+    """Which residual shows it: one of `ViewShare.component`, or "e1", "e2", … of the evidence."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -254,6 +272,8 @@ class ViewContent:
     effects: list[ViewEffect]
     evidence: list[ViewEvidence]
     """In the order of the diagnosis."""
+    change: ViewChange | None
+    """How the present model differs from the fit before it; None where it holds no more, or that cannot be drawn."""
     diagnosed: Rms | None
     """The error of the present fit as the diagnosis judges it, with which candidates compare; None without one."""
     held_out: str

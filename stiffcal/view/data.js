@@ -91,6 +91,30 @@ const stiffcal = {};
   /** Whether a model has something to draw. */
   S.isDrawable = (model) => Boolean(model.residual_fit || model.residual_heldout);
 
+  /** The residual of a model, in held-out data where it is known there and chosen. @param {any} model @param {boolean} [allowed] whether it may be */
+  S.residualOf = function (model, allowed = true) {
+    const heldout = (allowed && S.state.kind === "heldout" && Boolean(model.residual_heldout)) || !model.residual_fit;
+    const [move, turn] = heldout ? model.residual_heldout : model.residual_fit;
+    return { move, turn: S.data.rotation ? turn : null, model, heldout };
+  };
+
+  /**
+   * The model that is shown and the one to compare it with: the fit before the last effect was added, or the present fit
+   * of a refit with or without an effect; null where there is none.
+   * @returns {{before: any, after: any, residuals: any[]}|null} residuals: of both, of one kind where both have that
+   */
+  S.pair = function () {
+    const { models, change } = S.data, present = models.find((model) => model.present), { model: shown } = S.residual();
+    const earlier = change && S.modelById.get(change.before);
+    const pair = shown.kind === "with" || shown.kind === "all" ? { before: present, after: shown }
+      : shown.kind === "without" ? { before: shown, after: present }
+        : shown === present || shown === earlier ? { before: earlier, after: present } : { before: null };
+    const both = [pair.before, pair.after];
+    if (!both.every((model) => model && S.isDrawable(model))) return null;
+    const heldout = both.every((model) => model.residual_heldout);
+    return { ...pair, residuals: both.map((model) => S.residualOf(model, heldout)) };
+  };
+
   /**
    * The residual that all panels show: of the model that is chosen, the parts of effects added that are taken out.
    * @returns {{move: Float64Array, turn: Float64Array|null, model: any, heldout: boolean, exact: boolean}}
@@ -103,9 +127,8 @@ const stiffcal = {};
     if (state.mode === "refit" && state.off.length) {
       model = S.data.models.find((entry) => entry.kind === "without" && entry.effect === state.off[0]) || model;
     }
-    const heldout = (state.kind === "heldout" && Boolean(model.residual_heldout)) || !model.residual_fit;
-    const pair = heldout ? model.residual_heldout : model.residual_fit;
-    let move = pair[0], turn = S.data.rotation ? pair[1] : null;
+    const whole = S.residualOf(model), { heldout } = whole;
+    let { move, turn } = whole;
     if (state.mode === "part" && state.off.length) {
       move = Float64Array.from(move);
       turn = turn && Float64Array.from(turn);
@@ -137,8 +160,12 @@ const stiffcal = {};
   /** What a residual key may be, with its words. @returns {[string, string][]} */
   S.residualKeys = function () {
     if (S.scalar) return [["r.x", S.data.measure === "torque" ? "torque" : "angle of the moved motor"]];
-    return [...S.components.map((name, k) => [`r.${name}`, k < 3 ? `along ${name}` : `about ${name.slice(1)}`]), ["r.length", "length"],
-      ["r.all", "along x, y and z together"], ...S.data.evidence.map((one, k) => [`r.e${k + 1}`, `along ${one.name} (missing)`]), ...S.data.effects.map((effect) => [`r.along ${effect.name}`, `along the effect ${effect.name}`])];
+    return [
+      ...S.components.map((name, k) => [`r.${name}`, k < 3 ? `along ${name}` : `about ${name.slice(1)}`]),
+      ["r.length", "length"], ["r.all", "along x, y and z together"],
+      ...S.data.evidence.map((one, k) => [`r.e${k + 1}`, `along ${one.name} (${one.standing})`]),
+      ...S.data.effects.map((effect) => [`r.along ${effect.name}`, `along the effect ${effect.name}`]),
+    ];
   };
 
   /**
@@ -171,7 +198,8 @@ const stiffcal = {};
     if (one) {
       const scale = one.turns ? S.units.angle : length, source = one.turns ? shown.turn : shown.move;
       for (let i = 0; i < S.n; i++) values[i] = scale.factor * [0, 1, 2].reduce((sum, k) => sum + one.along[3 * i + k] * source[3 * i + k], 0);
-      return { values, label: `${kind} along ${one.name}`, unit: scale.unit, levels: [], sigma: scale.factor * (one.turns ? (noise?.rotation ?? NaN) / Math.sqrt(3) : sigma), wide: false };
+      const noiseAlong = one.turns ? (noise?.rotation ?? NaN) / Math.sqrt(3) : sigma;
+      return { values, label: `${kind} along ${one.name}`, unit: scale.unit, levels: [], sigma: scale.factor * noiseAlong, wide: false };
     }
     const effect = S.data.effects.find((entry) => `along ${entry.name}` === name);
     for (let i = 0; i < S.n; i++) {

@@ -4,13 +4,18 @@
 
   function controls(drawable) {
     const { data } = S;
-    const model = S.choice("Model shown in all panels", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
+    const model = S.choice("Shown", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
+    model.select.setAttribute("aria-label", "Model shown in all panels");
     const clear = S.button({ onclick: () => S.select([]) }, "Clear the selection");
     const count = S.make("span", { id: "count", role: "status" });
     bar.append(model.element, clear, count);
     S.onChange(() => {
       model.select.value = S.state.model;
-      count.textContent = `${S.count(S.nSelected)} of ${S.count(S.n)} drawn states selected` + (data.n_states > S.n ? `; shown ${S.count(S.n)} of ${S.count(data.n_states)}; errors are of all` : "");
+      clear.hidden = !S.nSelected;
+      count.textContent = [
+        ...(S.nSelected ? [`${S.count(S.nSelected)} of ${S.count(S.n)} drawn states selected`] : []),
+        ...(data.n_states > S.n ? [`shown ${S.count(S.n)} of ${S.count(data.n_states)}; errors are of all`] : []),
+      ].join("; ");
     });
   }
 
@@ -21,7 +26,12 @@
     document.getElementById("panels").replaceChildren();
     bar.replaceChildren();
     if (S.parts.length > 1) {
-      const readings = S.choice("Readings", S.parts.map((entry, k) => [String(k), S.partName(entry)]), (value) => { history.replaceState(null, "", `#part=${value}`); build(Number(value)); S.redraw(); bar.querySelector("select").focus(); });
+      const readings = S.choice("Readings", S.parts.map((entry, k) => [String(k), S.partName(entry)]), (value) => {
+        history.replaceState(null, "", `#part=${value}`);
+        build(Number(value));
+        S.redraw();
+        bar.querySelector("select").focus();
+      });
       readings.select.value = String(S.part);
       bar.append(readings.element);
     }
@@ -31,9 +41,9 @@
     if (S.n && drawable.length) {
       S.readHash();
       controls(drawable);
-      if (!S.scalar && data.runs.some((run) => run.chain.length)) S.robotPanel();
       S.againstPanel();
       S.ladderPanel();
+      if (!S.scalar && data.runs.some((run) => run.chain.length)) S.robotPanel();
       S.effectsPanel();
       S.matrixPanel();
       S.compliancePanel();
@@ -55,12 +65,15 @@
     return Array.from({ length: S.n }, (_, i) => places.get(name(S.data, i)) ?? -1);
   }
   /** Three numbers of each state, of the states that other data hold. */
-  const inOrder = (values, places) => values && Float64Array.from({ length: 3 * places.length }, (_, k) => (places[(k / 3) | 0] < 0 ? NaN : values[3 * places[(k / 3) | 0] + (k % 3)]));
+  function inOrder(values, places) {
+    const at = (k) => places[(k / 3) | 0];
+    return values && Float64Array.from({ length: 3 * places.length }, (_, k) => (at(k) < 0 ? NaN : values[3 * at(k) + (k % 3)]));
+  }
 
   /** Show new data of the same campaign: what was shown stays as a ghost, and points move. @param {any} data */
   S.showContent = function (data) {
     const before = { ...S.state }, old = S.data, ghost = S.asGhost();
-    const panels = document.getElementById("panels"), { scrollTop } = panels;
+    const sheet = document.getElementById("page"), panels = document.getElementById("panels"), { scrollTop } = sheet;
     const open = [...panels.querySelectorAll("details[open]")].map((entry) => entry.closest("section").id + entry.className);
     S.take(data);
     build(before.part);
@@ -74,7 +87,7 @@
       S.moveFrom({ ...ghost, move: inOrder(ghost.move, places), turn: inOrder(ghost.turn, places) });
     }
     S.redraw();
-    panels.scrollTop = scrollTop;
+    sheet.scrollTop = scrollTop;
   };
   const partOfHash = () => Number(new URLSearchParams(location.hash.slice(1)).get("part")) || 0;
 

@@ -17,7 +17,8 @@ from stiffcal.view.content import ViewContent, ViewModel, ViewVariable
 from stiffcal.view.packing import NOISE_SHARE, Packer
 
 SCRIPTS = (
-    "data.js", "words.js", "state.js", "draw.js", "svg.js", "panel.js", "robot.js", "against.js", "ladder.js",
+    "data.js", "words.js", "state.js", "scales.js", "movement.js", "draw.js", "svg.js", "elements.js", "saving.js",
+    "pointer.js", "panel.js", "scatter.js", "proposals.js", "against.js", "values.js", "ladder.js", "robot.js",
     "effects.js", "poses.js", "reading.js", "kinds.js", "tryout.js", "main.js",
 )  # fmt: skip
 """In the order in which they are run; each adds to the one name ``stiffcal``."""

@@ -16,7 +16,7 @@
       id: "poses", title: "5 Poses", height, least: 80 + 42 * words.length,
       about: `Error by run and ${of}, rms in ${unit} over the drawn states.`,
       how: "A click on a cell: select its states in all panels; with Shift they are added. Up and down arrows: choose a run; Enter selects it; Escape clears the selection.",
-      draw, table, depends: () => `${S.shownKey()}/${S.state.run}/${S.version}`,
+      draw, table, depends: () => [S.shownKey(), S.state.run, S.version, S.scaling].join("/"),
       key: S.onKeys({ ArrowDown: () => S.stepRun(1), ArrowUp: () => S.stepRun(-1) }, () => S.members[S.state.run]),
     });
     let place = null;
@@ -25,8 +25,8 @@
       if (run !== undefined) S.select(k >= 0 ? cell(run, k) : S.members[run], event.shiftKey);
     });
     /** (row, column) rms, SI. */
-    function errors() {
-      const move = S.residual().move, used = data.states.used;
+    function errors({ move }) {
+      const { used } = data.states;
       return runs.map((run) => {
         const sums = words.map(() => [0, 0]);
         const add = (k, square) => { if (sums[k] && Number.isFinite(square)) { sums[k][0] += square; sums[k][1]++; } };
@@ -38,17 +38,26 @@
         return sums.map(([sum, count]) => (count ? Math.sqrt(sum / count) : NaN));
       });
     }
-    let kept = { of: null, rows: [] };
-    const rowsOf = () => { const shown = S.residual(); if (kept.of !== shown) kept = { of: shown, rows: errors() }; return kept.rows; };
+    let kept = { of: null, rows: [], most: 0 };
+    /** Errors of what is shown, and the largest there is of it and of the model that it is compared with. */
+    function shown() {
+      const residual = S.residual(), pair = S.pair();
+      if (kept.of === residual) return kept;
+      const largest = (rows) => Math.max(...rows.flat().filter(Number.isFinite), 1e-12);
+      const rows = errors(residual), others = pair ? pair.residuals.map((one) => largest(errors(one))) : [];
+      kept = { of: residual, rows, most: Math.max(largest(rows), ...others) };
+      return kept;
+    }
     function draw(canvas) {
-      const { g, width, height: h } = S.begin(canvas), rows = rowsOf(), left = Math.min(140, width - 42 * words.length);
+      const { g, width, height: h } = S.begin(canvas), { rows, most: worst } = shown(), left = Math.min(140, width - 42 * words.length);
       place = { left, w: (width - left - 8) / words.length, h: (h - HEAD - 8) / Math.max(runs.length, 1) };
-      const every = Math.ceil(13 / place.h), most = Math.max(...rows.flat().filter(Number.isFinite), 1e-12), count = S.theme.scale.length;
+      const every = Math.ceil(13 / place.h), [, most] = S.locked("errors by run", [0, worst]), count = S.theme.scale.length;
       const decimals = Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(factor * most))));
       g.textBaseline = "middle"; g.textAlign = "center"; g.fillStyle = S.theme.ink;
       words.forEach((word, k) => {
         const text = S.visible(word), parts = g.measureText(text).width > place.w - 4 ? text.split(" ") : [text];
-        parts.slice(0, 2).forEach((part, line) => g.fillText(part, left + (k + 0.5) * place.w, HEAD - 20 + (parts.length > 1 ? 13 * line : 8), place.w - 2));
+        const lines = parts.length > 1 ? [parts[0], parts.slice(1).join(" ")] : parts;
+        lines.forEach((part, line) => g.fillText(part, left + (k + 0.5) * place.w, HEAD - 20 + (lines.length > 1 ? 13 * line : 8), place.w - 2));
       });
       rows.forEach((row, number) => {
         const run = runs[number], y = HEAD + number * place.h, selected = S.members[run].some((i) => S.selected[i]);
@@ -68,14 +77,14 @@
           }
         });
       });
-      return `Largest error of a cell ${S.size(most)}; noise ${S.size(S.main(data.noise))}. Colours from 0 (dark) to the largest (light).`;
+      return `Colours from 0 (dark) to ${S.size(most)} (light), the largest error of a cell in the models shown so far; noise ${S.size(S.main(data.noise))}.`;
     }
     const light = (colour) => {
       const [r, gr, b] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
       return 0.3 * r + 0.59 * gr + 0.11 * b > 130;
     };
     function table() {
-      return { head: ["run", ...words.map((word) => `${word} [${unit}]`)], rows: rowsOf().map((row, number) => [data.runs[runs[number]].name, ...row.map((value) => factor * value)]) };
+      return { head: ["run", ...words.map((word) => `${word} [${unit}]`)], rows: shown().rows.map((row, number) => [data.runs[runs[number]].name, ...row.map((value) => factor * value)]) };
     }
   };
 

@@ -69,7 +69,7 @@
       small("First view", "⟲", () => S.set({ turn: 0.9, tilt: 0.35, zoom: 1 })));
 
     const panel = S.panel({
-      id: "robot", title: "1 Robot", height: 420,
+      id: "robot", title: "3 Robot", height: 420,
       about: "At rest (dashed) and deformed. Size of discs (drives), rings (bearings) and links: share of the deflection at the tool. Diamond: where an effect is missing.",
       how: "Drag or arrow keys: turn. + and −, or the wheel after a click: zoom. N and P: next and previous state.",
       controls: [run, S.button({ onclick: () => step(-1) }, "Previous state"),

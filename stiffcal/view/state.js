@@ -1,7 +1,7 @@
 (function (S) {
   /** What the page shows; all of it is in the address after the "#". */
   const first = () => ({
-    part: 0, model: "", kind: "heldout", off: [], mode: "part", x: "", y: "", colour: "", run: 0, at: 0, scale: 0,
+    part: 0, model: "", beside: -1, kind: "heldout", off: [], mode: "part", x: "", y: "", colour: "", run: 0, at: 0, scale: 0,
     arrows: "mprf", turn: 0.9, tilt: 0.35, zoom: 1, joint: -1, over: -1,
   });
   S.state = first();
@@ -178,8 +178,11 @@
     if (state.off.length) state.model = (drawable.find((model) => model.present) || { id: state.model }).id;
     const proposed = S.modelById.get(state.model)?.shares?.[0];
     const keys = new Set([...S.residualKeys().map(([key]) => key), ...data.variables.map((variable) => variable.name), ...(S.scalar ? [] : ["component"])]);
-    const [missing] = data.evidence;
-    if (missing && !keys.has(state.x) && !keys.has(state.y)) { state.x = missing.variable; state.y = "r.e1"; }
+    // the effect that was added last, before and after; else what the diagnosis reads of what is missing
+    const missing = data.evidence.findIndex((one) => one.standing === "missing");
+    const opening = data.change ? { x: data.change.variable, y: `r.${data.change.component}` } : missing >= 0 ? { x: data.evidence[missing].variable, y: `r.e${missing + 1}` } : null;
+    if (opening && !keys.has(state.x) && !keys.has(state.y)) Object.assign(state, opening);
+    if (![0, 1].includes(state.beside)) state.beside = data.change ? 1 : 0;
     if (!keys.has(state.x)) state.x = proposed ? proposed.variable : data.variables[0]?.name ?? "";
     if (state.colour !== "none" && !keys.has(state.colour)) state.colour = ["branch", "joint", data.direction, "run"].find((key) => keys.has(key)) ?? "none";
     if (!keys.has(state.y) || state.y === "component") state.y = proposed ? `r.${proposed.component}` : "r.x";

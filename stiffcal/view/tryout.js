@@ -1,10 +1,9 @@
 (function (S) {
-  /** The bar that stays in sight: the error, the model's effects and the candidates. */
+  /** The bar that stays in sight: the error, the candidates, the model's effects. */
   const bar = document.getElementById("tryout");
   const STANDING = {
     missing: "missing", alike: "cannot be distinguished from it", undecided: "undecided between", possible: "possible", rejected: "rejected",
   };
-  const MS = 700;
 
   /** True of a page that a server sent; `live.js` is only there then. */
   S.isLive = () => Boolean(S.parts?.[0].live);
@@ -29,15 +28,31 @@
     return [...groups];
   }
 
+  /**
+   * A line of chips; what it has no room for is behind a button.
+   * @param {string} id @param {string} name for screen readers @param {string} lead @param {() => void} opened
+   */
+  function row(id, name, lead, opened) {
+    const chips = S.make("div", { className: "chips", id, role: "group", "aria-label": name });
+    const more = S.make("button", { type: "button", className: "more", "aria-expanded": "false", "aria-controls": id, onclick: () => {
+      const open = element.classList.toggle("open");
+      more.setAttribute("aria-expanded", String(open));
+      opened();
+      element.scrollIntoView({ block: "nearest" });
+    } });
+    const element = S.make("div", { className: "row" }, S.make("span", { className: "lead" }, lead), chips, more);
+    return { element, chips, more, isOpen: () => element.classList.contains("open") };
+  }
+
   const error = S.make("output", { id: "error" });
   const noise = S.make("span", { id: "error-noise" });
   const hint = S.make("span", { id: "error-hint", role: "status" });
   const undo = S.button({ id: "undo", onclick: () => S.undo() }, "Undo");
   const again = S.button({ id: "diagnose", onclick: () => S.diagnose() }, "Diagnose again");
   const write = S.button({ id: "write", onclick: () => S.writeModel() }, "Write to model.toml");
-  const model = S.make("div", { className: "chips", id: "in-model", role: "group", "aria-label": "Effects of the model" });
-  const candidates = S.make("div", { className: "chips", id: "candidates", role: "group", "aria-label": "Candidates" });
-  const rejected = S.make("details", { id: "rejected" });
+  const refill = () => { listed = ""; list(); };
+  const candidates = row("candidates", "Candidates", "Add", refill);
+  const model = row("in-model", "Effects of the model", "Model", refill);
   const copied = S.make("span", { role: "status", className: "quiet" });
 
   /** Whether two lists hold the same. @param {string[]} a @param {string[]} b */
@@ -72,7 +87,7 @@
   }
 
   async function copy(text) {
-    try { await navigator.clipboard.writeText(text); copied.textContent = ` copied: ${S.visible(text)}`; } catch { copied.textContent = ` ${S.visible(text)}`; }
+    try { await navigator.clipboard.writeText(text); copied.textContent = `copied: ${S.visible(text)}`; } catch { copied.textContent = S.visible(text); }
   }
 
   /** A tick with its words. */
@@ -87,63 +102,62 @@
   function chipOfCandidate(entry) {
     const on = ticked().includes(entry.name), names = on ? ticked().filter((name) => name !== entry.name) : [...ticked(), entry.name];
     const possible = S.isLive() || !names.length || Boolean(storedRefit(names));
-    const sure = entry.standing === "missing" || entry.standing === "undecided" ? (entry.first_in === null ? "" : `, first in ${S.percent(entry.first_in)}`) : "";
+    const named = entry.standing === "missing" || entry.standing === "undecided";
+    const sure = named && entry.first_in !== null ? `, first in ${S.percent(entry.first_in)}` : "";
     const why = possible ? entry.why : "no refit of this combination is stored: stiffcal view --live fits any";
-    return S.make("span", { className: `candidate ${entry.standing}` }, chip(entry.name, `${entry.name}${sure}`, on, possible, (value) => tickCandidate(entry.name, value), why),
-      S.button({ className: "copy", title: S.visible(`Copy: ${entry.command}`), "aria-label": S.visible(`Copy ${entry.command}`), onclick: () => copy(entry.command) }, "copy"));
+    const made = S.make("span", { className: `candidate ${entry.standing}` }, chip(entry.name, `${entry.name}${sure}`, on, possible, (value) => tickCandidate(entry.name, value), why));
+    // a live page writes model.toml itself
+    if (!S.isLive()) {
+      made.append(S.button({ className: "copy", title: S.visible(`Copy: ${entry.command}`), "aria-label": S.visible(`Copy ${entry.command}`), onclick: () => copy(entry.command) }, "copy"));
+    }
+    return made;
+  }
+
+  /** Candidates in groups, by what the diagnosis says of them. @param {any[]} offered @param {boolean} whole also what is rejected */
+  function groupsOf(offered, whole) {
+    return Object.entries(STANDING).flatMap(([standing, words]) => {
+      const some = offered.filter((entry) => entry.standing === standing && (whole || standing !== "rejected"));
+      return some.length ? [S.make("span", { className: "standing" }, `${words}:`), ...some.map(chipOfCandidate)] : [];
+    });
   }
 
   let listed = "";
-  /** Fill the bar. */
+  /** Fill the lines of chips. */
   function list() {
-    const { data } = S, live = S.isLive();
-    const inModel = live ? [...new Set([...data.effects.map((effect) => effect.name).filter((name) => !S.wanted.added.includes(name)), ...S.wanted.removed])] : data.effects.map((effect) => effect.name);
+    const { data } = S, live = S.isLive(), own = data.effects.map((effect) => effect.name);
+    const inModel = live ? [...new Set([...own.filter((name) => !S.wanted.added.includes(name)), ...S.wanted.removed])] : own;
     const key = JSON.stringify([inModel, ticked(), out(), S.part, data.diagnosis_of, data.candidates.map((entry) => entry.name), S.waitsFor !== ""]);
     if (key === listed) return;
     const focus = bar.contains(document.activeElement) ? document.activeElement.dataset?.effect : undefined;
     listed = key;
     const refits = data.models.filter((entry) => entry.kind === "without").map((entry) => entry.effect);
-    model.replaceChildren(S.make("span", { className: "lead" }, "Model:"), ...byEffect(inModel).flatMap(([effect, places]) => [
-      S.make("span", { className: "effect" }, effect, ...places.map((place) => {
-        const name = `${effect} ${place}`;
-        return chip(name, place === "setup" ? "" : place, !out().includes(name), live || refits.includes(name), (value) => tickEffect(name, value), `${name}: untick to see the error without it`);
-      })),
-    ]));
-    const offered = data.candidates.filter((entry) => !inModel.includes(entry.name)), folded = offered.filter((entry) => entry.standing === "rejected"), shown = [];
-    for (const standing of Object.keys(STANDING)) {
-      const some = offered.filter((entry) => entry.standing === standing);
-      if (!some.length || standing === "rejected") continue;
-      shown.push(S.make("span", { className: "lead" }, `${STANDING[standing]}:`), ...some.map(chipOfCandidate));
-    }
-    candidates.replaceChildren(...(shown.length ? shown : [S.make("span", { className: "lead" }, S.data.candidates.length ? "No candidate is supported." : data.refits_missing || "Not diagnosed yet.")]),
+    model.chips.replaceChildren(...byEffect(inModel).map(([effect, places]) => S.make("span", { className: "effect" }, effect, ...places.map((place) => {
+      const name = `${effect} ${place}`, can = live || refits.includes(name);
+      return chip(name, place === "setup" ? "" : place, !out().includes(name), can, (value) => tickEffect(name, value), can ? `${name}: untick to see the error without it` : `${name}: no refit without it is stored`);
+    }))));
+    const offered = data.candidates.filter((entry) => !inModel.includes(entry.name)), nRejected = offered.filter((entry) => entry.standing === "rejected").length;
+    const shown = groupsOf(offered, candidates.isOpen());
+    const none = data.candidates.length ? "no candidate is supported" : data.refits_missing || "not diagnosed yet";
+    candidates.chips.replaceChildren(...(shown.length ? shown : [S.make("span", { className: "quiet" }, none)]),
       ...(data.diagnosis_of ? [S.make("span", { className: "quiet" }, `(diagnosis of ${data.diagnosis_of})`)] : []));
-    candidates.classList.toggle("stale", Boolean(data.diagnosis_of));
-    rejected.hidden = !folded.length;
-    const isOpen = rejected.open;
-    rejected.replaceChildren(S.make("summary", {}, `rejected: ${folded.length}`), S.make("div", { className: "chips" }, ...folded.map(chipOfCandidate)));
-    rejected.open = isOpen;
+    candidates.chips.classList.toggle("stale", Boolean(data.diagnosis_of));
+    candidates.more.dataset.always = nRejected ? "yes" : "";
+    candidates.more.dataset.words = nRejected ? `all ${offered.length}, ${nRejected} rejected` : `all ${offered.length}`;
+    model.more.dataset.words = `all ${inModel.length}`;
+    fit();
     if (focus !== undefined) [...bar.querySelectorAll("input")].find((input) => input.dataset.effect === focus)?.focus();
   }
 
-  /** The number that counts down: from the error shown before to the present one. */
-  function number() {
-    const shown = S.residual(), to = shown.heldout ? shown.model.heldout_rms : shown.model.fit_rms, from = S.ghost?.rms;
-    const t = S.moved();
-    if (!to) return "–";
-    if (!from || t >= 1) return S.error(to);
-    const between = {};
-    for (const [name, value] of Object.entries(to)) between[name] = typeof value === "number" && typeof from[name] === "number" ? from[name] + (value - from[name]) * t : value;
-    return S.error(between);
+  /** Offer what a line has no room for. */
+  function fit() {
+    for (const { chips, more, isOpen } of [candidates, model]) {
+      more.hidden = !isOpen() && !more.dataset.always && chips.scrollHeight <= chips.clientHeight + 4;
+      more.textContent = isOpen() ? "one line" : more.dataset.words || "all";
+    }
   }
+  new ResizeObserver(fit).observe(bar);
 
-  /** Show the bar as things are. */
-  S.showTryout = function () {
-    if (!S.data || !S.data.models.some(S.isDrawable)) { bar.hidden = true; return; }
-    bar.hidden = false;
-    const live = S.isLive(), dirty = live && (S.wanted.added.length + S.wanted.removed.length > 0);
-    error.textContent = S.visible(number());
-    error.classList.toggle("waiting", Boolean(S.waitsFor));
-    noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; noise ${S.error(S.data.noise)}`);
+  function fillHint() {
     hint.replaceChildren();
     if (S.fault) hint.append(S.make("span", { className: "warning" }, S.fault));
     else if (S.modelChanged) {
@@ -151,44 +165,25 @@
         S.button({ onclick: () => S.reloadModel() }, "take it as it is now"), " ", S.button({ onclick: () => S.writeModel(true) }, "write the ticks into it"));
     } else if (S.hollow) hint.append(S.visible(`forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}`));
     else hint.append(S.visible(S.waitsFor));
+  }
+
+  /** Show the bar as things are. */
+  S.showTryout = function () {
+    const drawable = Boolean(S.data?.models.some(S.isDrawable)), live = S.isLive();
+    for (const element of [error, noise, hint, candidates.element, model.element]) element.hidden = !drawable;
     for (const element of [undo, again, write]) element.hidden = !live;
+    if (!drawable) return;
+    error.textContent = S.visible(S.error(S.errorNow()));
+    error.classList.toggle("waiting", Boolean(S.waitsFor));
+    noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; noise ${S.error(S.data.noise)}`);
+    fillHint();
     undo.disabled = !S.canUndo();
     again.disabled = Boolean(S.waitsFor) || !S.data.diagnosis_of;
-    write.disabled = !dirty || Boolean(S.waitsFor);
+    write.disabled = S.wanted.added.length + S.wanted.removed.length === 0 || Boolean(S.waitsFor);
     list();
   };
 
-  /** What was shown before the present model, drawn grey; null for nothing. */
-  S.ghost = null;
-  /** A forecast, drawn hollow; null for nothing. */
-  S.hollow = null;
-  /** Counts pictures of a movement. */
-  S.frame = 0;
-  let began = -Infinity;
-  /** How far points have moved from where they were to where they are, 0 to 1. */
-  S.moved = function () {
-    const t = Math.min(1, Math.max(0, (performance.now() - began) / MS));
-    return t * t * (3 - 2 * t);
-  };
-  /** Have points move from a residual to the one that is shown now. @param {Object<string, any>|null} ghost */
-  S.moveFrom = function (ghost) {
-    S.ghost = ghost;
-    began = matchMedia("(prefers-reduced-motion: reduce)").matches ? -Infinity : performance.now();
-    const step = () => {
-      S.frame++;
-      S.redraw();
-      if (S.moved() < 1) requestAnimationFrame(step);
-    };
-    step();
-  };
-  /** What is shown now, to be a ghost of what comes; null where nothing is. */
-  S.asGhost = function () {
-    if (!S.n || !S.modelById.get(S.state.model)) return null;
-    const { move, turn, model, heldout } = S.residual();
-    return { move, turn, model, heldout, rms: S.state.off.length && S.state.mode === "part" ? null : heldout ? model.heldout_rms : model.fit_rms };
-  };
-
-  bar.append(S.make("div", { className: "count" }, error, noise, undo, again, write, hint, copied), model, candidates, rejected);
+  bar.append(S.make("div", { className: "count" }, error, noise, undo, again, write, hint, copied, S.make("div", { id: "bar" })), candidates.element, model.element);
   S.startTryout = function () {
     listed = "";
     S.onChange(S.showTryout);

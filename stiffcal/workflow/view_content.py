@@ -35,6 +35,7 @@ from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_content import report_states_of
 from stiffcal.workflow.steps import FIT_STATES, Ingested
 from stiffcal.workflow.view_candidates import view_candidates
+from stiffcal.workflow.view_change import LastAdded, diagnosis_of_states
 from stiffcal.workflow.view_effects import view_effects
 from stiffcal.workflow.view_evidence import picked_evidence, view_evidence
 from stiffcal.workflow.view_models import place_words, tables_of_states, view_models
@@ -116,6 +117,7 @@ def view_content(
         models=[],
         effects=[],
         evidence=[],
+        change=None,
         diagnosed=None if diagnosis is None else _diagnosed(diagnosis),
         held_out=held_out(validation.scheme),
         readings={},
@@ -195,7 +197,10 @@ def _with_states(
         label = "rotation of the moved motor"
         variables.insert(0, ViewVariable(name="motor", label=label, unit="°", values=DEGREES * measured[:, 0]))
     tables = tables_of_states(data, measured.shape[1], own is not None)
-    evidence, followed = view_evidence(data, diagnosis, variables)
+    last = LastAdded.of(data, identified)
+    evidence, followed = view_evidence(
+        data, diagnosis or diagnosis_of_states(data), variables, last.names, diagnosis is not None
+    )
     variables += followed
     evidence = [one for one in evidence if drawn.has_rotation or not one.turns] if own is None else []
     models = view_models(data, identified, variables, drawn.used, tables, own, evidence)
@@ -239,6 +244,7 @@ def _with_states(
         models=[picked_model(model, pick) for model in models],
         effects=view_effects(robot, states, pick, measured.shape[1]),
         evidence=[picked_evidence(one, pick) for one in evidence],
+        change=last.change(models, evidence),
         readings=_readings(data.table, pick) if raw else {},
         refits_missing="" if missing else reason or "the store holds no refits: run stiffcal diagnose again",
     )

@@ -1,8 +1,8 @@
-"""What the diagnosis reads of an effect that is missing: what it follows, and the direction in which it acts."""
+"""What the diagnosis reads of effects that are missing or were added: what they follow, and how they act."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -23,14 +23,20 @@ _UNITS = {"rad": (180.0 / np.pi, "°"), "1": (1.0, "")}
 
 
 def view_evidence(
-    data: Ingested, diagnosis: DiagnoseResult | None, variables: Sequence[ViewVariable]
+    data: Ingested,
+    diagnosis: DiagnoseResult | None,
+    variables: Sequence[ViewVariable],
+    added_last: Collection[str] = (),
+    of_present: bool = True,
 ) -> tuple[list[ViewEvidence], list[ViewVariable]]:
-    """Return the effects that the diagnosis finds missing, and the variables that only they follow.
+    """Return the effects that are missing or were added last, and the variables that only they follow.
 
     Parameters
     ----------
-    data : the campaign with its states. diagnosis : of the present fit; None without one.
+    data : the campaign with its states. diagnosis : of a fit to these states; None without one.
     variables : what residuals may follow, over all states.
+    added_last : ``effect place`` of those that the present model holds and the fit before did not.
+    of_present : whether the diagnosis is of the present fit: what it finds missing still is.
 
     Returns
     -------
@@ -48,7 +54,9 @@ def view_evidence(
     found: list[ViewEvidence] = []
     added: list[ViewVariable] = []
     for number, summary in enumerate(diagnosis.evidence):
-        if summary.status != "missing":
+        name = f"{summary.effect} {place_words(summary.where)}"
+        is_missing = summary.status == "missing" and of_present
+        if not is_missing and name not in added_last:
             continue
         rows = entry == number
         direction = _scattered(along[rows], state[rows], len(data.states))
@@ -57,12 +65,12 @@ def view_evidence(
         if summary.driver not in named:
             factor, unit = _UNITS.get(summary.unit, (1.0, summary.unit))
             values = factor * _scattered(driver[rows], state[rows], len(data.states))
-            name = f"driver{number + 1}"
-            named[summary.driver] = name
-            added.append(ViewVariable(name=name, label=summary.driver, unit=unit, values=values))
+            named[summary.driver] = f"driver{number + 1}"
+            added.append(ViewVariable(name=named[summary.driver], label=summary.driver, unit=unit, values=values))
         found.append(
             ViewEvidence(
-                name=f"{summary.effect} {place_words(summary.where)}",
+                name=name,
+                standing="missing" if is_missing else "added",
                 variable=named[summary.driver],
                 turns=summary.component == "rotation",
                 along=direction,

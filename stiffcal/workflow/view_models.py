@@ -132,6 +132,7 @@ def view_models(
             ViewModel(
                 id=f"fit{fit.id}",
                 kind="fit",
+                short=f"fit {fit.id}",
                 label=f"fit {fit.id}: {_in_words(fit)}" + ("" if current else " (other load states)"),
                 present=present,
                 fit_rms=fit.fit_rms,
@@ -202,8 +203,9 @@ def _refits(
         values = tables.of_refit(table.filter(entry == number))
         residual = values if np.isfinite(values).any() else None
         name = f"{summary.effect} {place_words(summary.where)}".strip()
-        label = f"{summary.change} {name}"
+        label = short = f"{summary.change} {name}"
         if summary.change == "all":
+            short = "all missing added"
             name = ", ".join(f"{added.effect} {place_words(added.where)}" for added in summary.added)
             label = f"with all that is missing: {name}"
         models.append(
@@ -211,6 +213,7 @@ def _refits(
                 id=f"{summary.change}{number + 1}",
                 kind=summary.change,
                 label=label,
+                short=short,
                 heldout_rms=summary.heldout_rms,
                 values=[_refit_value(value, catalogue) for value in summary.values],
                 effect=name,

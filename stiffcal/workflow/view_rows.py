@@ -13,6 +13,7 @@ from stiffcal.store import values_of
 from stiffcal.view.content import ViewContent, ViewEffect, ViewRun, ViewStates, ViewVariable
 from stiffcal.workflow.evidence import REFITS, ROW_REFITS
 from stiffcal.workflow.steps import Ingested
+from stiffcal.workflow.view_change import LastAdded
 from stiffcal.workflow.view_models import ResidualTables, view_models
 from stiffcal.workflow.view_runs import rows_of_logs, with_raw_rows
 from stiffcal.workflow.view_sample import picked_model, sample_of
@@ -100,6 +101,7 @@ def content_of_rows(
         ),
         variables=[replace(entry, values=entry.values[pick]) for entry in variables],
         models=[picked_model(model, pick) for model in models],
+        change=LastAdded.of(data, identified).change(models, []),
         effects=[
             ViewEffect(
                 name=part.effect,

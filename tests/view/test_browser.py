@@ -180,6 +180,37 @@ def test_a_step_with_all_that_is_missing(browser: Any, tmp_path: Path) -> None:
     page.context.close()
 
 
+def test_an_effect_that_was_added_is_shown_before_and_after_on_one_scale(browser: Any, tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=4)
+    model = folder / "model.toml"
+    whole = model.read_text("utf-8")
+    model.write_text(whole.replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
+    diagnose_campaign(folder)
+    model.write_text(whole, encoding="utf-8")
+    view_campaign(folder)
+    page, complaints = opened(browser, folder / "view.html")
+    assert page.evaluate("[stiffcal.state.x, stiffcal.state.y, stiffcal.state.beside]") == ["torque6", "r.e1", 1]
+    titles = page.locator("#against-note").inner_text()
+    assert "fit 1" in titles
+    assert "fit 2" in titles
+    scale = "JSON.stringify(['x', 'y'].map((a) => stiffcal.locked(`${a} torque6 r.e1`, [0, 0])))"
+    beside = page.evaluate(scale)
+    shades = {}
+    for name, shown in (("before", "fit1"), ("after", "fit2")):
+        page.get_by_role("button", name=name, exact=True).click()
+        settled(page)
+        assert page.evaluate("[stiffcal.state.model, stiffcal.state.beside]") == [shown, 0]
+        assert page.evaluate(scale) == beside
+        shades[name] = page.locator("#poses-note").inner_text()
+    # colours too: the largest of the scale is the earlier model's in both
+    assert shades["before"] == shades["after"]
+    page.get_by_role("button", name="side by side").click()
+    settled(page)
+    assert page.evaluate("stiffcal.state.beside") == 1
+    assert complaints == []
+    page.context.close()
+
+
 def test_any_quantity_is_drawn_against_any_other(page: Any) -> None:
     page.evaluate("stiffcal.set({ x: 'component', y: 'r.all', colour: 'r.length' })")
     settled(page)

@@ -180,6 +180,9 @@ def test_the_fits_of_friction_before_the_present_one_stay_drawable(friction: Pat
     document, arrays = content_of((folder / "view.html").read_text("utf-8"))
     earlier, present = (entry for entry in document["models"] if entry["kind"] == "fit")
     assert present["present"]
+    assert (document["change"]["before"], document["change"]["added"]) == (earlier["id"], ["stribeck j1"])
+    first = earlier["shares"][0]
+    assert (document["change"]["variable"], document["change"]["component"]) == (first["variable"], first["component"])
     # the refit without the added effect is the earlier fit, the earlier refit with it nearly the present one
     (without,) = [
         entry for entry in document["models"] if entry["effect"] == "stribeck j1" and entry["kind"] == "without"
@@ -195,6 +198,30 @@ def test_the_fits_of_friction_before_the_present_one_stay_drawable(friction: Pat
     for model_of in (earlier, present):
         residual = array(model_of["residual_heldout"][0], arrays)[used]
         assert rms_of(residual) == pytest.approx(model_of["heldout_rms"]["torque"], rel=1e-3)
+
+
+def test_the_page_opens_on_what_was_added_last(diagnosed: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "small"
+    shutil.copytree(diagnosed, folder, ignore=shutil.ignore_patterns("store"))
+    model = folder / "model.toml"
+    whole = model.read_text("utf-8")
+    model.write_text(whole.replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
+    diagnose_campaign(folder)
+    view_campaign(folder)
+    assert content_of((folder / "view.html").read_text("utf-8"))[0]["change"] is None
+    # no diagnosis of the new model: the directions are those that the last one read of the same states
+    model.write_text(whole, encoding="utf-8")
+    view_campaign(folder)
+    document, _ = content_of((folder / "view.html").read_text("utf-8"))
+    (evidence,) = document["evidence"]
+    assert (evidence["name"], evidence["standing"]) == ("joint-compliance j6", "added")
+    change = document["change"]
+    assert (change["before"], change["added"]) == ("fit1", ["joint-compliance j6"])
+    assert (change["variable"], change["component"]) == (evidence["variable"], "e1")
+    # an effect less is no addition
+    model.write_text(whole.replace("4, 5, 6]", "4, 6]"), encoding="utf-8")
+    view_campaign(folder)
+    assert content_of((folder / "view.html").read_text("utf-8"))[0]["change"] is None
 
 
 def test_raw_rows_are_those_of_the_file(diagnosed: Path, text: str) -> None:

@@ -1,0 +1,96 @@
+"""What the present model holds and the fit before it did not: the page for a browser opens on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.model.summary import ModelSummary, Where
+from stiffcal.view.content import ViewChange, ViewEvidence, ViewModel
+from stiffcal.workflow.diagnose import DIAGNOSE
+from stiffcal.workflow.history import stored_fits
+from stiffcal.workflow.steps import Ingested, key_of_table, stored_result
+from stiffcal.workflow.view_models import place_words
+
+if TYPE_CHECKING:
+    from stiffcal.results.identify_result import IdentifyResult
+
+
+@dataclass(frozen=True, kw_only=True)
+class LastAdded:
+    """The effects that the present fit has more than an earlier one of the same readings."""
+
+    before: str = ""
+    """Id of the earlier model on the page; "" where there is none."""
+    names: list[str] = field(default_factory=list)
+    """``effect place``."""
+
+    @classmethod
+    def of(cls, data: Ingested, identified: IdentifyResult) -> LastAdded:
+        """Compare the present fit with the nearest one before it whose effects are all in the present model.
+
+        Parameters
+        ----------
+        data : the campaign. identified : the present fit.
+        """
+        fits, states_key = stored_fits(data.store), key_of_table(data.table)
+        at = next((number for number, fit in enumerate(fits) if fit.id == identified.fit_id), 0)
+        present = _names(fits[at].model) if fits else []
+        for fit in reversed(fits[:at]):
+            earlier = _names(fit.model)
+            if fit.states_key == states_key and {*earlier} < {*present}:
+                return cls(before=f"fit{fit.id}", names=[name for name in present if name not in earlier])
+        return cls()
+
+    def change(self, models: Sequence[ViewModel], evidence: Sequence[ViewEvidence]) -> ViewChange | None:
+        """Return where the page shows what was added; None where the model before it cannot be drawn.
+
+        What the diagnosis read of an added effect comes first, else what explained most of the earlier residual.
+
+        Parameters
+        ----------
+        models : of the page. evidence : of the page.
+        """
+        before = next((model for model in models if model.id == self.before), None)
+        if before is None or (before.residual_heldout is None and before.residual_fit is None):
+            return None
+        read = next(((one, k) for name in self.names for k, one in enumerate(evidence) if one.name == name), None)
+        if read is not None:
+            return ViewChange(
+                before=self.before, added=self.names, variable=read[0].variable, component=f"e{read[1] + 1}"
+            )
+        if not before.shares:
+            return None
+        share = before.shares[0]
+        return ViewChange(before=self.before, added=self.names, variable=share.variable, component=share.component)
+
+
+def diagnosis_of_states(data: Ingested) -> DiagnoseResult | None:
+    """Return the stored diagnosis, of whatever fit to the present states: what it read of each state can be drawn.
+
+    Parameters
+    ----------
+    data : the campaign.
+    """
+    diagnosis = stored_result(data.store, DIAGNOSE, DiagnoseResult)
+    if diagnosis is None:
+        return None
+    keys = [fit.states_key for fit in stored_fits(data.store) if fit.id == diagnosis.fit_id]
+    return diagnosis if key_of_table(data.table) in keys else None
+
+
+def _names(model: ModelSummary) -> list[str]:
+    """Return the effects of a model at each of their places, "effect place"."""
+    return [f"{effect.type} {place_words(where)}" for effect in model.effects for where in _single(effect.where)]
+
+
+def _single(where: Where) -> list[Where]:
+    """Return each place by itself."""
+    places = [
+        *(Where(joints=[joint]) for joint in where.joints or ()),
+        *(Where(links=[link]) for link in where.links or ()),
+        *(Where(pairs=[pair]) for pair in where.pairs or ()),
+    ]
+    return places or [Where()]
