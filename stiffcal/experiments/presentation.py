@@ -188,6 +188,8 @@ class Panel:
     """Its labels stand in the panel, not above all panels."""
     empty: str = ""
     """Where there is nothing to draw: why."""
+    joint: str = ""
+    """The joint that it shows alone; pages in a browser show one joint at a time."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,8 @@ class ViewRun:
     """Its id."""
     chain: Floats
     """(K, 3) m, base axes: base origin, joint origins, flange (K = J + 2), at rest."""
+    axes: Floats
+    """(J, 3) unit vectors along the joints' axes, base axes, at rest."""
     holdout: bool = False
     """True where no fit uses it."""
     files: list[str] = field(default_factory=list)

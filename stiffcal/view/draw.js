@@ -203,45 +203,4 @@
     while (end > 1 && g.measureText(`${text.slice(0, end)}…`).width > width) end--;
     return `${text.slice(0, end)}…`;
   };
-
-  /** Bars with names, one below the other; returns where each is. */
-  S.bars = function (g, width, rows, options) {
-    const right = Math.max(64, ...rows.map((row) => g.measureText(row.text).width + 12)), height = options.rowHeight;
-    const left = Math.max(90, Math.min(0.47 * width, 320, width - right - 70));
-    const most = options.most || Math.max(...rows.map((row) => Math.max(row.value || 0, row.second || 0)), options.line || 0) || 1;
-    const least = options.log ? Math.min(...rows.flatMap((row) => [row.value, row.second]).filter((v) => v > 0), options.line || most) / 2 : 0;
-    const toX = (v) => left + (options.log ? Math.max(Math.log(v / least), 0) / Math.log((most * 1.15) / least) : v / (most * 1.15)) * (width - left - right);
-    rows.forEach((row, k) => {
-      const y = options.top + k * height;
-      g.fillStyle = row.chosen ? S.theme.chosen : S.theme.ground;
-      g.fillRect(0, y, width, height - 2);
-      g.fillStyle = row.grey ? S.theme.quiet : S.theme.ink;
-      g.textAlign = "left"; g.textBaseline = "middle";
-      g.fillText(S.shortened(g, (row.chosen ? "▸ " : "") + S.visible(row.name), left - 10), 4, y + height / 2 - 1);
-      if (row.value > 0) {
-        const end = Math.min(toX(row.value), width - right + 4), cut = end < toX(row.value);
-        g.fillStyle = row.grey ? S.theme.line : S.theme.series[0];
-        g.fillRect(left, y + 4, end - left, height - 10);
-        if (cut) { g.fillStyle = S.theme.ground; for (const at of [10, 15]) { g.beginPath(); g.moveTo(end - at, y + height - 5); g.lineTo(end - at + 4, y + 3); g.lineTo(end - at + 6, y + 3); g.lineTo(end - at + 2, y + height - 5); g.closePath(); g.fill(); } }
-        g.fillStyle = S.theme.ink;
-        g.fillText(row.text, end + 5, y + height / 2 - 1);
-      } else {
-        g.fillStyle = S.theme.quiet;
-        g.fillText(row.text, left + 4, y + height / 2 - 1);
-      }
-      if (row.second > 0) {
-        g.strokeStyle = S.theme.warm; g.lineWidth = 2;
-        g.strokeRect(left, y + 4, toX(row.second) - left, height - 10);
-        g.lineWidth = 1;
-      }
-    });
-    if (options.line) {
-      const x = Math.round(toX(options.line)) + 0.5;
-      g.strokeStyle = S.theme.accent; g.setLineDash([5, 4]); g.beginPath();
-      g.moveTo(x, options.top - 4); g.lineTo(x, options.top + rows.length * height); g.stroke(); g.setLineDash([]);
-      g.fillStyle = S.theme.accent; g.textAlign = "center"; g.textBaseline = "bottom";
-      g.fillText(options.lineLabel, Math.max(x, left + 30), options.top - 5);
-    }
-    return (y) => { const k = Math.floor((y - options.top) / height); return k >= 0 && k < rows.length ? k : -1; };
-  };
 })(stiffcal);

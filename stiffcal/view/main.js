@@ -1,14 +1,15 @@
 (async function (S) {
   const say = (text) => { document.getElementById("status").textContent = S.visible(text); };
-  const bar = document.getElementById("bar");
+  const bar = document.getElementById("bar"), chosen = document.getElementById("chosen");
 
   function controls(drawable) {
     const { data } = S;
-    const model = S.choice("Shown", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
+    const model = S.choice("", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
     model.select.setAttribute("aria-label", "Model shown in all panels");
     const clear = S.button({ onclick: () => S.select([]) }, "Clear the selection");
     const count = S.make("span", { id: "count", role: "status" });
-    bar.append(model.element, clear, count);
+    bar.append(model.element);
+    chosen.append(count, " ", clear);
     S.onChange(() => {
       model.select.value = S.state.model;
       clear.hidden = !S.nSelected;
@@ -25,6 +26,7 @@
     S.reset(S.part);
     document.getElementById("panels").replaceChildren();
     bar.replaceChildren();
+    chosen.replaceChildren();
     if (S.parts.length > 1) {
       const readings = S.choice("Readings", S.parts.map((entry, k) => [String(k), S.partName(entry)]), (value) => {
         history.replaceState(null, "", `#part=${value}`);

@@ -17,9 +17,10 @@ from stiffcal.view.content import ViewContent, ViewModel, ViewVariable
 from stiffcal.view.packing import NOISE_SHARE, Packer
 
 SCRIPTS = (
-    "data.js", "words.js", "state.js", "scales.js", "movement.js", "draw.js", "svg.js", "elements.js", "saving.js",
-    "pointer.js", "panel.js", "scatter.js", "proposals.js", "against.js", "values.js", "ladder.js", "robot.js",
-    "effects.js", "poses.js", "reading.js", "kinds.js", "tryout.js", "main.js",
+    "data.js", "words.js", "state.js", "scales.js", "movement.js", "draw.js", "bars.js", "svg.js", "elements.js",
+    "saving.js", "pointer.js", "panel.js", "scatter.js", "proposals.js", "against.js", "values.js", "ladder.js",
+    "camera.js", "solids.js", "robot.js", "effects.js", "poses.js", "reading.js", "kind_points.js", "kind_picture.js",
+    "kinds.js", "tryout.js", "main.js",
 )  # fmt: skip
 """In the order in which they are run; each adds to the one name ``stiffcal``."""
 LIVE_SCRIPT = "live.js"
@@ -96,8 +97,8 @@ def pack(content: ViewContent | ViewModel) -> str:
 
 _OF_NOISE = frozenset({"residual_fit", "residual_heldout", "measured", "part"})
 """Arrays of translations (three columns) and rotations that are rounded by the noise."""
-_STEPS = {"chain": 1e-4, "target": 1e-4}
-"""Steps of lengths that only a picture shows, m."""
+_STEPS = {"chain": 1e-4, "target": 1e-4, "axes": 1e-4}
+"""Steps of lengths and directions that only a picture shows, m and 1."""
 
 
 def _fine(values: Floats) -> float | None:

@@ -2,7 +2,7 @@
   /** What the page shows; all of it is in the address after the "#". */
   const first = () => ({
     part: 0, model: "", beside: -1, kind: "heldout", off: [], mode: "part", x: "", y: "", colour: "", run: 0, at: 0, scale: 0,
-    arrows: "mprf", turn: 0.9, tilt: 0.35, zoom: 1, joint: -1, over: -1,
+    arrows: "mprf", turn: 0.9, tilt: 0.35, zoom: 1, joint: -1, over: -1, tab: 0,
   });
   S.state = first();
   /** Replaced by the panel that plays a run. */
@@ -192,6 +192,7 @@
     state.part = S.part;
     state.joint = Math.max(-1, Math.min(data.effects.length - 1, Math.round(state.joint)));
     state.over = Math.max(-1, Math.min(data.joints.length - 1, Math.round(state.over)));
+    state.tab = Math.max(0, Math.round(state.tab));
     if (S.n) state.run = data.states.run[state.at];
     if (!["fit", "heldout"].includes(state.kind)) state.kind = "heldout";
     if (!(state.zoom > 0.05 && state.zoom < 50)) state.zoom = 1;

@@ -32,11 +32,8 @@
       fillRect(x, y, w, h) { add(`<path d="M${short(x)} ${short(y)}h${short(w)}v${short(h)}h${short(-w)}Z" fill="${text(g.fillStyle)}"/>`); },
       strokeRect(x, y, w, h) { add(`<path d="M${short(x)} ${short(y)}h${short(w)}v${short(h)}h${short(-w)}Z" fill="none" ${pen()}/>`); },
       measureText(words) { ruler.font = g.font; return ruler.measureText(words); },
-      fillText(words, x, y, most) {
-        const anchor = { center: "middle", right: "end" }[g.textAlign] || "start", base = { middle: "central", top: "hanging", bottom: "text-after-edge" }[g.textBaseline] || "alphabetic";
-        const wide = most && g.measureText(words).width > most ? ` textLength="${short(most)}" lengthAdjust="spacingAndGlyphs"` : "";
-        add(`<text x="${short(x)}" y="${short(y)}" style="font:${text(g.font)}" text-anchor="${anchor}" dominant-baseline="${base}" fill="${text(g.fillStyle)}"${wide}>${text(words)}</text>`);
-      },
+      fillText(words, x, y, most) { write(words, x, y, `fill="${text(g.fillStyle)}"`, most); },
+      strokeText(words, x, y) { write(words, x, y, `fill="none" stroke-linejoin="round" ${pen()}`); },
       save() { saved.push([g.fillStyle, g.strokeStyle, g.lineWidth, g.globalAlpha, g.font, g.textAlign, g.textBaseline, dash, groups]); },
       restore() {
         const before = saved.pop();
@@ -53,9 +50,19 @@
         open(`clip-path="url(#c${clips})"`);
       },
       /** The file. */
-      text: () => `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}"><rect width="100%" height="100%" fill="${text(S.theme.ground)}"/>${out.join("\n")}</svg>`,
+      text() {
+        const size = `width="${width}" height="${height}" viewBox="0 0 ${width} ${height}"`, ground = `<rect width="100%" height="100%" fill="${text(S.theme.ground)}"/>`;
+        return `<svg xmlns="http://www.w3.org/2000/svg" ${size}>${ground}${out.join("\n")}</svg>`;
+      },
     };
     const pen = () => `stroke="${text(g.strokeStyle)}" stroke-width="${short(g.lineWidth)}"${dash.length ? ` stroke-dasharray="${dash.map(short).join(" ")}"` : ""}`;
+    function write(words, x, y, paint, most) {
+      const anchor = { center: "middle", right: "end" }[g.textAlign] || "start";
+      const base = { middle: "central", top: "hanging", bottom: "text-after-edge" }[g.textBaseline] || "alphabetic";
+      const wide = most && g.measureText(words).width > most ? ` textLength="${short(most)}" lengthAdjust="spacingAndGlyphs"` : "";
+      const place = `x="${short(x)}" y="${short(y)}" text-anchor="${anchor}" dominant-baseline="${base}"`;
+      add(`<text ${place} style="font:${text(g.font)}" ${paint}${wide}>${text(words)}</text>`);
+    }
     function open(attribute) { out.push(`<g ${attribute}>`); groups++; }
     function add(element) {
       out.push(g.globalAlpha < 1 ? `<g opacity="${g.globalAlpha}">${element}</g>` : element);

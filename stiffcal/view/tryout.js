@@ -40,8 +40,8 @@
       opened();
       element.scrollIntoView({ block: "nearest" });
     } });
-    const element = S.make("div", { className: "row" }, S.make("span", { className: "lead" }, lead), chips, more);
-    return { element, chips, more, isOpen: () => element.classList.contains("open") };
+    const head = S.make("span", { className: "lead" }, lead), element = S.make("div", { className: "row" }, head, chips, more);
+    return { element, head, chips, more, isOpen: () => element.classList.contains("open") };
   }
 
   const error = S.make("output", { id: "error" });
@@ -52,7 +52,7 @@
   const write = S.button({ id: "write", onclick: () => S.writeModel() }, "Write to model.toml");
   const refill = () => { listed = ""; list(); };
   const candidates = row("candidates", "Candidates", "Add", refill);
-  const model = row("in-model", "Effects of the model", "Model", refill);
+  const model = row("in-model", "Effects of the model", "Shown", refill);
   const copied = S.make("span", { role: "status", className: "quiet" });
 
   /** Whether two lists hold the same. @param {string[]} a @param {string[]} b */
@@ -170,9 +170,9 @@
   /** Show the bar as things are. */
   S.showTryout = function () {
     const drawable = Boolean(S.data?.models.some(S.isDrawable)), live = S.isLive();
-    for (const element of [error, noise, hint, candidates.element, model.element]) element.hidden = !drawable;
-    for (const element of [undo, again, write]) element.hidden = !live;
-    if (!drawable) return;
+    for (const element of [error, noise, hint, candidates.element, model.head, model.chips]) element.hidden = !drawable;
+    for (const element of [undo, again, write]) element.hidden = !live || !drawable;
+    if (!drawable) { model.more.hidden = true; return; }
     error.textContent = S.visible(S.error(S.errorNow()));
     error.classList.toggle("waiting", Boolean(S.waitsFor));
     noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; noise ${S.error(S.data.noise)}`);
@@ -183,7 +183,8 @@
     list();
   };
 
-  bar.append(S.make("div", { className: "count" }, error, noise, undo, again, write, hint, copied, S.make("div", { id: "bar" })), candidates.element, model.element);
+  bar.append(S.make("div", { className: "count" }, error, noise, hint, copied, S.make("span", { id: "chosen" }), undo, again, write), candidates.element, model.element);
+  model.head.after(S.make("div", { id: "bar" }));
   S.startTryout = function () {
     listed = "";
     S.onChange(S.showTryout);

@@ -64,8 +64,9 @@ def content_of_rows(
     total = float(np.nansum(rows.measured[rows.judged] ** 2))
     drawn = np.full(len(run), -1, dtype=np.int64)
     drawn[pick] = np.arange(len(pick))
+    nowhere = np.zeros((0, 3))
     runs = [
-        ViewRun(name=name, chain=np.zeros((0, 3)), holdout=name in described and described[name].holdout,
+        ViewRun(name=name, chain=nowhere, axes=nowhere, holdout=name in described and described[name].holdout,
                 files=_files(data, name) if content.raw else [])
         for name in names
     ]  # fmt: skip

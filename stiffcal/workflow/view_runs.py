@@ -24,7 +24,7 @@ def view_runs(data: Ingested, raw: bool) -> list[ViewRun]:
     rows = []
     for info, members in zip(states.runs, states.members(), strict=True):
         joints = states.joints[members[:1]] if len(members) else np.zeros((1, states.joints.shape[1]))
-        points, _ = body_poses(chain, chain.model_angles(joints))
+        points, rotations = body_poses(chain, chain.model_angles(joints))
         run = described.get(info.name)
         files: list[str] = []
         if raw:
@@ -35,6 +35,7 @@ def view_runs(data: Ingested, raw: bool) -> list[ViewRun]:
             ViewRun(
                 name=info.name,
                 chain=points[0],
+                axes=rotations[0, 1:-1, :, 2],
                 holdout=info.holdout,
                 files=list(dict.fromkeys(files)),
                 source=table,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.experiments.presentation import Picture
 from stiffcal.view.page import build_page
 from stiffcal.workflow.view import view_campaign
 from tests.laboratory.browser import axe_findings, colours_of, opened, settled
@@ -63,6 +64,36 @@ def test_a_friction_page_is_linked_and_axe_finds_nothing(browser: Any, friction_
     speeds = page.evaluate("(i) => i.map((k) => stiffcal.variableByName.get('speed').values[k])", chosen)
     assert len(chosen) > 3
     assert np.ptp(speeds) < 0.02
+    assert axe_findings(page) == []
+    assert complaints == []
+    page.context.close()
+
+
+def test_pictures_of_many_joints_are_shown_one_joint_at_a_time(
+    browser: Any, friction_content: Any, tmp_path: Path
+) -> None:
+    (page_of_kind,) = friction_content.pages
+    blocks = []
+    for block in page_of_kind.blocks:
+        if isinstance(block, Picture):
+            panels = [replace(panel, joint=f"A{joint}") for joint in range(1, 20) for panel in block.panels]
+            blocks.append(replace(block, panels=tuple(panels)))
+        else:
+            blocks.append(block)
+    content = replace(friction_content, pages=[replace(page_of_kind, blocks=tuple(blocks))])
+    file = tmp_path / "view.html"
+    file.write_text(build_page(content), encoding="utf-8")
+    page, complaints = opened(browser, file, bypass_csp=True)
+    tabs = page.get_by_role("group", name="Joint that the pictures show")
+    assert tabs.get_by_role("button").all_inner_texts() == [f"A{joint}" for joint in range(1, 20)]
+    pictures = page.locator("section[id^=kind]")
+    shown = "Array.from(document.querySelectorAll('section[id^=kind]')).map((one) => !one.hidden)"
+    each = pictures.count() // 19
+    assert page.evaluate(shown) == [True] * each + [False] * 18 * each
+    tabs.get_by_role("button", name="A19").click()
+    settled(page)
+    assert page.evaluate(shown) == [False] * 18 * each + [True] * each
+    assert colours_of(page, f"kind{19 * each}") > 5
     assert axe_findings(page) == []
     assert complaints == []
     page.context.close()

@@ -47,7 +47,8 @@ def _branches(joint: str, pose: ClampedPose) -> Panel:
         )  # fmt: skip
         series.append(Line(angle, pose.fitted[order], width=0.9, label="fit"))
     title = f"{joint}, run {pose.run}" + (" (left out)" if pose.left_out else "")
-    return Panel(title, "angle, arm relative to motor [mrad]", "torque on the joint [N·m]", tuple(series))
+    x_label, y_label = "angle, arm relative to motor [mrad]", "torque on the joint [N·m]"
+    return Panel(title, x_label, y_label, tuple(series), joint=joint)
 
 
 def curves_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
@@ -91,7 +92,7 @@ def _curve(curve: ClampedCurve) -> Panel:
     series += departure_bars(curve.angle, curve.torque, np.isfinite(curve.angle), departures(curve), _MRAD)
     return Panel(
         curve.joint, "angle from the flank [mrad]", "torque [N·m]", tuple(series), x_ticks=5, has_zero_lines=True,
-        has_own_legend=True,
+        has_own_legend=True, joint=curve.joint,
     )  # fmt: skip
 
 
@@ -108,7 +109,12 @@ def tangents_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
             Line(torque, value, width=0.9),
             Marks(torque, value, "o", 0, size=2.6, is_hollow=False, label="tangent stiffness"),
         )
-        panels.append(Panel(curve.joint, "torque [N·m]", "stiffness [N·m/rad]", series, x_ticks=5, head_room=0.05))
+        panels.append(
+            Panel(
+                curve.joint, "torque [N·m]", "stiffness [N·m/rad]", series, x_ticks=5, head_room=0.05,
+                joint=curve.joint,
+            )
+        )  # fmt: skip
     caption: Words = (
         "Tangent stiffness of ", Names(tuple(curve.joint for curve in curves)), " over torque, play excluded.",
     )  # fmt: skip

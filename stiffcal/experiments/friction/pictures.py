@@ -40,7 +40,7 @@ def friction_picture(curves: tuple[FrictionCurve, ...]) -> Picture:
     for curve in curves:
         limit = slow_limit(curve)
         if limit is None:
-            panels.append(Panel("", "", "", (), empty="no slow speeds were measured"))
+            panels.append(Panel("", "", "", (), empty="no slow speeds were measured", joint=curve.joint))
         else:
             panels.append(_panel(curve, limit, f"{curve.joint}: slow"))
         panels.append(_panel(curve, None, f"{curve.joint}: all speeds"))
@@ -86,7 +86,7 @@ def _panel(curve: FrictionCurve, limit: float | None, title: str) -> Panel:
         title, "speed [rad/s]", "friction torque [N·m]", tuple(series),
         x_limits=(0.0, limit if limit is not None else 1.04 * float(speed.max())),
         y_limits=_range(friction[in_range], low[fitted], high[fitted], zero=limit is None),
-        x_ticks=6,
+        x_ticks=6, joint=curve.joint,
     )  # fmt: skip
 
 
