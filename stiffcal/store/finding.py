@@ -7,9 +7,9 @@ from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.plain_files import is_refused, is_there, open_inside
 from stiffcal.store.generations import CURRENT, all_generations, current_folder, place_of
 from stiffcal.store.index import INDEX, DamagedStoreError, error_of_reading, file_of, read_index
-from stiffcal.store.inside import is_refused, is_there, open_inside
 from stiffcal.store.origin import verify
 from stiffcal.trust.notices import notice
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import try_lock
+from stiffcal.plain_files import is_junction, is_plain_folder, is_refused, is_there, kind_of, open_inside
 from stiffcal.store.index import INDEX, error_of_reading
-from stiffcal.store.inside import is_junction, is_plain_folder, is_refused, is_there, kind_of, open_inside
 
 CURRENT = "current"
 CURRENT_ID = "current.id"

@@ -20,7 +20,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import file_name
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import MENDS
-from stiffcal.store.inside import is_refused, open_inside
+from stiffcal.plain_files import is_refused, open_inside
 
 SCHEMA = "stiffcal/store/2"
 FIRST_SCHEMA = "stiffcal/store/1"

@@ -13,7 +13,7 @@ from pathlib import Path
 from stiffcal.errors import InputError, one_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import try_lock
-from stiffcal.store.inside import kind_of, open_inside
+from stiffcal.plain_files import kind_of, open_inside
 
 POLL_S = 0.05
 _MOST_BYTES = 4096

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.plain_files import is_plain_folder, is_refused, kind_of, open_inside
 from stiffcal.store.generations import GENERATIONS, SET_ASIDE, all_generations, place_of
 from stiffcal.store.index import (
     ENDINGS,
@@ -24,7 +25,6 @@ from stiffcal.store.index import (
     parse_json,
     read_index,
 )
-from stiffcal.store.inside import is_plain_folder, is_refused, kind_of, open_inside
 from stiffcal.store.origin import ENTRY_LISTS, hash_of, known_sources_state, with_origins
 from stiffcal.store.snapshot import Snapshot
 from stiffcal.trust.notices import notice

@@ -14,10 +14,10 @@ from stiffcal.documents import Document, Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import Columns
+from stiffcal.plain_files import is_there
 from stiffcal.store.finding import ATTEMPTS, find_generation, nothing_stored
 from stiffcal.store.generations import LOCK, current_folder, has_others, pinned, place_of, remove_others
 from stiffcal.store.index import INDEX, OWN, REBUILD, DamagedStoreError, read_index
-from stiffcal.store.inside import is_there
 from stiffcal.store.locking import writer_lock
 from stiffcal.store.snapshot import Snapshot
 from stiffcal.store.writing import Writing, begin_writing
@@ -84,7 +84,12 @@ class Store:
             with pinned(self.folder, folder, self.display_name) as still_there:
                 if still_there:
                     index = read_index(self.folder, place_of(self.folder, folder), self.display_name)
-                    yield Snapshot(self.folder, folder, index, self.display_name, self.address, self.remote)
+                    snapshot = Snapshot(self.folder, folder, index, self.display_name, self.address, self.remote)
+                    if snapshot.origin != OWN and snapshot.tables:
+                        from stiffcal.bounded_work.client import CHILDREN
+
+                        CHILDREN.start_early()
+                    yield snapshot
                     return
         raise DamagedStoreError.at(
             FaultCode.STORE_DAMAGED,

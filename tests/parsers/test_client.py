@@ -13,10 +13,12 @@ import h5py
 import numpy as np
 import pytest
 
+from stiffcal.bounded_work.client import CHILDREN
+from stiffcal.bounded_work.messages import fault_message, faults_of, parts_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.parsers.client import CHILDREN, ParsedFile
-from stiffcal.parsers.messages import batch_message, batch_of, fault_message, faults_of, parts_of
+from stiffcal.parsers.client import ParsedFile
+from stiffcal.parsers.messages import batch_message, batch_of
 from stiffcal.parsers.open_log import OpenLog
 from stiffcal.processes import ChildProcess
 from stiffcal.readers import Batch, WantedColumns

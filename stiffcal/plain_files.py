@@ -1,6 +1,6 @@
-"""Files inside a store, opened without following a link: a store may come from somebody else.
+"""Files below a folder, opened without following a link: the folder may come from somebody else.
 
-Every part of a path below the store's folder has to be a plain folder, and the last one a regular file; a link, a pipe,
+Every part of a path below the folder has to be a plain folder, and the last one a regular file; a link, a pipe,
 a socket or a device is an `OSError` at once, whoever put it there.
 """
 
@@ -25,7 +25,7 @@ _REFUSALS = frozenset({
 
 
 class StrangeFileError(OSError):
-    """Something in a store is a link, a pipe or a device where a plain file or folder has to be."""
+    """Something below a folder is a link, a pipe or a device where a plain file or folder has to be."""
 
 
 def is_refused(error: OSError) -> bool:
@@ -73,13 +73,13 @@ def open_inside(root: Path, inside: str) -> IO[bytes]:
 
     Examples
     --------
-    >>> with open_inside(Path(__file__).parent, "inside.py") as file:
+    >>> with open_inside(Path(__file__).parent, "plain_files.py") as file:
     ...     len(file.read(3))
     3
     """
     pieces = inside.split("/")
     if not all(pieces) or {".", ".."} & set(pieces):
-        raise StrangeFileError(errno.EINVAL, "not a path inside a store", inside)
+        raise StrangeFileError(errno.EINVAL, "not a path below the folder", inside)
     descriptor = _descriptor(root, pieces, inside) if _BY_DESCRIPTOR else _checked_by_path(root, pieces, inside)
     try:
         _check(os.fstat(descriptor), inside, folder=False)

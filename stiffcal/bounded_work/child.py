@@ -1,4 +1,4 @@
-"""The child process that parses logs: one at a time, each within what it is allowed to take.
+"""The child process: one piece of work at a time, each within what it is allowed to take.
 
 A library that reads damaged or hostile bytes may take any time or memory, or end the process; nothing inside it can be
 called back. So the system holds the limits: more memory is refused, and a process that computes for too long is ended.
@@ -15,32 +15,32 @@ import tempfile
 import threading
 import time
 import traceback
-from contextlib import suppress
-from typing import TYPE_CHECKING
+from contextlib import closing
+from typing import cast
 
-from stiffcal.errors import InputError
-from stiffcal.files import refusal
-from stiffcal.parsers.messages import (
+from stiffcal.bounded_work.messages import (
+    END,
+    INTERNAL,
+    MEMORY,
+    UNPACKED,
     Allowance,
     Request,
-    batch_message,
+    Worker,
     fault_message,
-    header_message,
     plain_message,
 )
+from stiffcal.errors import InputError
+from stiffcal.files import refusal
 from stiffcal.processes import Channel
-
-if TYPE_CHECKING:
-    from stiffcal.parsers.open_log import Parser
 
 IDLE_S = 60.0
 """A process that is asked for nothing so long ends, s: a notebook may stay open for days."""
 SENT_PER_S = 10e6
-"""Bytes of rows for which a second is allowed: a tenth of what a slow computer unpacks."""
+"""Bytes of answers for which a second is allowed: a tenth of what a slow computer unpacks."""
 
 
 def serve(channel: Channel) -> None:
-    """Parse what is asked for, until nobody asks any more."""
+    """Do what is asked for, until nobody asks any more."""
     # An allocator of the library's own would take gigabytes of addresses at once.
     os.environ["ARROW_DEFAULT_MEMORY_POOL"] = "system"
     requests = channel.requests()
@@ -54,49 +54,35 @@ def serve(channel: Channel) -> None:
 
 
 def _last_answer(channel: Channel, request: Request) -> bytes:
-    """Send what a log holds; return the message that ends it."""
+    """Send what a worker answers; return the message that ends it."""
     try:
-        module = importlib.import_module(f"stiffcal.parsers.{request.log_format}")
-        open_log: Parser = module.open_log
-        # what the format's library takes to be imported is not the log's doing
-        for library in getattr(module, "LIBRARIES", ()):
-            with suppress(ImportError):
-                importlib.import_module(library)
+        worker = cast(Worker, importlib.import_module(request.module))
+        worker.prepare(request.values)
         tempfile.tempdir = request.scratch
-        with (
-            _Limits(request.allowance) as limits,
-            open_log(request.path, request.options, request.display_name) as log,
-        ):
-            if request.wanted is not None:
-                log.check(request.wanted)
-            if log.unpacked > request.allowance.unpacked:
-                return plain_message("unpacked")
-            if request.wanted is None or not request.with_rows:
-                return header_message(log.columns, log.units, log.n_rows)
-            for batch in log.batches(request.wanted):
-                if log.unpacked > request.allowance.unpacked:
-                    return plain_message("unpacked")
-                rows = batch_message(batch)
-                channel.send(rows)
-                limits.renew(len(rows))
+        with _Limits(request.allowance) as limits, closing(worker.answers(request.values)) as found:
+            for message, unpacked in found:
+                if unpacked > request.allowance.unpacked:
+                    return plain_message(UNPACKED)
+                channel.send(message)
+                limits.renew(len(message))
     except InputError as error:
         return fault_message(error)
     except MemoryError:
-        return plain_message("memory")
+        return plain_message(MEMORY)
     except BrokenPipeError:
         raise
     except OSError as error:
         if error.errno == errno.EFBIG:
-            return plain_message("unpacked")
+            return plain_message(UNPACKED)
         refused = refusal(error, request.display_name)
-        return plain_message("internal", traceback.format_exc()) if refused is None else fault_message(refused)
+        return plain_message(INTERNAL, traceback.format_exc()) if refused is None else fault_message(refused)
     except Exception:
-        return plain_message("internal", traceback.format_exc())
-    return plain_message("end")
+        return plain_message(INTERNAL, traceback.format_exc())
+    return plain_message(END)
 
 
 class _Limits:
-    """Soft limits of this process, which are taken back for the next log: none on Windows, of memory on Linux alone."""
+    """Soft limits of this process, taken back for the next work: none on Windows, of memory on Linux alone."""
 
     def __init__(self, allowance: Allowance) -> None:
         self._allowance = allowance
@@ -112,7 +98,7 @@ class _Limits:
         return self
 
     def renew(self, sent: int) -> None:
-        """Allow the next stretch of processor time, after so many bytes of rows."""
+        """Allow the next stretch of processor time, after so many bytes of answers."""
         self._sent += sent
         next_rows = time.process_time() + self._allowance.silent_s
         whole = self._began + self._allowance.whole_s + self._sent / SENT_PER_S
