@@ -41,6 +41,9 @@ Made = tuple[str, dict[str, object], int]
 """Format, options of the manifest, and the bytes that the file unpacks to; 0 where nobody can say."""
 
 
+BAGS = {".mcap": "mcap", ".db3": "rosbag2", ".bag": "rosbag1"}
+
+
 class NotRefusedError(AssertionError):
     """What had to be refused went through."""
 
@@ -58,8 +61,8 @@ def feed_bomb(chance: random.Random, folder: Path) -> None:
     if path.is_file() and chance.random() < 0.3:
         path.write_bytes(spoilt_bytes(chance, path.read_bytes()))
         unpacked = 0
-    names = ("wrench.force.x", "header.frame_id") if log_format in ("mcap", "rosbag2") else ("t", "Fx")
-    wanted = WantedColumns(names[:1], names[1:]) if log_format in ("mcap", "rosbag2") else WantedColumns(names)
+    names = ("wrench.force.x", "header.frame_id") if log_format in BAGS.values() else ("t", "Fx")
+    wanted = WantedColumns(names[:1], names[1:]) if log_format in BAGS.values() else WantedColumns(names)
     with lowered_limits():
         for _ in find_reader(path, log_format, "raw/log").read_batches(path, options, wanted, "raw/log"):
             pass
@@ -174,35 +177,47 @@ def make_bag(chance: random.Random, path: Path) -> Made:
     letters, messages = chance.choice(((100, 3), (20_000, 4), (100_000, 3), (1000, 200)))
     unpacked = letters * messages
     for name, content in packed_bag(path.suffix, letters, messages, chance.random() < 0.5).items():
-        part = path if path.suffix == ".mcap" else path.with_suffix("") / name
+        part = path.with_suffix("") / name if path.suffix == ".db3" else path
         part.parent.mkdir(exist_ok=True)
         if content and chance.random() < 0.1:
             content, unpacked = spoilt_bytes(chance, content), 0
         part.write_bytes(content)
-    return ("mcap" if path.suffix == ".mcap" else "rosbag2"), {"topic": "/ft"}, unpacked
+    return BAGS[path.suffix], {"topic": "/ft"}, unpacked
 
 
 @cache
 def packed_bag(ending: str, letters: int, messages: int, whole: bool) -> dict[str, bytes]:
-    """Return the files of a bag packed in chunks (MCAP), as a whole, or message by message."""
+    """Return the files of a bag packed in chunks (MCAP, ROS 1), as a whole, or message by message."""
     import tempfile
 
+    from rosbags.rosbag1 import Writer as Ros1Writer
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-    from tests.laboratory.bags import STORE, T, header, vector
+    from tests.laboratory.bags import ROS1, STORE, T, as_ros1, header, vector
 
+    def message_of(moment: int) -> Any:
+        inside = T["geometry_msgs/msg/Wrench"](force=vector((0, 0, 0)), torque=vector((0, 0, 0)))
+        return T["geometry_msgs/msg/WrenchStamped"](header=header(moment, "a" * letters), wrench=inside)
+
+    moments = [1_795_248_930_000_000_000 + number * 2_000_000 for number in range(messages)]
+    kind = "geometry_msgs/msg/WrenchStamped"
     plugin = StoragePlugin.MCAP if ending == ".mcap" else StoragePlugin.SQLITE3
     mode = CompressionMode.STORAGE if ending == ".mcap" else CompressionMode.FILE if whole else CompressionMode.MESSAGE
     with tempfile.TemporaryDirectory() as place:
+        if ending == ".bag":
+            old = Ros1Writer(Path(place) / "bag.bag")
+            old.set_compression(Ros1Writer.CompressionFormat.BZ2 if whole else Ros1Writer.CompressionFormat.LZ4)
+            with old:
+                topic = old.add_connection("/ft", kind, typestore=ROS1)
+                for moment in moments:
+                    old.write(topic, moment, ROS1.serialize_ros1(as_ros1(message_of(moment)), kind))
+            return {"bag.bag": (Path(place) / "bag.bag").read_bytes()}
         writer = Writer(Path(place) / "bag", version=9, storage_plugin=plugin)
         writer.set_compression(mode, CompressionFormat.ZSTD)
         with writer:
-            connection = writer.add_connection("/ft", "geometry_msgs/msg/WrenchStamped", typestore=STORE)
-            for number in range(messages):
-                moment = 1_795_248_930_000_000_000 + number * 2_000_000
-                inside = T["geometry_msgs/msg/Wrench"](force=vector((0, 0, 0)), torque=vector((0, 0, 0)))
-                message = T["geometry_msgs/msg/WrenchStamped"](header=header(moment, "a" * letters), wrench=inside)
-                writer.write(connection, moment, STORE.serialize_cdr(message, message.__msgtype__))
+            connection = writer.add_connection("/ft", kind, typestore=STORE)
+            for moment in moments:
+                writer.write(connection, moment, STORE.serialize_cdr(message_of(moment), kind))
         files = {part.name: part.read_bytes() for part in (Path(place) / "bag").iterdir()}
     return {name: held for name, held in files.items() if ending != ".mcap" or name.endswith(".mcap")}
 
@@ -217,5 +232,6 @@ MAKERS: tuple[tuple[str, Callable[[random.Random, Path], Made]], ...] = (
     (".parquet", make_parquet),
     (".mcap", make_bag),
     (".db3", make_bag),
+    (".bag", make_bag),
 )
 """Ending to what writes it; packed text is what most logs are, and the most often drawn."""

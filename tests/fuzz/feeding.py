@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import random
 import resource
 import signal
@@ -28,6 +29,8 @@ PATIENCE_S = {"commands": 60.0, "stores": 60.0, "plugins": 60.0}
 """Whole commands, the first of which make the campaigns."""
 MOST_BYTES = 3 << 30  # of address space above what the process begins with
 MOST_GROWN = 600 << 20  # of memory in use, by one input
+LIMIT_S = "1"
+"""STIFFCAL_MAX_SECONDS: a parser is ended long before its input counts as a hang, even where it shares a processor."""
 EVERY = 250  # inputs between two lines of progress
 HOPELESS_S = 30.0  # beyond the alarm: code outside Python that never comes back
 
@@ -103,6 +106,7 @@ def _serve(pipe: Connection, other_end: Connection, name: str, seed: int, first:
     processes._starter = ThreadPoolExecutor(max_workers=1)
     parent = Path("/dev/shm") if Path("/dev/shm").is_dir() else None
     with tempfile.TemporaryDirectory(prefix="stiffcal-fuzz-", dir=parent) as place:
+        os.environ["STIFFCAL_MAX_SECONDS"] = LIMIT_S
         own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (own + MOST_BYTES, own + MOST_BYTES))
         used = _used()

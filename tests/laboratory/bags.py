@@ -46,18 +46,18 @@ def _write_ros1_bag(path: Path, topics: Mapping[str, Iterable[tuple[int, Any]]])
             for moment, message in messages:
                 if connection is None:
                     connection = writer.add_connection(topic, message.__msgtype__, typestore=ROS1)
-                writer.write(connection, moment, ROS1.serialize_ros1(_as_ros1(message), message.__msgtype__))
+                writer.write(connection, moment, ROS1.serialize_ros1(as_ros1(message), message.__msgtype__))
     return path
 
 
-def _as_ros1(item: Any) -> Any:
+def as_ros1(item: Any) -> Any:
     """Return a message of ROS 2 as ROS 1 has it, whose headers count."""
     if isinstance(item, list):
-        return [_as_ros1(element) for element in item]
+        return [as_ros1(element) for element in item]
     if not is_dataclass(item):
         return item
-    values = {field.name: _as_ros1(getattr(item, field.name)) for field in fields(item) if field.init}
-    kind = str(item.__msgtype__)  # type: ignore[attr-defined]
+    values = {field.name: as_ros1(getattr(item, field.name)) for field in fields(item) if field.init}
+    kind = str(getattr(item, "__msgtype__"))  # noqa: B009
     return ROS1.types[kind](**values, **({"seq": 0} if kind == "std_msgs/msg/Header" else {}))
 
 

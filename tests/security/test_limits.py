@@ -124,7 +124,9 @@ class TestLogsInParts:
             rows(tmp_path / "ft.parquet", "parquet")
 
     @pytest.mark.parametrize(
-        ("ending", "whole"), [(".mcap", False), ("", True), ("", False)], ids=["chunks", "a file", "messages"]
+        ("ending", "whole"),
+        [(".mcap", False), (".bag", False), ("", True), ("", False)],
+        ids=["chunks", "chunks of ROS 1", "a file", "messages"],
     )
     @pytest.mark.parametrize(("count", "refused"), [(3, False), (4, True)])
     def test_messages(

@@ -48,7 +48,7 @@ class OpenBag(OpenLog):
         self.n_rows = topic.n_messages if topic.child_frame is None else None
         self.display_name, self.place = display_name, f"topic {topic.name}"
         self.unpacked = unpacked
-        self._topic, self._counted = topic, unpacked > 0
+        self._topic = topic
 
     def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
         """Yield the messages in batches.
@@ -60,10 +60,10 @@ class OpenBag(OpenLog):
         """
         takers = {name: _taker(name) for name in wanted.names}
         values: dict[str, list[Any]] = {name: [] for name in wanted.names}
-        start = n_held = n_bytes = 0
+        start = n_held = n_bytes = n_read = 0
         for recorded, message, size in self._topic.messages():
-            n_bytes += size
-            self.unpacked += 0 if self._counted else size
+            n_bytes, n_read = n_bytes + size, n_read + size
+            self.unpacked = max(self.unpacked, n_read)  # a chunk may state less than it holds
             for name, take in takers.items():
                 try:
                     values[name].append(take(recorded, message))
