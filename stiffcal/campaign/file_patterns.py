@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import TypeAlias
 
 from stiffcal.campaign.reach import escapes, leads_outside
 
@@ -20,9 +21,11 @@ ANY = "*"
 _FREE = re.compile(r"(\{run\}|\*)")
 _TOUCHING = re.compile(r"(\{run\}|\*)(\{run\}|\*)")
 _DIGITS = re.compile(r"([0-9]+)")
+NameKey: TypeAlias = tuple[tuple[int, int, str], ...]
+"""By which names of runs are sorted and compared."""
 
 
-def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
+def natural_key(name: str) -> NameKey:
     """Return the key by which names are sorted as people count: numbers in them by their value.
 
     Two names that differ in leading zeros alone have the same key.
@@ -191,21 +194,32 @@ def found_files(folder: Path, patterns: Mapping[str, FilePattern], named: frozen
     folder : the campaign folder.
     patterns : of each source that has one.
     named : files that a run names itself: they are not matched again.
+    """
+    matches = {
+        source: [match for match in pattern.files(folder) if match[0] not in named]
+        for source, pattern in patterns.items()
+    }
+    return files_of_runs(matches, patterns)
+
+
+def files_of_runs(matches: Mapping[str, Sequence[tuple[str, str]]], patterns: Mapping[str, FilePattern]) -> FoundFiles:
+    """Return the runs that files make.
+
+    Parameters
+    ----------
+    matches : of each source (file, name of the run) of the files that its pattern matches.
+    patterns : of each source.
 
     Notes
     -----
     A file that the patterns of several sources match belongs to those with the most fixed characters. Names that
     differ in leading zeros alone are one run, called as the first source's file calls it.
     """
-    matches: dict[str, list[tuple[str, str]]] = {
-        source: [match for match in pattern.files(folder) if match[0] not in named]
-        for source, pattern in patterns.items()
-    }
     longest: dict[str, int] = {}
     for source, pairs in matches.items():
         for file, _ in pairs:
             longest[file] = max(longest.get(file, 0), patterns[source].fixed)
-    names: dict[tuple[tuple[int, int, str], ...], str] = {}
+    names: dict[NameKey, str] = {}
     by_name: dict[str, dict[str, str]] = {}
     ambiguous: list[Ambiguous] = []
     for source, pairs in matches.items():

@@ -13,13 +13,16 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, Overwrite
 from stiffcal.escapes.shell import command_line
 from stiffcal.propose.templates import template_kinds
+from stiffcal.wording import count, listing
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from stiffcal.propose.lines import Question
     from stiffcal.workflow.command_results import InitResult
 
 MOST_GUESSES = 10
+MOST_FILES = 10
 
 
 def init(
@@ -37,7 +40,7 @@ def init(
             "--from",
             metavar="TABLE.csv",
             help="Propose the campaign from header and values of a table; repeat the option for each table of a set, "
-            "or for each log of clamped and friction runs.",
+            "or for each log of clamped and friction runs. Or from a folder of logs, some for each run.",
         ),
     ] = None,
     urdf: Annotated[Path | None, typer.Option(metavar="F", help="The robot as a URDF (with --from).")] = None,
@@ -55,35 +58,56 @@ def init(
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> int:
-    """Create a commented campaign folder, or propose one from a table.
+    """Create a commented campaign folder, or propose one from a table or a folder of logs.
 
-    What was guessed from the table is marked with `# ?` in campaign.toml.
+    What was guessed is marked with `# ?` in campaign.toml.
 
     Example: stiffcal init my-robot --kind load
 
     Example: stiffcal init my-robot --from table.csv --robot irb4400 --tool 0,0,0.2
+
+    Example: stiffcal init my-robot --from my-robot/raw --robot irb4400
 
     Example: stiffcal init my-bench --kind clamped --from position1.csv --from position2.csv
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.init import init_campaign, tool_point
 
-        if table and tool is None and kind in (None, "load") and sys.stdin.isatty() and not as_json:
+        at_terminal = sys.stdin.isatty() and not as_json
+        of_folder = any(path.is_dir() for path in table or ())
+        if at_terminal and table:
             answer.progress.stop()
+        if at_terminal and table and not of_folder and tool is None and kind in (None, "load"):
             question = "tool point, X,Y,Z in m in the flange frame (Enter: write it into campaign.toml later)"
             tool = typer.prompt(question, default="", show_default=False, err=True) or None
         point = None if tool is None else tool_point(tool)
         result = init_campaign(
-            folder, kind=kind, tables=table or (), urdf=urdf, robot=robot, tool=point, overwrite=overwrite
+            folder,
+            kind=kind,
+            tables=table or (),
+            urdf=urdf,
+            robot=robot,
+            tool=point,
+            ask=_ask if at_terminal else None,
+            overwrite=overwrite,
         )
         answer.give(result, show_init, NextLine(command_line("check", folder)))
     return OK
 
 
+def _ask(question: Question) -> str:
+    text = f"{question.table}.{question.key}: {question.text} (Enter: write it into campaign.toml later)"
+    return str(typer.prompt(text, default="", show_default=False, err=True))
+
+
 def show_init(console: Console, result: InitResult) -> None:
-    """Name the files that were written and the lines that were guessed."""
-    for file in result.files:
+    """Name the files that were written, the lines that were guessed, and those that are left to be written."""
+    for file in result.files[:MOST_FILES]:
         console.print(f"wrote {file}", soft_wrap=True)
+    if len(result.files) > MOST_FILES:
+        console.print(f"wrote {len(result.files) - MOST_FILES} more files")
+    if result.runs:
+        console.print(f"{count(len(result.runs), 'run')}: {listing(result.runs)}", soft_wrap=True)
     guessed = result.guessed
     if guessed:
         console.print("guessed, please check these lines (`# ?`):")
@@ -91,3 +115,7 @@ def show_init(console: Console, result: InitResult) -> None:
             console.print(f"  {line}", soft_wrap=True)
         if len(guessed) > MOST_GUESSES:
             console.print(f"  and {len(guessed) - MOST_GUESSES} more lines with `# ?` (all in --json)")
+    if result.to_write:
+        console.print("to be written, as no log states it:")
+        for line in result.to_write:
+            console.print(f"  {line}", soft_wrap=True, markup=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -14,7 +13,6 @@ from stiffcal.propose.lines import TOOL, FrameNames, ProposedLine
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.propose.column_roles import Roles
 
 # So many files of one make are looked into; the others are named by count.
 LOOKED_AT = 200
@@ -72,7 +70,7 @@ def _proposal(log: _SniffedLog, files: list[str], taken_names: set[str], frames:
     return ProposedSource(files=files, device=log.device, lines=[f"[sources.{name}]", *lines, *missing])
 
 
-def _frame_names(frames: set[str], roles: Roles) -> FrameNames:
+def _frame_names(frames: set[str]) -> FrameNames:
     """Return the frames of the campaign that fit; `TOOL`, which it may lack, where there is none."""
     body, point = (next((name for name in names if name in frames), TOOL) for names in (BODIES, LOAD_POINTS))
     return FrameNames(body, point)
@@ -105,9 +103,9 @@ def _sniff(folder: Path, file: str, frames: set[str]) -> _SniffedLog | None:
     """Return the guessed kind of a log, or None where neither device nor signals are understood."""
     from stiffcal.propose.log_kind import log_kind, with_doubt
 
-    names = partial(_frame_names, frames)
+    names = _frame_names(frames)
     kind = log_kind(folder / file, file, names)
     if kind.why_not:
         return _SniffedLog(kind.device, kind.name, kind.lines, understood=False) if kind.device else None
-    lines = tuple(with_doubt(line, names(kind.roles)) if line in kind.signals else line for line in kind.lines)
+    lines = tuple(with_doubt(line, names) if line in kind.signals else line for line in kind.lines)
     return _SniffedLog(kind.device, kind.name, lines)

@@ -54,6 +54,12 @@ class Proposal:
     """Whether the tool point is left to be written."""
     roles: Roles | None = None
     """What the columns of the tables are; None of logs."""
+    to_write: tuple[str, ...] = ()
+    """What no log states: lines to write, each with its file and table."""
+    runs: tuple[str, ...] = ()
+    """The names of the runs that files make by patterns."""
+    remarks: tuple[str, ...] = ()
+    """A sentence on every file that is not used."""
 
 
 def draft_campaign(

@@ -37,6 +37,18 @@ _SIGMA_DOUBT = "sigma: one standard uncertainty of each reading"
 
 
 @dataclass(frozen=True)
+class Question:
+    """A value of three numbers that no log states."""
+
+    table: str
+    """The table of the line, as ``frames.tool``."""
+    key: str
+    """Of the line."""
+    text: str
+    """What the numbers are, in words."""
+
+
+@dataclass(frozen=True)
 class ProposedLine:
     """A line of a proposed file; as text it ends with `GUESS` and the doubt, where it was guessed."""
 
@@ -46,6 +58,8 @@ class ProposedLine:
     """What a person should check, "" where the value itself shows it; None where nothing was guessed."""
     frames: tuple[str, ...] = ()
     """The frames that it names."""
+    question: Question | None = None
+    """What a person is asked where nothing can be guessed: the line's value is then still to be written."""
 
     def __str__(self) -> str:
         comment = None if self.doubt is None else f"{GUESS} {self.doubt}".rstrip()
@@ -60,6 +74,8 @@ class FrameNames:
     """Where the displacement is measured."""
     point: str = TOOL
     """Where a force without moments acts."""
+    axes: str = "base"
+    """In whose axes a force without moments is measured, unless its columns' names say it."""
 
 
 DEFAULT_NAMES = FrameNames()
@@ -141,7 +157,7 @@ def _stands_still(time: SniffedColumn) -> bool:
 def signal_lines(roles: Roles, names: FrameNames = DEFAULT_NAMES) -> list[ProposedLine]:
     """Return the lines of those signals that a log holds, every guess marked; empty where none is recognised."""
     lines = [_joints_line(roles)] if roles.joints is not None else []
-    lines += _load_lines(roles, names.point) if roles.force is not None else []
+    lines += _load_lines(roles, names.point, names.axes) if roles.force is not None else []
     moved = roles.deflection is not None or roles.position is not None
     return [*lines, *_question_lines(roles), *(_moved_lines(roles, names.body) if moved else [])]
 
@@ -204,7 +220,7 @@ def _line_of_mixed_joints(joints: Role, prismatic: Collection[SniffedColumn]) ->
     return ProposedLine(line, ", ".join(doubts) if doubts else None)
 
 
-def _load_lines(roles: Roles, tool: str) -> list[ProposedLine]:
+def _load_lines(roles: Roles, tool: str, axes: str = DEFAULT_NAMES.axes) -> list[ProposedLine]:
     if roles.force is None:
         assert roles.mass is not None
         written, _ = unit_of_role(roles.mass, "mass", "kg")
@@ -228,11 +244,13 @@ def _load_lines(roles: Roles, tool: str) -> list[ProposedLine]:
         doubts.append("in the sensor's axes")
     else:
         frame = tool if roles.moment is None else FORCE_SENSOR
-        where = f'axes = "base", point = {toml_text.value(frame)}'
-        doubts += [] if in_base else ["in base axes"]
+        axes = "base" if in_base or roles.moment is not None else axes
+        where = f"{toml_text.pair('axes', axes)}, {toml_text.pair('point', frame)}"
+        doubts += [] if in_base else [f"in {axes} axes"]
     doubts.append("acts on the robot")
     line = f"wrench = {{ columns = {columns_text(Role(columns))}, units = {{ {units} }}, {where} }}"
-    return [ProposedLine(line, ", ".join(doubts), (frame,))]
+    frames = (frame,) if axes in ("base", frame) else (axes, frame)
+    return [ProposedLine(line, ", ".join(doubts), frames)]
 
 
 def _moved_lines(roles: Roles, body: str) -> list[ProposedLine]:

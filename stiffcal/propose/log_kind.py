@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -105,8 +105,16 @@ class LogKind:
         return (*layout, ProposedLine('sampling = "time"'), self.time, *self.signals)
 
 
+def no_joints(columns: Sequence[SniffedColumn]) -> Sequence[SniffedColumn]:
+    """Return no column: the joints' are found by their own names."""
+    return ()
+
+
 def log_kind(
-    path: Path, display_name: str, names: Callable[[Roles], FrameNames], joint_columns: Collection[str] = ()
+    path: Path,
+    display_name: str,
+    names: FrameNames,
+    joints_of: Callable[[Sequence[SniffedColumn]], Sequence[SniffedColumn]] = no_joints,
 ) -> LogKind:
     """Return what a log seems to be.
 
@@ -114,8 +122,8 @@ def log_kind(
     ----------
     path : the file.
     display_name : as the user knows it, for messages.
-    names : the frames to name in the lines, by what the columns are.
-    joint_columns : headers of the joints' columns, base to tip, where they are known.
+    names : the frames to name in the lines.
+    joints_of : returns those of a log's columns that hold the joints, base to tip, by the names of a robot's joints.
     """
     found_format = format_of(display_name)
     text = _first_bytes(path).decode("latin-1")
@@ -126,9 +134,9 @@ def log_kind(
     except InputError as error:
         fault = error.faults[0]
         return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
-    roles = recognise(table.columns, [column for column in table.columns if column.header in joint_columns])
+    roles = recognise(table.columns, joints_of(table.columns))
     headers = tuple(column.header for column in table.columns)
-    signals = list(signal_lines(roles, names(roles)))
+    signals = list(signal_lines(roles, names))
     if not signals:
         listed = ", ".join(headers[:12])
         why = f"no signal recognised in its columns ({listed}): {_NO_NAMES}"

@@ -178,6 +178,7 @@ def _fill(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path]) ->
         (folder / "raw").mkdir(exist_ok=True)
         for name, source in copies.items():
             is_new = not (folder / name).exists()
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             with replacing(folder / name) as temporary:
                 shutil.copyfile(source, temporary)
             written += [folder / name] * is_new

@@ -71,7 +71,8 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     Parameters
     ----------
     run : the manifest's entry.
-    logs : source to block averages in SI, in the manifest's order; the first one's clock counts.
+    logs : source to block averages in SI, in the manifest's order; the first one's clock counts, or the load's where
+        the first log stands still: nothing can be compared with it.
     tabled : holds that a table states, on the first source's clock; None: they are found.
 
     Raises
@@ -80,6 +81,9 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
         No hold is found, or a log that moves cannot be placed in time.
     """
     shared = [shared_signal(source, blocks) for source, blocks in logs.items()]
+    if tabled is None and not run.clock_ahead_s:  # else the manifest states times of the first source's clock
+        shared = _load_before_what_stands(shared)
+        logs = {signal.source: logs[signal.source] for signal in shared}
     clocks = align_clocks(shared, run.clock_ahead_s)
     devices = {name for name, blocks in logs.items() if any(key.startswith("displacement.") for key in blocks.mean)}
     holds, passes = (tabled, 0) if tabled is not None else _find_run_holds(run, shared, clocks, devices)
@@ -123,6 +127,14 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     states = replace(states, set_aside=[set_aside[k] if brief[k] else IN_USE for k in numbers])
     dropped = sorted(dropped, key=lambda stretch: stretch.start)
     return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes)
+
+
+def _load_before_what_stands(shared: list[SharedSignal]) -> list[SharedSignal]:
+    """Return the logs with the load's first where the first one stands still, as joint angles in one pose do."""
+    if moves(shared[0].values):
+        return shared
+    load = next((signal for signal in shared if signal.leads and moves(signal.values)), shared[0])
+    return [load, *(signal for signal in shared if signal is not load)]
 
 
 def beginning(run: Run, logs: Mapping[str, Blocks]) -> RawStates:

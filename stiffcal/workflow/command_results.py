@@ -18,6 +18,10 @@ class InitResult(CommandResult):
     """What was written."""
     guessed: list[str]
     """The lines of campaign.toml to look at."""
+    to_write: OrAbsent[list[str]] = None
+    """Of a folder of logs: the lines that are left to be written, as no log states their values."""
+    runs: OrAbsent[list[str]] = None
+    """Of a folder of logs: the runs that its files make."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -13,6 +13,8 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.propose.from_logs import KINDS_OF_LOGS
+from stiffcal.propose.lines import Question
+from stiffcal.propose.log_devices import files_in
 from stiffcal.wording import unused_columns
 from stiffcal.workflow.command_results import InitResult
 
@@ -28,6 +30,7 @@ def init_campaign(
     robot: str | None = None,
     tool: Sequence[float] | None = None,
     *,
+    ask: Callable[[Question], str] | None = None,
     overwrite: bool = False,
 ) -> InitResult:
     """Write a campaign folder.
@@ -38,9 +41,11 @@ def init_campaign(
     kind : of the template: a commented folder of that kind. None without a table: "load". With tables: "load",
         "absolute" (which of the two the table's columns show), "clamped" or "friction".
     tables : propose the campaign from the headers and values of one table, or of several of equal length (angles in
-        one, forces in another), instead; for clamped and friction runs from their logs, one run each.
+        one, forces in another), instead; for clamped and friction runs from their logs, one run each. Or one folder of
+        logs.
     urdf, robot : with a table: the robot as URDF, or the name of a bundled one or a robot file (*.toml).
     tool : with a table: where the load acts and the displacement is measured, m, in the flange frame.
+    ask : of a folder of logs: called with what no log states, returns the answer or "".
     overwrite : also over files that are there.
 
     Returns
@@ -77,6 +82,18 @@ def init_campaign(
             "give --from TABLE.csv too",
         )
     lacks_tool = False
+    if any(Path(table).is_dir() for table in tables):
+        if len(tables) > 1:
+            raise InputError.at(
+                FaultCode.OPTION_CONFLICT,
+                "command line",
+                "--from",
+                "a folder and further tables are given",
+                "put all logs into the folder",
+            )
+        if not of_logs:
+            return _from_folder(folder, Path(tables[0]), urdf, robot, tool, ask=ask, overwrite=overwrite)
+        tables = [Path(tables[0]) / file for file in files_in(Path(tables[0]))]
     if not tables:
         from stiffcal.propose.templates import write_template
 
@@ -111,6 +128,28 @@ def init_campaign(
             "the flange frame, or start with --tool X,Y,Z"
         )
     return InitResult(warnings=unused, files=files, guessed=guessed)
+
+
+def _from_folder(
+    folder: Path,
+    logs: Path,
+    urdf: Path | None,
+    robot: str | None,
+    tool: Sequence[float] | None,
+    *,
+    ask: Callable[[Question], str] | None,
+    overwrite: bool,
+) -> InitResult:
+    from stiffcal.propose.from_folder import propose_from_folder
+
+    proposal = propose_from_folder(folder, logs, urdf=urdf, robot=robot, tool=tool, ask=ask, overwrite=overwrite)
+    return InitResult(
+        warnings=[*proposal.remarks, *unused_columns(proposal.unused)],
+        files=[str(file) for file in proposal.files],
+        guessed=list(proposal.guessed),
+        to_write=list(proposal.to_write),
+        runs=list(proposal.runs),
+    )
 
 
 def tool_point(text: str) -> tuple[float, ...]:

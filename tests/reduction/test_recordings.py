@@ -66,6 +66,17 @@ def test_joints_that_read_the_same_all_through() -> None:
     np.testing.assert_allclose(run.states.signals["joints"][:, 4], 1.2)
 
 
+def test_the_order_of_the_sources_does_not_matter() -> None:
+    """Joints that stand in one pose share nothing with the load: as the first source they leave the clocks to it."""
+    logs, _ = logs_of(3)
+    usual = reduce_run(Run(id="a"), logs).states
+    turned = reduce_run(Run(id="a"), dict(reversed(logs.items()))).states
+    np.testing.assert_allclose(turned.signals["wrench"], usual.signals["wrench"], rtol=1e-12)
+    first = reduce_run(Run(id="a"), {"controller": logs["controller"], "ft": logs["ft"], "tracker": logs["tracker"]})
+    assert first.clocks["tracker"].value == pytest.approx(reduce_run(Run(id="a"), logs).clocks["tracker"].value)
+    assert first.clocks["controller"].value is None
+
+
 @pytest.mark.parametrize("begins", [0.0, 5000.0])
 @pytest.mark.parametrize("wander", [0.0, 1e-3])
 def test_temperature_next_to_joints_that_stand_rises_within_the_run(begins: float, wander: float) -> None:

@@ -1,0 +1,269 @@
+"""The files of a folder, put to the devices that wrote them: what they hold, and which runs they make."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, files_of_runs, natural_key
+from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.reach import leads_outside
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.column_roles import Role, Roles
+from stiffcal.propose.lines import FrameNames, signal_lines
+from stiffcal.propose.log_kind import LogKind, log_kind
+from stiffcal.propose.run_names import patterns_of_devices, shape_of
+from stiffcal.propose.table_purpose import check_purpose, serves_absolute
+from stiffcal.propose.table_sniffing import SniffedColumn
+
+OF_A_CAMPAIGN = frozenset({MANIFEST_FILE, "robot.toml", "model.toml", "simulate.toml", "plan.toml", "truth.json"})
+MOST_NAMED = 5
+BAG = "metadata.yaml"
+"""Makes a folder one log: a ROS 2 bag."""
+
+JointsOf = Callable[[Sequence[SniffedColumn]], Sequence[SniffedColumn]]
+"""Returns those of a log's columns that hold the joints, base to tip, by the names of a robot's joints."""
+
+
+@dataclass
+class Device:
+    """Files of the same columns."""
+
+    kind: LogKind
+    files: list[str] = field(default_factory=list)
+    encodings: set[str] = field(default_factory=set)
+    """Of the files that were opened, where the manifest has to state one."""
+    name: str = ""
+    pattern: str = ""
+
+
+@dataclass(frozen=True)
+class SortedFiles:
+    """The files of a folder, by what they are."""
+
+    devices: list[Device]
+    unused: list[str]
+    """Why a file is not used: a sentence each."""
+
+
+def files_in(logs: Path) -> list[str]:
+    """Return every log of a folder, relative to it, in natural order: nothing hidden, no store, no file of a campaign.
+
+    A folder that is a bag is one log.
+    """
+    found = []
+    for here, folders, files in os.walk(logs):
+        place, top = Path(here).relative_to(logs), Path(here) == logs
+        if BAG in files and not top:
+            folders.clear()
+            found.append(place.as_posix())
+            continue
+        folders[:] = [name for name in folders if not name.startswith(".") and not (top and name == "store")]
+        names = [name for name in files if not name.startswith(".") and not (top and name in OF_A_CAMPAIGN)]
+        found += [(place / name).as_posix() for name in names]
+    return sorted(found, key=lambda file: (natural_key(file), file))
+
+
+def sorted_files(logs: Path, place: str, joints_of: JointsOf, names: FrameNames) -> SortedFiles:
+    """Put the files of a folder to the devices that wrote them.
+
+    Of files whose names differ in numbers alone the first, the middle and the last are opened; where these differ in
+    their columns, all are.
+
+    Parameters
+    ----------
+    logs : the folder.
+    place : where it lies in the campaign folder.
+    joints_of : finds the columns of joints. names : the frames that the lines of signals name.
+
+    Raises
+    ------
+    InputError : the folder holds no file.
+    """
+    found = SortedFiles([], [])
+    by_shape: dict[tuple[str, ...], list[str]] = {}
+    for file in files_in(logs):
+        if leads_outside(logs, file) is not None:
+            found.unused.append(f"{file}: a link out of the folder")
+        else:
+            by_shape.setdefault(shape_of(file), []).append(file)
+    if not by_shape:
+        raise InputError.at(
+            FaultCode.FILE_MISSING, str(logs), "", "the folder holds no file", "give the folder of the logs"
+        )
+
+    def kind_of(file: str) -> LogKind:
+        return log_kind(logs / file, file, names, joints_of)
+
+    devices: dict[tuple[object, ...], Device] = {}
+    for files in by_shape.values():
+        opened = {file: kind_of(file) for file in dict.fromkeys((files[0], files[len(files) // 2], files[-1]))}
+        if len({_layout(kind) for kind in opened.values()}) > 1:
+            opened = {file: opened.get(file) or kind_of(file) for file in files}
+        usual = next(iter(opened.values()))
+        for file in files:
+            kind = opened.get(file, usual)
+            if kind.why_not:
+                found.unused.append(f"{file}: {kind.why_not}")
+                continue
+            device = devices.setdefault(_layout(kind), Device(kind))
+            device.files.append(f"{place}/{file}" if place else file)
+            device.encodings |= {str(kind.options.get("encoding", ""))}
+    return SortedFiles(list(devices.values()), found.unused)
+
+
+def _layout(kind: LogKind) -> tuple[object, ...]:
+    """Return what the files of one device have in common."""
+    options = sorted((key, value) for key, value in kind.options.items() if key != "encoding")
+    return (kind.why_not, kind.format, kind.headers, *options)
+
+
+def of_use(found: SortedFiles, names: FrameNames) -> tuple[list[Device], list[str]]:
+    """Return the devices, each with what no other one with more files gives, and what is not used."""
+    devices: list[Device] = []
+    unused, given = list(found.unused), dict[str, str]()
+    for device in sorted(found.devices, key=lambda device: -len(device.files)):
+        roles = device.kind.roles
+        again = [signal for signal in _signals(roles) if signal in given]
+        if len(again) == len(_signals(roles)):
+            others = " and ".join(dict.fromkeys(given[signal] for signal in again))
+            text = f"{_named(device.files)}: {' and '.join(again)}, which {others} holds too, in other columns"
+            unused.append(text)
+            continue
+        if again:
+            roles = _without(roles, again)
+            device.kind = replace(device.kind, roles=roles, signals=tuple(signal_lines(roles, names)))
+        given |= dict.fromkeys(_signals(roles), device.files[0])
+        devices.append(device)
+    order = {id(device): k for k, device in enumerate(found.devices)}
+    return sorted(devices, key=lambda device: order[id(device)]), unused
+
+
+def _signals(roles: Roles) -> list[str]:
+    """Return the signals that a device gives, by the fields of `Roles`."""
+    fields = {
+        "joints": roles.joints, "force": roles.force, "mass": roles.mass, "deflection": roles.deflection,
+        "position": roles.position,
+    }  # fmt: skip
+    return [name for name, role in fields.items() if role is not None]
+
+
+def _without(roles: Roles, signals: Collection[str]) -> Roles:
+    """Return what a device gives without some signals."""
+    force, position = "force" in signals, "position" in signals
+    return replace(
+        roles,
+        joints=None if "joints" in signals else roles.joints,
+        mass=None if "mass" in signals else roles.mass,
+        deflection=None if "deflection" in signals else roles.deflection,
+        rotation=None if "deflection" in signals else roles.rotation,
+        force=None if force else roles.force,
+        moment=None if force else roles.moment,
+        position=None if position else roles.position,
+        quaternion=None if position else roles.quaternion,
+    )
+
+
+def together(devices: Sequence[Device]) -> Roles:
+    """Return what all devices measure together."""
+
+    def first(signal: Callable[[Roles], Role | None]) -> Role | None:
+        return next((role for device in devices if (role := signal(device.kind.roles)) is not None), None)
+
+    return Roles(
+        joints=first(lambda roles: roles.joints),
+        force=first(lambda roles: roles.force),
+        moment=first(lambda roles: roles.moment),
+        deflection=first(lambda roles: roles.deflection),
+        position=first(lambda roles: roles.position),
+        mass=first(lambda roles: roles.mass),
+    )
+
+
+def with_patterns(devices: list[Device], unused: list[str], place: str) -> tuple[list[Device], list[str]]:
+    """Return the devices with the patterns of their files and names for their sources.
+
+    A device that logged less than half of the runs, and nothing that the others lack, is left out: with it, those runs
+    alone would be left.
+
+    Raises
+    ------
+    InputError : signals are missing, or the names of the files hold no run.
+    """
+    roles = together(devices)
+    files = ", ".join(device.files[0] for device in devices) or "the folder"
+    check_purpose(roles, files)
+    if serves_absolute(roles):
+        reason, mend = "no force columns recognised", "name them Fx, Fy, Fz; for places without loads give one table"
+        raise InputError.at(FaultCode.COLUMN_MISSING, files, "header", reason, mend)
+    patterns = patterns_of_devices({str(k): device.files for k, device in enumerate(devices)}, place)
+    most = max((len(_names(device.files, patterns.get(str(k)))) for k, device in enumerate(devices)), default=0)
+    kept = []
+    for k, device in enumerate(devices):
+        device.pattern = patterns.get(str(k), "")
+        others = together([other for other in devices if other is not device])
+        needed = {"joints", "force", "deflection", "position"}.intersection(_signals(device.kind.roles))
+        if needed <= set(_signals(others)) and 2 * len(_names(device.files, device.pattern)) < most:
+            unused.append(f"{_named(device.files)}: logs of fewer than half of the runs; {_HOW_TO_ADD}")
+            continue
+        kept.append(device)
+    alone = all(len(device.files) == 1 for device in kept) and not any(device.pattern for device in kept)
+    lost = [device for device in kept if not device.pattern]
+    if lost and not alone:
+        reason = "nothing in the names of the files tells the runs apart and is the same in all devices"
+        mend = "name the logs RUN_DEVICE, pose01_force.csv and pose01_tracker.csv, or give each run a folder of its own"
+        raise InputError.at(FaultCode.NAME_INVALID, _named(lost[0].files), "", reason, mend)
+    names: set[str] = set()
+    for device in kept:
+        base = device.kind.name
+        device.name = next(f"{base}{n or ''}" for n in (0, *range(2, 100)) if f"{base}{n or ''}" not in names)
+        names.add(device.name)
+    return kept, unused
+
+
+_HOW_TO_ADD = "name them in [[runs]], under files, where they are to be used"
+
+
+def _names(files: Collection[str], pattern: str | None) -> set[str]:
+    if not pattern:
+        return set()
+    own = FilePattern(pattern)
+    return {name for file in files if (name := own.run_of(file)) is not None}
+
+
+def _named(files: Sequence[str]) -> str:
+    more = len(files) - MOST_NAMED
+    return ", ".join([*files[:MOST_NAMED], *([f"{more} more"] if more > 0 else [])])
+
+
+def runs_of(devices: Sequence[Device]) -> tuple[list[str], list[str]]:
+    """Return the names of the runs, and a sentence on every file that is none."""
+    patterns = {device.name: FilePattern(device.pattern) for device in devices if device.pattern}
+    if not patterns:
+        return ["run1"], []
+    everything = [file for device in devices for file in device.files]
+    matches = {
+        source: [(file, name) for file in everything if (name := pattern.run_of(file)) is not None]
+        for source, pattern in patterns.items()
+    }
+    found: FoundFiles = files_of_runs(matches, patterns)
+    remarks = [
+        f'run "{entry.run}": {_named(list(entry.files.values()))} without '
+        f"{' and '.join(patterns[source].text for source in entry.lacking)} of the same run: not used"
+        for entry in found.unpartnered
+    ]
+    remarks += [
+        f'run "{entry.run}": both {entry.files[0]} and {entry.files[1]} are a log of {entry.source}: move one away, or '
+        "name all files of the run in [[runs]]"
+        for entry in found.ambiguous
+    ]
+    for device in devices:
+        own = patterns[device.name]
+        stray = [file for file in device.files if own.run_of(file) is None]
+        remarks += (
+            [f"{_named(stray)}: not named as the other logs of {device.name}, {own.text}: not used"] if stray else []
+        )
+    return list(found.runs), remarks

@@ -1,0 +1,181 @@
+"""`init --from FOLDER`: sources, patterns, runs, what is not used, and what is left to be written."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.from_folder import draft_from_folder, propose_from_folder, three_numbers
+from stiffcal.propose.lines import Question
+from stiffcal.workflow.init import init_campaign
+
+JOINTS_DEG = np.array([-30.0, -70.0, 20.0, 15.0, 40.0, 10.0])
+ENDING = {"force": ".csv", "tracker": ".txt", "joints": ".h5"}
+Naming = Callable[[int, str], str]
+
+
+def usual(k: int, device: str) -> str:
+    return f"pose{k:02d}_{device}{ENDING[device]}"
+
+
+def write_log(path: Path, device: str, k: int, encoding: str = "utf-8") -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    time = np.arange(0.0, 2.0, 0.1)
+    if device == "joints":
+        with h5py.File(path, "w") as file:
+            group = file.create_group("controller")
+            group["t"] = time
+            for n, angle in enumerate(JOINTS_DEG + k, start=1):
+                group[f"A{n}"] = np.full(time.size, angle)
+        return
+    head = {
+        "force": "Zeit [ms];Kraft X [N];Kraft Y [N];Kraft Z [N]",
+        "tracker": "Prüfling 1\nTime [s];X [mm];Y [mm];Z [mm]",
+    }
+    rows = (f"{second * (1e3 if device == 'force' else 1):.1f};{k + second:.3f};-2,5;{second:.3f}" for second in time)
+    text = "\n".join((head[device], *(row.replace(".", ",") for row in rows))) + "\n"
+    path.write_bytes(text.encode(encoding))
+
+
+def folder_of(folder: Path, naming: Naming = usual, runs: int = 3) -> Path:
+    for k in range(1, runs + 1):
+        for device in ENDING:
+            write_log(folder / naming(k, device), device, k)
+    return folder
+
+
+def manifest_of(folder: Path, **options: Any) -> tuple[dict[str, Any], list[str]]:
+    draft = draft_from_folder(folder, robot="irb4400", **options)
+    return tomllib.loads(draft.manifest), list(draft.runs)
+
+
+def test_a_source_for_each_device_and_a_pattern_for_its_files(tmp_path: Path) -> None:
+    manifest, runs = manifest_of(folder_of(tmp_path))
+    files = {source["file"]: source for source in manifest["sources"].values()}
+    assert set(files) == {f"raw/{{run}}_{device}{ending}" for device, ending in ENDING.items()}
+    assert runs == ["pose01", "pose02", "pose03"]
+    assert files["raw/{run}_force.csv"]["time"] == {"column": "Zeit [ms]", "unit": "ms"}
+    assert files["raw/{run}_joints.h5"]["joints"]["units"] == {"position": "deg"}
+    assert "runs" not in manifest
+
+
+@pytest.mark.parametrize(
+    "naming",
+    [
+        lambda k, device: f"2026-11-20_10{k + 15}{40 + k + len(device)}_{device}_P{k}{ENDING[device]}",
+        lambda k, device: f"{device}/run_{k}{ENDING[device]}",
+        lambda k, device: f"{device[0].upper()}_{k:02d}{ENDING[device].replace('csv', 'dat')}",
+        lambda k, device: f"P{k}/{device}{ENDING[device]}",
+    ],
+)
+def test_the_folder_that_is_written_has_the_runs(tmp_path: Path, naming: Naming) -> None:
+    folder_of(tmp_path / "campaign" / "raw", naming)
+    result = init_campaign(tmp_path / "campaign", tables=[tmp_path / "campaign" / "raw"], robot="irb4400")
+    assert len(result.runs or []) == 3
+    assert result.warnings == []
+    assert len(result.to_write or []) == 3
+    text = (tmp_path / "campaign" / "campaign.toml").read_text()
+    (tmp_path / "campaign" / "campaign.toml").write_text(text.replace("= []", "= [0.0, 0.0, 0.1]"))
+    campaign = load_campaign(tmp_path / "campaign")
+    assert [run.id for run in campaign.manifest.runs] == result.runs
+    assert all(len(run.files) == 3 for run in campaign.manifest.runs)
+
+
+def test_logs_that_lie_elsewhere_are_copied(tmp_path: Path) -> None:
+    folder_of(tmp_path / "usb", lambda k, device: f"P{k}/{device}{ENDING[device]}")
+    init_campaign(tmp_path / "campaign", tables=[tmp_path / "usb"], robot="irb4400")
+    assert (tmp_path / "campaign" / "raw" / "P1" / "force.csv").read_bytes() == (
+        tmp_path / "usb/P1/force.csv"
+    ).read_bytes()
+
+
+def test_missing_partner_stray_files_and_a_log_twice(tmp_path: Path) -> None:
+    folder_of(tmp_path)
+    write_log(tmp_path / "pose04_force.csv", "force", 4)
+    write_log(tmp_path / "test.csv", "force", 4)
+    write_log(tmp_path / "pose3_force.csv", "force", 4)
+    (tmp_path / "notes.txt").write_text("slipped once\n")
+    (tmp_path / "photo.jpg").write_bytes(b"\xff\xd8\xff\xe0")
+    (tmp_path / ".hidden.csv").write_text("")
+    draft = draft_from_folder(tmp_path, robot="irb4400")
+    assert list(draft.runs) == ["pose01", "pose02", "pose03"]
+    for name in ("pose04_force", "test.csv", "pose3_force", "notes.txt", "photo.jpg"):
+        assert [name in remark for remark in draft.remarks].count(True) == 1, name
+    assert len(draft.remarks) == 5
+
+
+def test_a_device_with_few_logs_does_not_take_the_others_runs(tmp_path: Path) -> None:
+    folder_of(tmp_path, runs=5)
+    for k in (1, 2):
+        (tmp_path / f"pose{k:02d}_probe.csv").write_text("t [s],X [mm],Y [mm],Z [mm]\n0,1,2,3\n0.1,1,2,3\n")
+    draft = draft_from_folder(tmp_path, robot="irb4400")
+    assert len(draft.runs) == 5
+    assert len(draft.remarks) == 1
+
+
+def test_what_no_log_states_is_asked_for(tmp_path: Path) -> None:
+    asked: list[Question] = []
+
+    def ask(question: Question) -> str:
+        asked.append(question)
+        return "0.1, 0, 0.2" if question.key == "xyz_m" else ""
+
+    draft = draft_from_folder(folder_of(tmp_path), robot="irb4400", ask=ask)
+    assert [(question.table, question.key) for question in asked] == [
+        ("frames.load_point", "xyz_m"),
+        ("frames.target", "xyz_m"),
+        ("frames.ft_sensor", "rpy_deg"),
+    ]
+    manifest = tomllib.loads(draft.manifest)
+    assert manifest["frames"]["target"]["xyz_m"] == [0.1, 0.0, 0.2]
+    assert manifest["frames"]["ft_sensor"]["rpy_deg"] == []
+    with pytest.raises(InputError):
+        three_numbers("12")
+
+
+def test_a_tool_point_leaves_less_to_write(tmp_path: Path) -> None:
+    manifest, _ = manifest_of(folder_of(tmp_path), tool=(0.0, 0.0, 0.2))
+    assert manifest["frames"]["tool"]["xyz_m"] == [0.0, 0.0, 0.2]
+    assert set(manifest["frames"]) == {"tool", "ft_sensor", "tracker"}
+
+
+def test_one_run_without_a_name_is_listed(tmp_path: Path) -> None:
+    manifest, runs = manifest_of(folder_of(tmp_path, lambda k, device: f"{device}{ENDING[device]}", runs=1))
+    assert runs == ["run1"]
+    assert len(manifest["runs"][0]["files"]) == 3
+
+
+@pytest.mark.parametrize("gone", ["force", "joints"])
+def test_a_device_that_is_missing_is_named(tmp_path: Path, gone: str) -> None:
+    folder_of(tmp_path)
+    for path in tmp_path.glob(f"*_{gone}*"):
+        path.unlink()
+    with pytest.raises(InputError) as caught:
+        draft_from_folder(tmp_path, robot="irb4400")
+    assert caught.value.faults[0].code is FaultCode.COLUMN_MISSING
+
+
+def test_nothing_to_read(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        propose_from_folder(tmp_path / "campaign", tmp_path)
+    assert caught.value.faults[0].code is FaultCode.FILE_MISSING
+
+
+def test_links_out_of_the_folder_are_not_followed(tmp_path: Path) -> None:
+    folder_of(tmp_path / "usb")
+    secret = tmp_path / "secret.csv"
+    shutil.copy(tmp_path / "usb" / "pose01_force.csv", secret)
+    (tmp_path / "usb" / "pose09_force.csv").symlink_to(secret)
+    draft = draft_from_folder(tmp_path / "usb", robot="irb4400")
+    assert "raw/pose09_force.csv" not in draft.copies
+    assert len(draft.remarks) == 1
