@@ -25,7 +25,7 @@ from stiffcal.propose.lines import (
     Question,
     as_text,
 )
-from stiffcal.propose.log_devices import Device, of_use, runs_of, sorted_files, together, with_patterns
+from stiffcal.propose.log_devices import LoggingDevice, of_use, runs_of, sorted_files, together, with_patterns
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.propose.urdf_arm import UrdfArm
 
@@ -153,7 +153,7 @@ def _frame_names(tool: Sequence[float] | None) -> FrameNames:
     return FrameNames(body, point, FORCE_SENSOR)
 
 
-def _source_lines(device: Device) -> list[ProposedLine]:
+def _source_lines(device: LoggingDevice) -> list[ProposedLine]:
     kind = device.kind
     lines = [ProposedLine(""), ProposedLine(f"[sources.{device.name}]")]
     if device.pattern:
@@ -170,7 +170,7 @@ def _source_lines(device: Device) -> list[ProposedLine]:
     return [*lines, *kind.signals]
 
 
-def _frame_lines(devices: Sequence[Device], tool: Sequence[float] | None) -> list[ProposedLine]:
+def _frame_lines(devices: Sequence[LoggingDevice], tool: Sequence[float] | None) -> list[ProposedLine]:
     """Return the frames that the sources name."""
     named = {frame for device in devices for line in device.kind.signals for frame in line.frames}
     roles = together(devices)

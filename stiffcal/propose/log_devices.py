@@ -29,7 +29,7 @@ JointsOf = Callable[[Sequence[SniffedColumn]], Sequence[SniffedColumn]]
 
 
 @dataclass
-class Device:
+class LoggingDevice:
     """Files of the same columns."""
 
     kind: LogKind
@@ -44,7 +44,7 @@ class Device:
 class SortedFiles:
     """The files of a folder, by what they are."""
 
-    devices: list[Device]
+    devices: list[LoggingDevice]
     unused: list[str]
     """Why a file is not used: a sentence each."""
 
@@ -98,7 +98,7 @@ def sorted_files(logs: Path, place: str, joints_of: JointsOf, names: FrameNames)
     def kind_of(file: str) -> LogKind:
         return log_kind(logs / file, file, names, joints_of)
 
-    devices: dict[tuple[object, ...], Device] = {}
+    devices: dict[tuple[object, ...], LoggingDevice] = {}
     for files in by_shape.values():
         opened = {file: kind_of(file) for file in dict.fromkeys((files[0], files[len(files) // 2], files[-1]))}
         if len({_layout(kind) for kind in opened.values()}) > 1:
@@ -109,7 +109,7 @@ def sorted_files(logs: Path, place: str, joints_of: JointsOf, names: FrameNames)
             if kind.why_not:
                 found.unused.append(f"{file}: {kind.why_not}")
                 continue
-            device = devices.setdefault(_layout(kind), Device(kind))
+            device = devices.setdefault(_layout(kind), LoggingDevice(kind))
             device.files.append(f"{place}/{file}" if place else file)
             device.encodings |= {str(kind.options.get("encoding", ""))}
     return SortedFiles(list(devices.values()), found.unused)
@@ -121,9 +121,9 @@ def _layout(kind: LogKind) -> tuple[object, ...]:
     return (kind.why_not, kind.format, kind.headers, *options)
 
 
-def of_use(found: SortedFiles, names: FrameNames) -> tuple[list[Device], list[str]]:
+def of_use(found: SortedFiles, names: FrameNames) -> tuple[list[LoggingDevice], list[str]]:
     """Return the devices, each with what no other one with more files gives, and what is not used."""
-    devices: list[Device] = []
+    devices: list[LoggingDevice] = []
     unused, given = list(found.unused), dict[str, str]()
     for device in sorted(found.devices, key=lambda device: -len(device.files)):
         roles = device.kind.roles
@@ -167,7 +167,7 @@ def _without(roles: Roles, signals: Collection[str]) -> Roles:
     )
 
 
-def together(devices: Sequence[Device]) -> Roles:
+def together(devices: Sequence[LoggingDevice]) -> Roles:
     """Return what all devices measure together."""
 
     def first(signal: Callable[[Roles], Role | None]) -> Role | None:
@@ -183,7 +183,7 @@ def together(devices: Sequence[Device]) -> Roles:
     )
 
 
-def with_patterns(devices: list[Device], unused: list[str], place: str) -> tuple[list[Device], list[str]]:
+def with_patterns(devices: list[LoggingDevice], unused: list[str], place: str) -> tuple[list[LoggingDevice], list[str]]:
     """Return the devices with the patterns of their files and names for their sources.
 
     A device that logged less than half of the runs, and nothing that the others lack, is left out: with it, those runs
@@ -239,7 +239,7 @@ def _named(files: Sequence[str]) -> str:
     return ", ".join([*files[:MOST_NAMED], *([f"{more} more"] if more > 0 else [])])
 
 
-def runs_of(devices: Sequence[Device]) -> tuple[list[str], list[str]]:
+def runs_of(devices: Sequence[LoggingDevice]) -> tuple[list[str], list[str]]:
     """Return the names of the runs, and a sentence on every file that is none."""
     patterns = {device.name: FilePattern(device.pattern) for device in devices if device.pattern}
     if not patterns:

@@ -27,7 +27,8 @@ class Hdf5Options(TomlTable):
 
     Attributes
     ----------
-    group : the group that holds them; left out, the top, or the only group below it. dataset : one dataset in it that holds all columns; recognised where left out.
+    group : the group that holds them; left out, the top, or the only group below it. dataset : one dataset in it that
+        holds all columns; recognised where left out.
     """
 
     group: Name | None = None
