@@ -65,7 +65,7 @@ def choose_runs(
     limit : how often one candidate may be measured.
     nonlinear : (p,) True for nonlinear parameters; None: none is.
     first : (n_runs,) a choice to begin with; None: none is known.
-    named : (p,) the parameters whose largest uncertainty counts, for `Criterion.WORST`; None: all.
+    named : (p,) the parameters that count for `Criterion.WORST` and `Criterion.DETERMINANT`; None: all.
     """
     prepared = goal_of_parameters(factors, n_runs, criterion, known, wanted, limit, nonlinear, named)
     if prepared is None:
@@ -106,9 +106,12 @@ def goal_of_parameters(
         # What so few runs cannot show at all would alone decide on the largest uncertainty. It stays in the fit.
         certain = best_design(own, n_runs, Criterion.DETERMINANT, known, None, limit)
         aimed = identified[free] & (np.diagonal(certain.covariance) <= LARGEST_RELATIVE**2)
+    elif criterion is Criterion.DETERMINANT:
+        aimed = np.ones(own.shape[2], dtype=np.bool_)
+    if criterion is not Criterion.PREDICTION:
         if named is not None and (aimed & named[free]).any():
             aimed = aimed & named[free]
-        wanted = np.eye(int(np.count_nonzero(free)))[aimed] if aimed.any() else None
+        wanted = np.eye(own.shape[2])[aimed] if aimed.any() else None
     return Goal(own, criterion, known, wanted, weight), free, identified
 
 

@@ -42,7 +42,7 @@ class Criterion(Enum):
     """What a design minimises."""
 
     DETERMINANT = "determinant"
-    """The volume of the joint confidence region (D-optimality)."""
+    """The volume of the joint confidence region of all parameters, or of some (D- or Ds-optimality)."""
     WORST = "worst"
     """The largest relative standard uncertainty of a parameter."""
     PREDICTION = "prediction"
@@ -60,7 +60,8 @@ class Design:
     course: Floats
     """(n, p) standard uncertainty of each parameter after the first 1 … n runs, in the same units."""
     loss: float
-    """The criterion's value: det(C)^(1/p), the largest standard uncertainty, or the rms error of prediction."""
+    """The criterion's value: det(C)^(1/2p) of the p parameters that count, the largest standard uncertainty, or the rms
+    error of prediction."""
     efficiency: float
     """Bound of the relaxed optimum over this design, as a ratio of variances, 0 to 1: 0.9 wants a ninth more runs."""
 
@@ -114,7 +115,7 @@ def best_design(
     criterion : what is minimised.
     known : (p, p) information that there is already; None: next to none.
     wanted : (q, p) rows whose variances count for `Criterion.PREDICTION`; for `Criterion.WORST` those whose largest
-        counts, None for each parameter's own.
+        counts, for `Criterion.DETERMINANT` rows of the identity, of the parameters that count; None: all do.
     limit : how often one candidate, or those that are alike, may be measured; None: any number of times.
     first : (n,) the design that exchange starts from; None: from the relaxed optimum and from a greedy choice.
     bears_losses : for `Criterion.WORST`, no uncertainty rests on one run more than it has to (`planning.lost_runs`).
@@ -175,9 +176,7 @@ def wanted_rows(criterion: Criterion, p: int, wanted: Floats | None) -> Floats:
     ------
     ValueError : there is no row of predictions where they are needed.
     """
-    if criterion is Criterion.DETERMINANT:
-        return np.eye(p)
-    if criterion is Criterion.WORST:
+    if criterion is not Criterion.PREDICTION:
         return np.eye(p) if wanted is None else wanted
     if wanted is None or len(wanted) == 0:
         raise ValueError("a design for predictions needs their rows")
@@ -209,10 +208,25 @@ def sum_of(factors: Floats, chosen: Integers) -> Floats:
 def value_of(covariance: Floats, criterion: Criterion, rows: Floats) -> float:
     """Return the criterion's value of a covariance (p, p), of rows as `wanted_rows` makes them."""
     if criterion is Criterion.DETERMINANT:
-        return float(np.exp(np.linalg.slogdet(covariance)[1] / (2 * len(covariance))))
+        return float(np.exp(_volume(covariance, rows) / (2 * len(rows))))
     if criterion is Criterion.WORST:
         return float(np.sqrt(np.max(_variances(covariance, rows))))
     return float(np.sqrt(np.sum(_variances(covariance, rows))))
+
+
+def _volume(covariance: Floats, rows: Floats) -> float:
+    """Return the logarithm of the determinant of the covariance of rows (q, p)."""
+    return float(np.linalg.slogdet(rows @ covariance @ rows.T)[1])
+
+
+def _rule(covariance: Floats, criterion: Criterion, rows: Floats) -> tuple[Criterion, Floats]:
+    """Return the criterion, and its rows, by which the next candidate is taken.
+
+    While the largest variance is of something not known yet, the determinant of all parameters leads there faster.
+    """
+    if criterion is Criterion.WORST and bool(np.max(_variances(covariance, rows)) > 1.0):
+        return Criterion.DETERMINANT, np.eye(len(covariance))
+    return criterion, rows
 
 
 def _variances(covariance: Floats, rows: Floats) -> Floats:
@@ -220,22 +234,24 @@ def _variances(covariance: Floats, rows: Floats) -> Floats:
     return np.asarray(np.sum((rows @ covariance) * rows, axis=1))
 
 
-def _is_vague(covariance: Floats, criterion: Criterion, rows: Floats) -> bool:
-    """Return whether the largest variance is of something not known yet: then the determinant leads there faster."""
-    return criterion is Criterion.WORST and bool(np.max(_variances(covariance, rows)) > 1.0)
-
-
 def losses_after(factors: Floats, covariance: Floats, criterion: Criterion, rows: Floats) -> Floats:
     """Return (N,) the logarithm of the loss after each candidate joins, by updates of the covariance of rank r.
 
-    With G = A C Aᵀ and Y = (I + G)^(-1/2) A C the covariance becomes C − YᵀY (Woodbury).
+    With G = A C Aᵀ and Y = (I + G)^(-1/2) A C the covariance becomes C − YᵀY (Woodbury). The determinant of all becomes
+    det C / det(I + G); that of some is it over the determinant of the others, were these known.
     """
     moved = factors @ covariance
     gram = moved @ np.swapaxes(factors, 1, 2) + np.eye(factors.shape[1])
     lower = np.linalg.cholesky(gram)
     if criterion is Criterion.DETERMINANT:
         gain = 2.0 * np.sum(np.log(np.diagonal(lower, axis1=1, axis2=2)), axis=1)
-        return np.asarray((np.linalg.slogdet(covariance)[1] - gain) / (2 * len(covariance)))
+        others = ~rows.any(axis=0)
+        if others.any():
+            known = inverse(inverse(covariance)[np.ix_(others, others)])
+            part = factors[:, :, others]
+            inside = np.linalg.cholesky(part @ known @ np.swapaxes(part, 1, 2) + np.eye(factors.shape[1]))
+            gain = gain - 2.0 * np.sum(np.log(np.diagonal(inside, axis1=1, axis2=2)), axis=1)
+        return np.asarray((_volume(covariance, rows) - gain) / (2 * len(rows)))
     update = np.linalg.solve(lower, moved)
     if criterion is Criterion.WORST:
         variances = _variances(covariance, rows) - np.sum((update @ rows.T) ** 2, axis=1)
@@ -255,8 +271,7 @@ def _greedy(factors: Floats, n_runs: int, criterion: Criterion, start: Floats, r
     matrix = start.copy()
     for _ in range(n_runs):
         covariance = inverse(matrix)
-        vague = _is_vague(covariance, criterion, rows)
-        losses = losses_after(factors, covariance, Criterion.DETERMINANT if vague else criterion, rows)
+        losses = losses_after(factors, covariance, *_rule(covariance, criterion, rows))
         exhausted = most.exhausted(np.array(chosen, dtype=np.int64), len(factors))
         if exhausted.all():
             break
@@ -292,9 +307,8 @@ def _ordered(factors: Floats, chosen: Integers, start: Floats, rows: Floats, cri
     left, order, matrix = list(chosen), [], start.copy()
     while left:
         covariance = inverse(matrix)
-        vague = _is_vague(covariance, criterion, rows)
-        rule = Criterion.DETERMINANT if vague else criterion
-        candidate = left.pop(int(np.argmin(losses_after(factors[left], covariance, rule, rows))))
+        rule = _rule(covariance, criterion, rows)
+        candidate = left.pop(int(np.argmin(losses_after(factors[left], covariance, *rule))))
         order.append(candidate)
         matrix = matrix + factors[candidate].T @ factors[candidate]
     return np.array(order)
@@ -319,14 +333,17 @@ def relaxed_optimum(
 
     Weights are found on a growing support (the candidates that violate the equivalence theorem most join). The bound
     holds for any weights: with M = M₀ + n Σ wᵢ Fᵢ, C = M⁻¹ and a matrix W, every other design M* has
-    tr(M* C W C) ≤ t = tr(M₀ C W C) + n maxᵢ tr(Fᵢ C W C), so tr(W C*) ≥ tr(W C)² / t (Cauchy-Schwarz), and with W = M
-    det(C*)^(1/p) ≥ det(C)^(1/p) p / t (arithmetic and geometric mean). The largest variance is bounded by the mean
-    variance under any weights of the parameters.
+    tr(M* C W C) ≤ t = tr(M₀ C W C) + n maxᵢ tr(Fᵢ C W C), so tr(W C*) ≥ tr(W C)² / t (Cauchy-Schwarz). Of q rows R with
+    S = R C Rᵀ and W = Rᵀ S⁻¹ R it is t ≥ tr(S S*⁻¹) (the same of matrices), so det(S*)^(1/q) ≥ det(S)^(1/q) q / t
+    (arithmetic and geometric mean). The largest variance is bounded by the mean variance under any weights of the
+    parameters.
     """
     p = factors.shape[2]
     shares = np.full(len(rows), 1.0 / len(rows))
     support = np.unique(
-        _greedy(factors, min(max(2 * p // factors.shape[1], 8), 40), Criterion.DETERMINANT, start, rows, Repeats(1))
+        _greedy(
+            factors, min(max(2 * p // factors.shape[1], 8), 40), Criterion.DETERMINANT, start, np.eye(p), Repeats(1)
+        )
         if len(factors) > 40
         else np.arange(len(factors))
     )
@@ -373,12 +390,13 @@ def _relaxed_state(
     """Return the covariance of relaxed weights, and C W C, by which candidates gain."""
     stacked = (used * np.sqrt(n_runs * inside)[:, None, None]).reshape(-1, used.shape[2])
     covariance = inverse(start + stacked.T @ stacked)
-    if criterion is Criterion.DETERMINANT:
+    if criterion is Criterion.DETERMINANT and len(rows) == len(covariance):
         return covariance, covariance
-    if criterion is Criterion.WORST:
-        moved = covariance @ rows.T
-        return covariance, (moved * shares) @ moved.T
     moved = covariance @ rows.T
+    if criterion is Criterion.DETERMINANT:
+        return covariance, moved @ np.linalg.solve(rows @ moved, moved.T)
+    if criterion is Criterion.WORST:
+        return covariance, (moved * shares) @ moved.T
     return covariance, moved @ moved.T
 
 
@@ -394,7 +412,7 @@ def _bound(
 ) -> float:
     most = float(np.sum(start * target) + n_runs * np.max(gains))
     if criterion is Criterion.DETERMINANT:
-        return value_of(covariance, criterion, rows) * float(np.sqrt(len(covariance) / most))
+        return value_of(covariance, criterion, rows) * float(np.sqrt(len(rows) / most))
     if criterion is Criterion.WORST:
         return float(np.sum(shares * _variances(covariance, rows)) / np.sqrt(most))
     return float(np.sum(_variances(covariance, rows)) / np.sqrt(most))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from stiffcal.planning.choice import choose_runs, identifiable, short_order
 from stiffcal.planning.design import Criterion
@@ -50,6 +51,21 @@ def test_a_parameter_that_so_few_runs_cannot_show_does_not_decide() -> None:
     assert np.diagonal(choice.design.covariance)[2] > 1.0
     worst = np.diagonal(choice.design.covariance)[:2].max()
     assert worst < 1.3 * np.diagonal(without.design.covariance).max()
+
+
+@pytest.mark.parametrize("criterion", [Criterion.WORST, Criterion.DETERMINANT])
+def test_parameters_that_are_no_goal_take_no_run_of_their_own(criterion: Criterion) -> None:
+    """A knee that alone some runs show, which show nothing else: it stays in the fit, and in no run's place."""
+    factors = 10.0 * np.random.default_rng(0).normal(size=(40, 1, 3))
+    factors[:20, :, 2] = 0.0
+    factors[20:, :, :2] *= 1e-3
+    every = choose_runs(factors, 6, criterion)
+    aimed = choose_runs(factors, 6, criterion, named=np.array([True, True, False]))
+    assert every is not None
+    assert aimed is not None
+    assert aimed.free.all()
+    assert (every.design.chosen >= 20).any()
+    assert (aimed.design.chosen < 20).all()
 
 
 def test_the_order_has_short_moves() -> None:
