@@ -93,6 +93,7 @@ class FaultCode(StrEnum):
     PARAMETER_UNKNOWN = "parameter-unknown", "A parameter that the model does not have."
 
     # What was measured.
+    TIME_AMBIGUOUS = "time-ambiguous", "Dates whose day and month can be read in two ways."
     TIME_ORDER = "time-order", "Times that stand still, run backwards or jump."
     CLOCK_UNKNOWN = "clock-unknown", "Logs whose clocks cannot be brought together."
     READING_IMPLAUSIBLE = "reading-implausible", "A reading that no instrument of this kind gives on a robot."

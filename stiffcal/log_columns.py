@@ -65,7 +65,12 @@ class WantedColumns:
     times: tuple[str, ...] = ()
     """Columns of ISO 8601 times; they come back among the numbers, as seconds since 1970-01-01 UTC."""
     gaps: frozenset[str] = frozenset()
-    """Those of `numbers` in which an empty cell or NaN is a missing reading (a marker out of sight), given as NaN."""
+    """Those of `numbers` in which an empty cell or NaN is a missing reading (a marker out of sight), given as NaN, and
+    those of `texts` in which a cell may be empty."""
+    unjudged: frozenset[str] = frozenset()
+    """Those of `gaps` whose rows the caller may leave out: a word in place of a number is given as infinite."""
+    date_order: str = ""
+    """The order of day and month in `times`, as `seconds_of_times` takes it."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -168,6 +173,8 @@ def first_not_finite(
         with np.errstate(all="ignore"):
             if np.isfinite(values.sum()):
                 continue
+        if name in wanted.unjudged:
+            continue
         bad = np.isinf(values) if name in wanted.gaps else ~np.isfinite(values)
         if bad.any():
             at = int(bad.argmax())
@@ -270,13 +277,13 @@ def batch_of_columns(
             reason = f"it holds {values.dtype}, not words"
             raise InputError.at(FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "use a column of words")
         cells = [text_of(value).strip("\0 ") for value in values.tolist()]
-        if "" in cells:
+        if "" in cells and name not in wanted.gaps:
             place = f"row {first_row + cells.index('')}, column {name}"
             raise InputError.at(
                 FaultCode.CELL_EMPTY, display_name, place, "the cell is empty", "fill it in, in a copy of the file"
             )
         if name in wanted.times:
-            numbers[name] = seconds_of_times(cells, display_name, name, first_row)
+            numbers[name] = seconds_of_times(cells, display_name, name, first_row, wanted.date_order)
         else:
             texts[name] = cells
     bad = first_not_finite(numbers, wanted, first_row)

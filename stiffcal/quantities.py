@@ -63,7 +63,7 @@ _TABLES: dict[str, dict[str, float]] = {
 # Other spellings of the same unit, per table, so that "C" is a temperature and nothing else.
 _ALIASES: dict[int, dict[str, str]] = {
     id(_LENGTH): {"inch": "in", "micron": "um"},
-    id(_ANGLE): {"°": "deg", "degree": "deg", "degrees": "deg", "turn": "rev", "turns": "rev"},
+    id(_ANGLE): {"°": "deg", "º": "deg", "Grad": "deg", "turn": "rev", "turns": "rev"},
     id(_TEMPERATURE): {"°C": "degC", "C": "degC", "°F": "degF", "kelvin": "K"},
     id(_TIME): {"sec": "s", "h": "h"},
     id(_VELOCITY): {"°/s": "deg/s", "1/min": "rpm", "rev/min": "rpm"},
@@ -77,6 +77,23 @@ _ALIASES: dict[int, dict[str, str]] = {
         "in*lbf": "lbf*in",
         "ft*lbf": "lbf*ft",
     },
+}
+
+
+# Units written out, in whatever case, as programs of motion capture and LabVIEW write them.
+_WORDS: dict[str, str] = {
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("millimeter", "millimeters", "millimetre", "millimetres"), "mm"),
+    **dict.fromkeys(("centimeter", "centimeters", "centimetre", "centimetres"), "cm"),
+    **dict.fromkeys(("micrometer", "micrometers", "micrometre", "micrometres", "microns"), "um"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+    **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("newtonmeter", "newton-meter", "newton-meters", "newtonmeters"), "N*m"),
+    **dict.fromkeys(("second", "seconds", "sekunde", "sekunden", "secondes"), "s"),
+    **dict.fromkeys(("millisecond", "milliseconds", "millisekunden"), "ms"),
+    **dict.fromkeys(("minute", "minutes", "minuten"), "min"),
+    **dict.fromkeys(("celsius", "°celsius"), "degC"),
+    **dict.fromkeys(("degree", "degrees"), "deg"),
 }
 
 
@@ -180,7 +197,9 @@ def _canonical(name: str, table: dict[str, float]) -> str:
     text = name.strip().replace("µ", "u").replace("μ", "u")  # micro sign and Greek mu
     for product in ("·", "⋅", "×", " * ", "* ", " *", ".", " "):
         text = text.replace(product, "*")
-    return _ALIASES.get(id(table), {}).get(text, text)
+    text = _ALIASES.get(id(table), {}).get(text, text)
+    word = _WORDS.get(text.lower())
+    return word if word in table else text
 
 
 def _advice(name: str, quantity: str) -> str:

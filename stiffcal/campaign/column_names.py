@@ -140,6 +140,22 @@ def is_unit(text: str) -> bool:
     return any(is_unit_of(text, quantity) for quantity in quantities())
 
 
+# Units of what is not computed with, as rows of units hold them too; with those of mechanics also as parts of products.
+_OTHER_UNITS = frozenset(
+    (
+        *("s", "sec", "ms", "us", "ns", "min", "h", "n", "kn", "mn", "nm", "knm", "nmm", "ncm", "m", "mm", "cm", "um"),
+        *("deg", "°", "rad", "mrad", "urad", "rev", "turn", "a", "ma", "v", "mv", "w", "kw", "degc", "°c", "c", "k"),
+        *("kg", "g", "hz", "khz", "rpm", "pa", "kpa", "mpa", "bar", "mbar", "lbf", "in", "%", "iso8601", "counts"),
+    )
+)
+
+
+def _is_unit_word(text: str) -> bool:
+    """Return whether a cell is a unit, also one that nothing is computed with, or a product of units; no number is."""
+    factors = [factor.rstrip("²³23^-") for factor in re.split(r"[*·./ ]", text.lower().replace("µ", "u")) if factor]
+    return is_unit(text) or (bool(factors) and all(factor in _OTHER_UNITS for factor in factors))
+
+
 def is_unit_of(text: str, quantity: str) -> bool:
     """Return whether a text is a unit of a quantity."""
     try:
@@ -157,8 +173,9 @@ def bare_unit(cell: str) -> str:
 def is_unit_row(row: Sequence[str]) -> bool:
     """Return whether every cell of a row is a unit or empty, and some are units."""
     cells = [bare_unit(cell) for cell in row]
-    return any(is_unit(cell) for cell in cells) and all(
-        not cell or is_unit(cell) or cell in ("-", "1") for cell in cells
+    without = {"-", "[-]", "(-)", "[1]", "(1)"}  # of a number without a dimension
+    return any(map(_is_unit_word, cells)) and all(
+        not cell or written in without or _is_unit_word(cell) for cell, written in zip(cells, row, strict=True)
     )
 
 

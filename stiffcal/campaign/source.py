@@ -40,19 +40,24 @@ SIGNAL_NAMES = (
 )
 
 
+TIMES_IN_WORDS = ("iso8601", "day-first", "month-first")
+"""Units of times that are no numbers: dates, with the order of day and month where the year stands last."""
+
+
 def _time_unit(name: str) -> str:
-    if name == "iso8601":
+    if name in TIMES_IN_WORDS:
         return name
     try:
         return unit(name, "time").name
     except UnknownUnitError as error:
-        raise WrongValueError(error.reason, f"{error.mend}, or iso8601", FaultCode.UNIT_UNKNOWN) from error
+        mend = f"{error.mend}, or of dates {', '.join(TIMES_IN_WORDS)}"
+        raise WrongValueError(error.reason, mend, FaultCode.UNIT_UNKNOWN) from error
 
 
 LogTimeUnit: TypeAlias = Annotated[
     str,
     AfterValidator(_time_unit),
-    WithJsonSchema({"type": "string", "examples": [*unit_names("time"), "iso8601"]}),
+    WithJsonSchema({"type": "string", "examples": [*unit_names("time"), *TIMES_IN_WORDS]}),
 ]
 
 
@@ -62,6 +67,16 @@ class TimeAxis(TomlTable):
     column: Name | None = None
     unit: LogTimeUnit | None = None
     rate_hz: Positive | None = None
+
+    @property
+    def in_words(self) -> bool:
+        """True where the column holds dates or times of day instead of numbers."""
+        return self.unit in TIMES_IN_WORDS
+
+    @property
+    def date_order(self) -> str:
+        """The order of day and month in dates, "" where it is not stated."""
+        return self.unit if self.unit is not None and self.unit in TIMES_IN_WORDS[1:] else ""
 
     @model_validator(mode="after")
     def _one_way(self) -> TimeAxis:

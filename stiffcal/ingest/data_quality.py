@@ -65,7 +65,7 @@ class DataQuality:
                 elsewhere=elsewhere,
                 slides=frozenset() if settings.joints is None else settings.joints.length_columns(),
                 declared={column: unit.name for column, unit in declared_units(settings).items()},
-                by_the_wall=settings.time is not None and settings.time.unit == "iso8601",
+                by_the_wall=settings.time is not None and settings.time.in_words,
             )
         self.logs[key].update(rows.number, rows.time, rows.signals)
         settings = self._campaign.manifest.sources[source]

@@ -26,7 +26,7 @@ def declared_units(source: Source) -> dict[str, Unit]:
         for column, of_column in signal.columns_with_units().items()
     }
     time = source.time
-    if time is not None and time.column is not None and time.unit != "iso8601":
+    if time is not None and time.column is not None and not time.in_words:
         declared[time.column] = unit(time.unit or "s", "time")
     return declared
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Any
@@ -17,21 +18,54 @@ _PER_SECOND = {"W": 1 / 604800, "D": 1 / 86400, "h": 1 / 3600, "m": 1 / 60, "s":
 _LARGEST = 9e12  # the year 287 000: no log's, but what becomes of a database's infinity
 
 
-def seconds_of_times(texts: Sequence[str], display_name: str, name: str, first_row: int) -> NDArray[np.float64]:
-    """Return ISO 8601 times as seconds since 1970-01-01 UTC (without a zone: taken as UTC).
+DAY_FIRST, MONTH_FIRST = "day-first", "month-first"
+"""How numbers of a date are ordered whose year stands last."""
+
+_LOCAL = re.compile(
+    r"'?(?:(?P<first>\d{1,4})(?P<mark>[-./ ])(?P<second>\d{1,2}|[^\W\d_]{3,9}\.?)(?P=mark)"
+    r"(?P<third>\d{4}|\d{1,2})(?:[ T,]+|$))?"
+    r"(?:(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second_of>\d{2})(?:[.,:](?P<fraction>\d+))?)?"
+    r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?)?"
+)
+# The first letters of months' names, as loggers in English, German, French, Spanish and Italian write them.
+_MONTHS = {
+    name: number
+    for number, names in enumerate(
+        (
+            *("jan ene gen", "feb fév fev", "mar mär mrz", "apr avr abr", "mai may mag", "jun jui giu", "jul lug"),
+            *("aug aoû aou ago", "sep set", "oct okt ott", "nov", "dec dez déc dic"),
+        ),
+        start=1,
+    )
+    for name in names.split()
+}
+
+
+def seconds_of_times(
+    texts: Sequence[str], display_name: str, name: str, first_row: int, order: str = ""
+) -> NDArray[np.float64]:
+    """Return times in words as seconds since 1970-01-01 UTC (without a zone: taken as UTC).
+
+    Besides ISO 8601 what loggers write in their country's way: ``20.11.2026 10:15:30,000`` (with points the day stands
+    first everywhere), ``2026/11/20 10:15:30``, ``20-Nov-2026 10:15:30``, ``11/20/2026 10:15:30 AM``, and times of a day
+    without a date, as seconds since midnight. Where the order of day and month is not known, it must follow from one
+    of the dates.
 
     Parameters
     ----------
     texts : n times, such as ``2026-11-21T08:15:30.250Z`` or ``2026-11-21 08:15:30,25+01:00``.
+    order : `DAY_FIRST` or `MONTH_FIRST`, where it is known; "" otherwise.
 
     Raises
     ------
     InputError
-        At the first that is none.
+        At the first that is none, or that can be read in two ways.
 
     Examples
     --------
     >>> seconds_of_times(["1970-01-02T00:00:00.5Z", "1970-01-02 01:00:01+01:00"], "log.csv", "t", 1)
+    array([86400.5, 86401. ])
+    >>> seconds_of_times(["02.01.1970 00:00:00,500", "1/2/1970 12:00:01 AM"], "log.csv", "t", 1, "month-first")
     array([86400.5, 86401. ])
     """
     seconds = np.empty(len(texts))
@@ -40,15 +74,99 @@ def seconds_of_times(texts: Sequence[str], display_name: str, name: str, first_r
         try:
             seconds_text, nanoseconds = _split_fraction(text.strip())
             moment = datetime.fromisoformat(seconds_text)
+            elapsed = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)) - epoch
+            seconds[index] = elapsed.days * 86400 + elapsed.seconds + nanoseconds
         except ValueError:
-            raise InputError.at(
-                FaultCode.NUMBER_INVALID,
-                display_name, f"row {first_row + index}, column {name}", f"{text!r} is not an ISO 8601 time",
-                "write times like 2026-11-21T08:15:30.250Z, or give the column's unit as s, ms, us or ns",
-            ) from None  # fmt: skip
-        elapsed = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)) - epoch
-        seconds[index] = elapsed.days * 86400 + elapsed.seconds + nanoseconds
+            place = (display_name, f"row {first_row + index}, column {name}")
+            order = order or _order_in(texts, text, *place)
+            seconds[index] = _local_seconds(text.strip(), order, *place)
     return seconds
+
+
+def unit_of_times(texts: Sequence[str]) -> str:
+    """Return the unit of a time column that holds these times: ``iso8601``, or the order of day and month.
+
+    Raises
+    ------
+    InputError
+        They can be read in two ways.
+
+    Examples
+    --------
+    >>> unit_of_times(["20.11.2026 10:15:30,000"]), unit_of_times(["2026-11-20"]), unit_of_times(["11/20/2026"])
+    ('day-first', 'iso8601', 'month-first')
+    """
+    match = _LOCAL.fullmatch(texts[0].strip())
+    if match is None or match["first"] is None or len(match["first"]) == 4 or not match["second"].isdigit():
+        return "iso8601"
+    return DAY_FIRST if match["mark"] == "." else _order_in(texts, texts[0], "", "")
+
+
+def _local_seconds(text: str, order: str, display_name: str, place: str) -> float:
+    """Return a time that is written in a country's way as seconds."""
+    match = _LOCAL.fullmatch(text)
+    if match is None or (match["first"] is None and match["second_of"] is None):
+        raise _no_time(text, display_name, place)
+    hour = int(match["hour"] or 0)
+    if match["half"] is not None:
+        hour = hour % 12 + 12 * (match["half"][0] in "Pp")
+    clock = 3600 * hour + 60 * int(match["minute"] or 0) + int(match["second_of"] or 0)
+    of_day = clock + float(f"0.{match['fraction'] or 0}")
+    if match["first"] is None:
+        return of_day
+    first, second, third = match["first"], match["second"], match["third"]
+    if not second.isdigit():
+        month = _MONTHS.get(second.lower()[:3], 0)
+        year, day = (first, third) if len(first) == 4 else (third, first)
+    elif len(first) == 4:
+        year, month, day = first, int(second), third
+    elif order == MONTH_FIRST and match["mark"] != ".":
+        year, month, day = third, int(first), second
+    else:
+        year, month, day = third, int(second), first
+    try:
+        date = datetime(int(year) + 2000 * (len(year) < 3), month, int(day), tzinfo=UTC)
+        if hour > 23:
+            raise ValueError(text)
+    except ValueError:
+        raise _no_time(text, display_name, place) from None
+    return (date - datetime(1970, 1, 1, tzinfo=UTC)).days * 86400 + of_day
+
+
+def _order_in(texts: Sequence[str], text: str, display_name: str, place: str) -> str:
+    """Return in which order dates hold day and month, by one of them that has a day above 12.
+
+    Raises
+    ------
+    InputError
+        None has, or they contradict each other.
+    """
+    orders: set[str] = set()
+    for own in texts:
+        first, second = _numbers_of_date(own)
+        orders |= {DAY_FIRST} if first > 12 else set()
+        orders |= {MONTH_FIRST} if second > 12 else set()
+    if len(orders) == 1:
+        return orders.pop()
+    day, month = _numbers_of_date(text)
+    if not day:
+        return ""
+    reason = f"{text!r} is day {day} of month {month}, or day {month} of month {day}"
+    mend = f'give the time column unit = "{DAY_FIRST}" or unit = "{MONTH_FIRST}"'
+    raise InputError.at(FaultCode.TIME_AMBIGUOUS, display_name, place, reason, mend)
+
+
+def _numbers_of_date(text: str) -> tuple[int, int]:
+    """Return the first two numbers of a date whose order they leave open; zeros of any other text."""
+    match = _LOCAL.fullmatch(text.strip())
+    if match is None or match["first"] is None or match["mark"] == "." or len(match["first"]) == 4:
+        return 0, 0
+    return (int(match["first"]), int(match["second"])) if match["second"].isdigit() else (0, 0)
+
+
+def _no_time(text: str, display_name: str, place: str) -> InputError:
+    mend = "write times like 2026-11-21T08:15:30.250Z, or give the column's unit as s, ms, us or ns"
+    return InputError.at(FaultCode.NUMBER_INVALID, display_name, place, f"{text!r} is no date or time of day", mend)
 
 
 def _split_fraction(text: str) -> tuple[str, float]:

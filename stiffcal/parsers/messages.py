@@ -36,7 +36,7 @@ class LogRequest:
             "path": os.fspath(self.path),
             "options": dict(self.options),
             "name": self.display_name,
-            "wanted": None if wanted is None else [wanted.numbers, wanted.texts, wanted.times, sorted(wanted.gaps)],
+            "wanted": None if wanted is None else _wanted_parts(wanted),
             "rows": self.with_rows,
         }
 
@@ -45,9 +45,15 @@ class LogRequest:
         """Return the request of a document."""
         wanted = None
         if given["wanted"] is not None:
-            numbers, texts, times, gaps = map(tuple, given["wanted"])
-            wanted = WantedColumns(numbers, texts, times, frozenset(gaps))
+            *names, order = given["wanted"]
+            numbers, texts, times, gaps, unjudged = map(tuple, names)
+            wanted = WantedColumns(numbers, texts, times, frozenset(gaps), frozenset(unjudged), str(order))
         return cls(given["format"], Path(given["path"]), given["options"], given["name"], wanted, given["rows"])
+
+
+def _wanted_parts(wanted: WantedColumns) -> list[object]:
+    names = (wanted.numbers, wanted.texts, wanted.times, sorted(wanted.gaps), sorted(wanted.unjudged))
+    return [*names, wanted.date_order]
 
 
 def header_message(columns: Sequence[str], units: Mapping[str, str], n_rows: int | None) -> bytes:

@@ -105,7 +105,7 @@ def _batch(records: pa.RecordBatch, wanted: WantedColumns, first_row: int, displ
         if name in wanted.numbers:
             numbers[name] = _numbers(column, name, display_name)
         elif name in wanted.times:
-            numbers[name] = _seconds(column, name, display_name, first_row)
+            numbers[name] = _seconds(column, name, display_name, first_row, wanted.date_order)
         else:
             texts[name] = _text_cells(column, name, display_name)
     bad = first_not_finite(numbers, wanted, first_row)
@@ -148,11 +148,11 @@ def _numbers(column: pa.Array, name: str, display_name: str) -> Floats:
     return values_of(column.cast(pa.float64(), safe=False))
 
 
-def _seconds(column: pa.Array, name: str, display_name: str, first_row: int) -> Floats:
+def _seconds(column: pa.Array, name: str, display_name: str, first_row: int, order: str) -> Floats:
     if pa.types.is_timestamp(column.type):
         counts = values_of(column.cast(pa.int64()))
         return (counts / (1_000_000_000 / NANOSECONDS[column.type.unit])).astype("float64")
-    return seconds_of_times(_text_cells(column, name, display_name), display_name, name, first_row)
+    return seconds_of_times(_text_cells(column, name, display_name), display_name, name, first_row, order)
 
 
 def _text_cells(column: pa.Array, name: str, display_name: str) -> list[str]:

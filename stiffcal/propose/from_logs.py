@@ -61,7 +61,7 @@ class _Log:
 
     @property
     def layout(self) -> tuple[object, ...]:
-        """What files of one source have in common: columns, and how the text is written."""
+        """What files of one source have in common: columns, and what the manifest says of their format."""
         return (*(column.header for column in self.table.columns), *sorted(self.table.options.items()))
 
 

@@ -30,6 +30,7 @@ from stiffcal.propose.table_purpose import check_purpose, serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, sniff_table
 from stiffcal.propose.templates import chosen_robot, write_folder
 from stiffcal.propose.urdf_arm import UrdfArm, arm_of_table
+from stiffcal.table_layout.layout import NAMELESS
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,8 @@ def draft_campaign(
     columns = [column for table in sniffed for column in table.columns]
     arm = arm_of_given(urdf, robot, columns)
     roles = recognise(columns, arm.columns)
+    if roles.joints is None:
+        _check_names(sniffed)
     check_purpose(roles, ", ".join(table.path.name for table in sniffed))
     opening = ('schema = "stiffcal/campaign/1"', 'robot = "robot.toml"', "")
     lines = [
@@ -218,6 +221,29 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
                     FaultCode.COLUMN_DUPLICATE, display_name, "", reason, "give each column a unique name"
                 )
             headers[column.header] = display_name
+
+
+def _check_names(tables: Sequence[SniffedTable]) -> None:
+    """Raise where the joints may be columns that cannot be named: without a header, or of one name.
+
+    Raises
+    ------
+    InputError
+        They may.
+    """
+    for table in tables:
+        if table.columns[0].header == f"{NAMELESS}1":
+            raise InputError.at(
+                FaultCode.HEADER_MISSING,
+                table.path.name,
+                "line 1",
+                "the table has no header line",
+                "add a line with the column names",
+            )
+        for name, why in table.left_out:
+            raise InputError.at(
+                FaultCode.COLUMN_DUPLICATE, table.path.name, f'column "{name}"', why, "give each column a unique name"
+            )
 
 
 def robot_text(

@@ -1,30 +1,28 @@
-"""Looking at a table of unknown make: encoding, delimiter, decimal mark, header, unit row, values.
-
-For `init --from` alone, which only proposes; the readers then read exactly what the manifest states.
-"""
+"""Looking at a table of unknown make: its layout as the reader of text recognises it, and what its columns hold."""
 
 from __future__ import annotations
 
 import csv
 import math
 import re
-from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from stiffcal.campaign.column_names import bare_unit, header_parts, is_unit_row
+from stiffcal.campaign.column_names import header_parts
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.scope_export import PROPERTIES, TIME, TIME_UNIT, is_scope_header, scope_columns, scope_units
-from stiffcal.measurements.timestamps import seconds_of_times
+from stiffcal.measurements.scope_export import TIME, TIME_UNIT
+from stiffcal.measurements.timestamps import DAY_FIRST, seconds_of_times, unit_of_times
 from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
+from stiffcal.table_layout.cells import is_gap, is_time, number
+from stiffcal.table_layout.layout import Layout
+from stiffcal.table_layout.text import FIRST_BYTES, encoding_of, rows_of_lines, text_layout
 
 # So many rows show a column's unit by their size; a longer log is not read to its end.
 ROWS_LOOKED_AT = 5000
 BYTES_LOOKED_AT = 1 << 22
-
-_DELIMITERS = (";", "\t", ",", "|")
 
 
 @dataclass(frozen=True)
@@ -32,13 +30,17 @@ class SniffedColumn:
     """One column of a table."""
 
     header: str
-    """As it stands in the file."""
+    """Its name for the manifest."""
     name: str
     """Without the unit."""
     unit: str | None
     """As written in header or unit row, or None."""
     values: tuple[float, ...]
     """Its numbers; empty where the column holds words."""
+    has_reading: tuple[bool, ...] = field(default=(), compare=False)
+    """Of each row, whether there is a number; empty where that was not looked at."""
+    doubt: str | None = field(default=None, compare=False)
+    """What is open about its unit, for a person to look at; None where nothing is."""
 
     @property
     def size(self) -> float:
@@ -53,101 +55,100 @@ class SniffedTable:
     path: Path
     """The file."""
     columns: tuple[SniffedColumn, ...]
-    """In order."""
+    """Those with a name of their own, in order."""
     n_rows: int
     """Data rows, as far as looked at."""
-    options: dict[str, str | int | bool]
-    """What the manifest must say under `csv` for the file to be read; empty where the defaults hold."""
+    options: Mapping[str, str | int | bool] = field(default_factory=dict)
+    """What the manifest must say of the file's format for the file to be read; empty where the defaults hold."""
+    rate_hz: float | None = None
+    """Rows per second, where the file states it."""
+    left_out: tuple[tuple[str, str], ...] = ()
+    """Columns that no manifest can name, each with the reason."""
 
 
 def sniff_table(path: Path) -> SniffedTable:
-    """Read the columns of a table, with proposals for their units.
+    """Read the columns of a text table.
 
     Raises
     ------
     InputError
-        Not there, empty, no text, no table, or no header.
+        Not there, empty, no text, no table.
     """
     display_name = path.name
     text, encoding = _decoded(path, display_name)
-    lines = re.split("\r\n|[\n\r]", text)[: ROWS_LOOKED_AT + 100]  # not what else Unicode takes for an end of a line
-    try:
-        delimiter = _delimiter(lines, display_name)
-        rows = [[cell.strip() for cell in row] for line in lines for row in csv.reader([line], delimiter=delimiter)]
-    except csv.Error as error:
+    layout = text_layout(text[: text.rfind("\n", 0, FIRST_BYTES) + 1] or text, encoding)
+    lines = text.split("\n")[layout.first_data_line - 1 :][:ROWS_LOOKED_AT]
+    if len(layout.columns) < _FEWEST_COLUMNS:
+        raise InputError.at(
+            FaultCode.FORMAT_UNKNOWN,
+            display_name,
+            "",
+            "no columns found",
+            "separate them by commas, semicolons, tabs or blanks",
+        )
+    limit = csv.field_size_limit()
+    if any(len(line) > limit for line in lines):
+        reason = f"not a table: field larger than field limit ({limit})"
         mend = "give a table with one row per load state"
-        raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"not a table: {error}", mend) from error
-    width = _width(rows)
-    decimal = "," if delimiter != "," and _decimal_commas(rows) else "."
-    scope_header = _scope_header(rows)
-    first_after_header = scope_header[3] if scope_header is not None else 0
-    first = next(
-        (k for k, row in enumerate(rows) if k >= first_after_header and len(row) == width and _is_data(row, decimal)),
-        None,
+        raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", reason, mend)
+    rows, _ = rows_of_lines(lines, layout.delimiter)
+    return sniffed_table(path, [row for row in rows if any(row)], layout.rows)
+
+
+# Of a table that a signal of three components, or a joint and what loads it, can be in.
+_FEWEST_COLUMNS = 2
+
+
+def sniffed_table(
+    path: Path,
+    rows: Sequence[Sequence[str]],
+    layout: Layout,
+    options: Mapping[str, str | int | bool] | None = None,
+) -> SniffedTable:
+    """Return what the columns of a table hold.
+
+    Parameters
+    ----------
+    path : of the file. rows : of data, as cells. layout : of the table. options : that the manifest has to state.
+
+    Raises
+    ------
+    InputError
+        There is no row of numbers.
+    """
+    width = len(layout.columns)
+    data = [list(row) + [""] * (width - len(row)) for row in rows if layout.shortest <= len(row) <= width]
+    count = dict.fromkeys(layout.columns, 0)
+    for name in layout.columns:
+        count[name] += 1
+    columns = []
+    for k, name in enumerate(layout.columns):
+        if name and count[name] == 1:
+            columns.append(_column(csv_cell.original(name), layout, [row[k] for row in data]))
+    repeated = tuple(
+        (name, f'{"two" if n == 2 else n} columns have the name "{name}"')
+        for name, n in count.items()
+        if name and n > 1
     )
-    if first is None:
+    if repeated and not any(column.values for column in columns):
+        raise InputError.at(
+            FaultCode.COLUMN_DUPLICATE, path.name, "header", repeated[0][1], "give each column a unique name"
+        )
+    if not any(column.values for column in columns):
         raise InputError.at(
             FaultCode.FILE_EMPTY,
-            display_name,
+            path.name,
             "",
             "the file has no line of numbers",
             "give a table with one row per load state",
         )
-    header, names, units = scope_header[:3] if scope_header is not None else _header(rows, first, width, display_name)
-    data = [row for row in rows[first:] if len(row) == width]
-    names = [csv_cell.original(name) for name in names]
-    columns = tuple(_column(names[k], units[k], [row[k] for row in data], decimal) for k in range(width))
-    _check_names(columns, display_name, header + 1)
-    options: dict[str, str | int | bool] = {}
-    if delimiter != ",":
-        options["delimiter"] = "tab" if delimiter == "\t" else delimiter
-    if decimal != ".":
-        options["decimal"] = decimal
-    if encoding != "utf-8":
-        options["encoding"] = encoding
-    if header:
-        options["skip_rows"] = header
-    return SniffedTable(path, columns, len(data), options)
-
-
-def _header(rows: list[list[str]], first: int, width: int, display_name: str) -> tuple[int, list[str], list[str]]:
-    """Return the row of names above the first row of data, the names, and the units below them."""
-    above = [k for k in range(first) if len(rows[k]) == width]
-    if not above:
-        raise InputError.at(
-            FaultCode.HEADER_MISSING,
-            display_name,
-            f"line {first + 1}",
-            "the table has no header line",
-            "add a line with the column names",
-        )
-    header = above[-1]
-    if len(above) > 1 and is_unit_row(rows[header]):
-        return above[-2], rows[above[-2]], rows[header]
-    return header, rows[header], [""] * width
-
-
-def _scope_header(rows: list[list[str]]) -> tuple[int, list[str], list[str], int] | None:
-    """Return the row of names, names, units and first row below of a scope's export; None where it is none."""
-    for k in range(len(rows) - 1):
-        names = rows[k]
-        if is_scope_header(names, rows[k + 1]):
-            columns = scope_columns(names)
-            below = next(
-                (n for n, row in enumerate(rows) if n > k and any(row) and row[0] not in PROPERTIES), len(rows)
-            )
-            written = next((row for row in rows[k:below] if row and row[0] == "Unit"), [])
-            units = scope_units(names, columns, written)
-            return k, list(columns), [units.get(column, "") for column in columns], below
-    return None
+    return SniffedTable(path, tuple(columns), len(data), dict(options or {}), layout.rate_hz, repeated)
 
 
 def _decoded(path: Path, display_name: str) -> tuple[str, str]:
     try:
         with path.open("rb") as file:
             content = unpacked_stream(file).read(BYTES_LOOKED_AT)
-        if len(content) == BYTES_LOOKED_AT:  # a long log: whole lines of its beginning
-            content = content[: content.rfind(b"\n") + 1]
     except FileNotFoundError:
         raise InputError.at(
             FaultCode.FILE_MISSING, str(path), "", "no such file", "correct the path after --from"
@@ -163,84 +164,43 @@ def _decoded(path: Path, display_name: str) -> tuple[str, str]:
         raise InputError.at(
             FaultCode.FILE_EMPTY, display_name, "", "the file is empty", "give a table with a header and rows"
         )
-    if b"\0" in content[:4096]:
+    encoding = encoding_of(content[:FIRST_BYTES])
+    text = re.sub("\r\n?", "\n", content.decode(encoding, "replace").removeprefix("\ufeff"))
+    if "\0" in text[:4096]:
         raise InputError.at(
             FaultCode.FORMAT_UNKNOWN, display_name, "", "this is not a text file", "save the table as CSV"
         )
-    try:
-        return content.decode("utf-8-sig"), "utf-8"
-    except UnicodeDecodeError:
-        return content.decode("latin-1"), "latin-1"
+    if len(content) == BYTES_LOOKED_AT:  # a long log: whole lines of its beginning
+        text = text[: text.rfind("\n") + 1]
+    return text, encoding
 
 
-def _delimiter(lines: list[str], display_name: str) -> str:
-    """Choose the delimiter that cuts most lines into the same number of cells, three or more."""
-    best, score = "", 0
-    for delimiter in _DELIMITERS:
-        counts = Counter(len(next(csv.reader([line], delimiter=delimiter), [])) for line in lines if line.strip())
-        often = max((times for width, times in counts.items() if width >= 3), default=0)
-        if often > score:  # at a tie the earlier one: decimal commas cut evenly too
-            best, score = delimiter, often
-    if not best:
-        raise InputError.at(
-            FaultCode.FORMAT_UNKNOWN,
-            display_name,
-            "",
-            "no columns found",
-            "separate them by commas, semicolons or tabs",
-        )
-    return best
-
-
-def _width(rows: list[list[str]]) -> int:
-    return Counter(len(row) for row in rows if len(row) >= 3).most_common(1)[0][0]
-
-
-def _decimal_commas(rows: list[list[str]]) -> bool:
-    cells = [cell for row in rows for cell in row]
-    commas = sum(1 for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell))
-    points = sum(1 for cell in cells if re.fullmatch(r"[+-]?\d*\.\d+([eE][+-]?\d+)?", cell))
-    return commas > points
-
-
-def _number(cell: str, decimal: str) -> float | None:
-    try:
-        return float(cell.replace(",", ".") if decimal == "," else cell)
-    except ValueError:
-        return None
-
-
-def _is_data(row: list[str], decimal: str) -> bool:
-    """Three cells or most are numbers: names of a run, a group, a point, a date may stand between them."""
-    numbers = sum(_number(cell, decimal) is not None for cell in row)
-    return numbers >= 0.6 * len(row) or 3 <= numbers >= 0.4 * len(row)
-
-
-def _column(header: str, unit_cell: str, cells: list[str], decimal: str) -> SniffedColumn:
-    numbers = [_number(cell, decimal) for cell in cells]
-    values = tuple(number for number in numbers if number is not None)
-    if not values and (moments := _moments(cells)):
-        return SniffedColumn(header, header, "iso8601", moments)
+def _column(header: str, layout: Layout, cells: list[str]) -> SniffedColumn:
+    numbers = [number(cell, layout.decimal, layout.thousands) for cell in cells]
+    values = tuple(found for found in numbers if found is not None)
+    has_reading = tuple(found is not None for found in numbers)
+    if not values and (times := _times(header, cells)) is not None:
+        return times
     parts = header_parts(header)
-    name, written = parts.name, parts.unit or bare_unit(unit_cell) or None
+    name, written = parts.name, parts.unit or layout.units.get(header)
     if header.startswith(f"{TIME} ") and written == TIME_UNIT:  # of one channel of a scope
         name = TIME
-    filled = sum(1 for cell in cells if cell)  # a target is hidden at times
-    return SniffedColumn(header, name, written, values if len(values) > 0.5 * filled else ())
+    filled = sum(1 for cell in cells if not is_gap(cell))  # a target is hidden at times
+    return SniffedColumn(header, name, written, values if len(values) > 0.5 * filled else (), has_reading)
 
 
-def _moments(cells: list[str]) -> tuple[float, ...]:
-    """Return dates with times as seconds; empty where the column holds other words."""
+def _times(header: str, cells: list[str]) -> SniffedColumn | None:
+    """Return a column of dates or times of day, as seconds; None where it holds other words."""
+    words = [cell for cell in cells if cell]
+    if not words or not all(map(is_time, words)):
+        return None
+    has_reading = tuple(bool(cell) for cell in cells)
     try:
-        return tuple(seconds_of_times(cells[:ROWS_LOOKED_AT], "", "", 1).tolist())
-    except InputError:
-        return ()
-
-
-def _check_names(columns: tuple[SniffedColumn, ...], display_name: str, line: int) -> None:
-    twice = [name for name, count in Counter(column.header for column in columns).items() if count > 1 and name]
-    if twice:
-        reason = f'two columns have the name "{twice[0]}"'
-        raise InputError.at(
-            FaultCode.COLUMN_DUPLICATE, display_name, f"line {line}", reason, "give each column a unique name"
-        )
+        seconds = seconds_of_times(words, "", "", 1)
+        return SniffedColumn(header, header, unit_of_times(words), tuple(seconds.tolist()), has_reading)
+    except InputError as error:
+        if error.faults[0].code is not FaultCode.TIME_AMBIGUOUS:
+            return None
+        seconds = seconds_of_times(words, "", "", 1, DAY_FIRST)
+        values = tuple(seconds.tolist())
+        return SniffedColumn(header, header, DAY_FIRST, values, has_reading, f"{error.faults[0].reason}: month-first?")

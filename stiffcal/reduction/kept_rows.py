@@ -49,7 +49,10 @@ def kept_rows(source: Source, batch: Batch) -> KeptRows:
     number = np.arange(batch.first_row, batch.first_row + n, dtype=np.int64)
     keep = np.ones(n, dtype=np.bool_)
     for condition in source.row_conditions:
-        if isinstance(condition.value, str):
+        if condition.value == "" and condition.column in batch.numbers:  # whether there is a reading
+            has_none = np.isnan(batch.numbers[condition.column])
+            keep &= has_none if condition.operator == "==" else ~has_none
+        elif isinstance(condition.value, str):
             same = np.array([word == condition.value for word in batch.texts[condition.column]], dtype=np.bool_)
             keep &= same if condition.operator == "==" else ~same
         else:
@@ -86,10 +89,10 @@ def _sigma_columns(source: Source) -> set[str]:
     return {column for columns in groups for column in columns}
 
 
-def gaps_read(source: Source, exclusions: RowExclusions) -> frozenset[str]:
+def unjudged_columns(source: Source, exclusions: RowExclusions) -> frozenset[str]:
     """Return the columns that a reader may not judge: rows that are left out are known only behind it."""
     if not exclusions.entries and not source.row_conditions:
-        return columns_with_gaps(source)
+        return frozenset()
     time = source.time.column if source.time is not None else None
     names = {name for signal in source.signals().values() for name in signal.column_names()}
     names |= _sigma_columns(source)
@@ -118,7 +121,9 @@ def check_sizes(rows: KeptRows, files: Mapping[str, str]) -> None:
         row = int(np.argmax(sizes))
         place = f"row {rows.number[row]}, column {column}"
         display_name = ", ".join(dict.fromkeys(files.values()))
-        if largest > LARGEST:
+        if not np.isfinite(largest):
+            reason, mend = "the cell is no number", "correct it, or exclude its row with [[exclude]]"
+        elif largest > LARGEST:
             reason, mend = f"{values[row]:g} is larger than any plausible value", "correct it, or exclude its row"
         else:
             reason = f"{values[row]:g}, the column's largest number here, is smaller than any plausible value"

@@ -51,8 +51,13 @@ def in_file_words(wanted: WantedColumns, names: Mapping[str, str]) -> WantedColu
     def renamed(columns: Iterable[str]) -> tuple[str, ...]:
         return tuple(names.get(column, column) for column in columns)
 
-    return WantedColumns(
-        renamed(wanted.numbers), renamed(wanted.texts), renamed(wanted.times), frozenset(renamed(wanted.gaps))
+    return replace(
+        wanted,
+        numbers=renamed(wanted.numbers),
+        texts=renamed(wanted.texts),
+        times=renamed(wanted.times),
+        gaps=frozenset(renamed(wanted.gaps)),
+        unjudged=frozenset(renamed(wanted.unjudged)),
     )
 
 

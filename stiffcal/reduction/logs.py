@@ -20,7 +20,14 @@ from stiffcal.quantities import unit
 from stiffcal.readers import Batch, DatabaseReader, RawRows, WantedColumns, find_reader
 from stiffcal.reduction.excluded_rows import RowExclusions
 from stiffcal.reduction.instrument_readings import instrument_readings
-from stiffcal.reduction.kept_rows import KeptRows, check_sizes, columns_with_gaps, first_missing, gaps_read, kept_rows
+from stiffcal.reduction.kept_rows import (
+    KeptRows,
+    check_sizes,
+    columns_with_gaps,
+    first_missing,
+    kept_rows,
+    unjudged_columns,
+)
 from stiffcal.reduction.log_names import in_file_words, in_manifest_words, names_in_file, with_run_names_checked
 
 NOTHING_EXCLUDED = RowExclusions()
@@ -81,7 +88,8 @@ def read_rows(
             FaultCode.KEY_MISSING, "campaign.toml", f"[sources.{name}]", "no file is named", 'add file = "raw/….csv"'
         )
     optional = columns_with_gaps(source)
-    for batch in _batches(folder, source, files, gaps_read(source, exclusions)):
+    unjudged = unjudged_columns(source, exclusions)
+    for batch in _batches(folder, source, files, optional | unjudged, unjudged):
         kept = kept_rows(source, batch)
         excluded = exclusions.mask(kept.number, kept.run)
         judged = kept.chosen(~excluded) if excluded.any() else kept
@@ -167,8 +175,7 @@ def _time(source: Source, numbers: Mapping[str, Floats], number: Integers) -> Fl
         return np.full(number.size, np.nan)
     if axis.rate_hz is not None:
         return np.asarray((number - 1) / axis.rate_hz)
-    name = axis.unit or "s"
-    factor = 1.0 if name == "iso8601" else unit(name, "time").factor
+    factor = 1.0 if axis.in_words else unit(axis.unit or "s", "time").factor
     return np.asarray(numbers[axis.column or ""] * factor)
 
 
@@ -178,11 +185,13 @@ def reader_options(source: Source, log_format: str, file: str = "") -> dict[str,
     return options if source.in_files else options | {"from": file}
 
 
-def _batches(folder: Path, source: Source, files: Mapping[str, str], gaps: frozenset[str]) -> Iterator[Batch]:
+def _batches(
+    folder: Path, source: Source, files: Mapping[str, str], gaps: frozenset[str], unjudged: frozenset[str]
+) -> Iterator[Batch]:
     if set(files) == {""}:
-        yield from read_batches(folder, source, files[""], wanted_columns(source, None, gaps))
+        yield from read_batches(folder, source, files[""], wanted_columns(source, None, gaps, unjudged))
         return
-    yield _side_by_side(folder, source, files, gaps)
+    yield _side_by_side(folder, source, files, gaps, unjudged)
 
 
 def read_batches(folder: Path, source: Source, file: str, wanted: WantedColumns) -> Iterator[Batch]:
@@ -245,7 +254,10 @@ def raw_rows_of(folder: Path, source: Source, file: str, rows: Collection[int]) 
 
 
 def wanted_columns(
-    source: Source, signals: tuple[str, ...] | None, gaps: frozenset[str] = frozenset()
+    source: Source,
+    signals: tuple[str, ...] | None,
+    gaps: frozenset[str] = frozenset(),
+    unjudged: frozenset[str] = frozenset(),
 ) -> WantedColumns:
     """Return the columns to read of a file: all of the source, or those of some of its signals.
 
@@ -254,6 +266,7 @@ def wanted_columns(
     source : the source.
     signals : the signals' names; None: all.
     gaps : columns in which a cell without a number is read as NaN.
+    unjudged : columns in which a cell may hold anything: what is no number is infinite.
     """
     texts: list[str] = []
     times: list[str] = []
@@ -261,29 +274,34 @@ def wanted_columns(
     if source.run is not None and source.run.column is not None and signals is None:
         texts.append(source.run.column)
     if source.time is not None and source.time.column is not None and signals is None:
-        (times if source.time.unit == "iso8601" else numbers).append(source.time.column)
+        (times if source.time.in_words else numbers).append(source.time.column)
     chosen = [signal for name, signal in source.signals().items() if signals is None or name in signals]
     conditions = source.row_conditions if signals is None else [c for signal in chosen for c in signal.row_conditions]
-    for condition in conditions:
-        (texts if isinstance(condition.value, str) else numbers).append(condition.column)
     numbers += [column for signal in chosen for column in signal.column_names()]
     numbers += [column for signal in chosen for columns in signal.sigma_columns().values() for column in columns]
+    for condition in conditions:
+        in_words = isinstance(condition.value, str) and not (condition.value == "" and condition.column in numbers)
+        (texts if in_words else numbers).append(condition.column)
     return WantedColumns(
         tuple(dict.fromkeys(numbers)),
         tuple(dict.fromkeys(texts)),
         tuple(dict.fromkeys(times)),
-        gaps.intersection(numbers),
+        gaps.intersection((*numbers, *texts)),
+        unjudged.intersection(numbers),
+        source.time.date_order if source.time is not None else "",
     )
 
 
-def _side_by_side(folder: Path, source: Source, files: Mapping[str, str], gaps: frozenset[str]) -> Batch:
+def _side_by_side(
+    folder: Path, source: Source, files: Mapping[str, str], gaps: frozenset[str], unjudged: frozenset[str]
+) -> Batch:
     """Return the columns of several files of equal length as one batch (tables of states: they fit into memory)."""
     numbers: dict[str, Floats] = {}
     texts: dict[str, list[str]] = {}
     lengths: dict[str, int] = {}
     extra = {"run": source.run.column if source.run else None, "time": source.time.column if source.time else None}
     for signal, file in files.items():
-        wanted = wanted_columns(source, (signal,), gaps)
+        wanted = wanted_columns(source, (signal,), gaps, unjudged)
         if signal in extra and extra[signal] is not None:
             column = str(extra[signal])
             wanted = WantedColumns((), (column,)) if signal == "run" else WantedColumns((column,))

@@ -242,7 +242,7 @@ def _with_errors(
 
 def _time_column(axis: TimeAxis, clock_time: Floats) -> tuple[Column, int]:
     """Return a time column in the manifest's unit, and its decimals in text logs."""
-    if axis.unit == "iso8601":
+    if axis.in_words:
         moments = [EPOCH + timedelta(seconds=float(value)) for value in clock_time]
         return [moment.isoformat(timespec="microseconds").replace("+00:00", "Z") for moment in moments], 0
     factor = unit(axis.unit or "s", "time").factor

@@ -69,7 +69,17 @@ EXPECTED = {"t": [0.0, 0.1], "Fx": [1.5, 300.0], "Fy": [-2.25, 4.0]}
         (b'"t","Fx","Fy"\n"0,0","1,5","-2,25"\n"0,1","3e2","4"\n', {"decimal": ","}),
         (b"Logger 3; \xb5m\nsecond, line\n\n" + PLAIN, {"skip_rows": 3}),
         (b"Logger 3; \xb5m\nsecond, line\n\n" + PLAIN, {"skip_rows": 3, "encoding": "latin-1"}),
-        (PLAIN.decode().encode("utf-16"), {"encoding": "utf-16"}),
+        *((PLAIN.decode().encode("utf-16"), options) for options in ({}, {"encoding": "utf-16"})),
+        (PLAIN.decode().encode("utf-16-le"), {}),
+        (PLAIN.replace(b",", b";").replace(b".", b","), {}),
+        (PLAIN.replace(b",", b"  \t "), {}),
+        (b"   t    Fx    Fy  \n" + PLAIN[8:].replace(b",", b"   ").replace(b"\n", b"  \n  "), {}),
+        (b"# " + PLAIN.replace(b",", b" "), {}),
+        (PLAIN.replace(b",", b";").replace(b"+3e2", b'"300.0"').replace(b"4", b"4.0"), {}),
+        (PLAIN.replace(b"Fy\n", b"Fy,,\n").replace(b"5\n", b"5,,\n").replace(b"4\n", b"4,,\n"), {}),
+        (PLAIN.replace(b"Fy\n", b"Fy,Comment\n"), {}),
+        (b"Logger\n" + PLAIN, {}),
+        ("Zeitäöü;t;Fx;Fy\nä;0,0;1,5;-2,25\nö;0,1;3e2;4\n".encode("cp1252"), {}),
         (PLAIN.replace(b"Fy\n", b"Fy\ns,N,N\n"), {}),
         (PLAIN.replace(b"Fy\n", b"Fy\n[s],[kN],[N*m]\n"), {}),
         (PLAIN.replace(b"Fy\n", b"Fy\nSekunden,x,y\n"), {"unit_row": True}),
@@ -114,7 +124,7 @@ def test_words_times_and_gaps() -> None:
     assert "line 3, column Fx: the cell is empty" in fault(
         b"Fx,m1\n1,2\n,3\n", WantedColumns(("Fx", "m1"), gaps=frozenset({"m1"}))
     )
-    assert "column when: 'noon' is not an ISO 8601 time" in fault(
+    assert "column when: 'noon' is no date or time" in fault(
         b"when,Fx\nnoon,3\n", WantedColumns(("Fx",), times=("when",))
     )
 
@@ -144,11 +154,16 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
         (PLAIN.replace(b".", b","), {}, "decimal commas need another delimiter"),
         (
             PLAIN.replace(b",", b";").replace(b".", b","),
-            {},
+            {"decimal": "."},
             "line 2, column t: '0,0' has a decimal mark other than '.'; set",
         ),
         (PLAIN.replace(b",", b";"), {"decimal": ","}, "has a decimal mark other than ','; set csv.decimal = \".\""),
-        (PLAIN.replace(b"1.5", b"1 500.0"), {}, "line 2, column Fx: '1 500.0' has thousands separators"),
+        (PLAIN.replace(b"1.5", b"1 5000.0"), {}, "line 2, column Fx: '1 5000.0' is not a number"),
+        (
+            PLAIN.replace(b"1.5", b"1'500.0").replace(b"+3e2", b"1 500.0"),
+            {},
+            'line 2, column Fx: "1\'500.0" has thousands separators',
+        ),
         (PLAIN + PLAIN, {}, "line 4, column t: the header is repeated here ('t')"),
         (PLAIN[:-10], {}, "line 3: the file is cut off in the middle of a line (1 of 3 cells)"),
         (PLAIN[:-3], {}, "line 3: the file is cut off in the middle of a line (2 of 3 cells)"),
@@ -164,10 +179,10 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
         ),
         (
             PLAIN.decode().encode("utf-16"),
-            {},
+            {"encoding": "latin-1"},
             'line 1: the line contains bytes that are not text (NUL); set csv.encoding = "utf-16"',
         ),
-        (PLAIN.replace(b"Fx", b"\xb5"), {}, "line 1: byte 0xb5 is not utf-8; set csv.encoding"),
+        (PLAIN.replace(b"Fx", b"\xb5"), {"encoding": "utf-8"}, "line 1: byte 0xb5 is not utf-8; set csv.encoding"),
         (PLAIN, {"encoding": "klingon"}, "csv.encoding: no encoding 'klingon'"),
         (PLAIN, {"delimeter": ","}, "csv.delimeter: no such option; did you mean csv.delimiter?"),
         (PLAIN, {"delimiter": ",,"}, "csv.delimiter: ',,' is not a valid single character"),
@@ -302,7 +317,8 @@ def test_a_hostile_cell(style: tuple[str, str], row: int, column: int, cell: byt
         assert f"line {row + 2}" in error
     else:
         # What is still a number has to be the one that stands there.
-        number = cell.decode("utf-8", "replace").replace(style[1], ".")
+        number = cell.decode("utf-8", "replace").replace("1,234.5" if style[1] == "." else "1.234,5", "1234.5")
+        number = number.replace(style[1], ".")
         assert found[COLUMNS[column]][row] == float(number.strip(' "\ufeff'))
 
 

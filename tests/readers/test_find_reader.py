@@ -96,5 +96,5 @@ def test_a_format_that_cannot_be_imported_is_one_line() -> None:
 
 def test_times_without_a_fraction_or_zone() -> None:
     assert seconds_of_times(["1970-01-01T00:00:01", "19700101T000002Z"], "", "t", 1).tolist() == [1, 2]
-    with pytest.raises(InputError, match="row 8, column t: '12.5' is not an ISO 8601 time"):
+    with pytest.raises(InputError, match="row 8, column t: '12.5' is no date or time"):
         seconds_of_times(["1970-01-01T00:00:01.5", "12.5"], "log.csv", "t", 7)

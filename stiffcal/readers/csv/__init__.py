@@ -1,13 +1,13 @@
 """Comma separated logs, and all that goes by that name: any delimiter, decimal comma, encodings, header lines.
 
-Options of the manifest (``csv = {…}``), all optional:
+How a file is written is recognised by its first lines (`stiffcal.table_layout`), as `init` and `check` recognise it.
+Options of the manifest (``csv = {…}``) state what these do not show:
 
-delimiter : one character; absent: found from the header line.
+delimiter : one character; " " stands for one blank or several.
 decimal : "." or ",".
-encoding : of the file, "utf-8" when absent.
+encoding : of the file.
 skip_rows : lines before the line with the column names.
-unit_row : True where the line after the names holds units; absent: decided by that line, which then holds nothing but
-    units known to this program.
+unit_row : True where the line after the names holds units.
 
 Lines are parsed by pyarrow in blocks, single-threaded, with every wanted column's type given, so that memory stays flat
 and no cell is guessed at. Faults are found again in a second, slow pass that tracks lines and columns.
@@ -15,10 +15,12 @@ and no cell is guessed at. Faults are found again in a second, slow pass that tr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.csv as arrow_csv
 
@@ -30,14 +32,17 @@ from stiffcal.limits import ROWS
 from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.timestamps import seconds_of_times
 from stiffcal.readers import Batch, FuzzInput, Header, Options, RawRows, Reader, WantedColumns, first_not_finite
-from stiffcal.readers.csv.faults import GAP_WORDS, check_last_line, find_fault
-from stiffcal.readers.csv.layout import CsvOptions, LogLayout, open_log
+from stiffcal.readers.csv.faults import check_last_line, find_fault
+from stiffcal.readers.csv.layout import CsvOptions, open_log
 from stiffcal.readers.csv.lines import LogText
+from stiffcal.table_layout.cells import GAP_WORDS, is_gap, number
+from stiffcal.table_layout.text import TextLayout
 
 # Large enough that the parser's cost per block vanishes, small enough for flat memory.
 BLOCK = 1 << 22
 # What is called a log need not be a table: a manifest has to say so.
 FURTHER_ENDINGS = (".log",)
+_GAPS = sorted({spelled for word in GAP_WORDS for spelled in (word, word.upper(), word.title())} | {"NaN", "-NaN"})
 
 
 def _write_fuzz_input(path: Path) -> None:
@@ -73,12 +78,12 @@ class CsvReader(Reader):
         with open_log(path, options, display_name or str(path), wanted or WantedColumns(())) as (_, layout):
             understood: dict[str, object] = {
                 "delimiter": layout.delimiter,
-                "decimal": layout.decimal,
+                "decimal": layout.rows.decimal,
                 "encoding": layout.encoding,
-                "skip_rows": layout.header_line - 1,
-                "unit_row": layout.has_unit_row,
+                "skip_rows": (layout.header_line or layout.first_data_line) - 1,
+                "unit_row": layout.rows.has_unit_row,
             }
-            return Header(layout.columns, layout.units, None, understood)
+            return Header(layout.columns, dict(layout.rows.units), None, understood)
 
     def read_batches(
         self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
@@ -92,30 +97,15 @@ class CsvReader(Reader):
             that ends in the middle of a line, a file without data.
         """
         display_name = display_name or str(path)
-        with open_log(path, options, display_name, wanted) as (text, layout):
-            row = 0
-            try:
-                for records in _parse(text, layout, wanted):
-                    batch = _batch(records, layout, wanted, row + 1, display_name)
-                    row += len(batch)
-                    ROWS.check(row, display_name)
-                    yield batch
-            except pa.ArrowInvalid as error:
-                raise _located_fault(path, layout, wanted, row, display_name, str(error)) from None
-            if row != text.n_lines:
-                raise _located_fault(path, layout, wanted, 0, display_name, "a quoted cell extends over several lines")
-            if row == 0:
-                place = f"line {layout.first_data_line}"
-                raise InputError.at(
-                    FaultCode.FILE_EMPTY,
-                    display_name,
-                    place,
-                    "no data after the header",
-                    "log again, or leave the file out",
-                )
-            if text.suspect and (fault := find_fault(path, layout, wanted, 0, display_name)) is not None:
-                raise fault
-            check_last_line(text, layout, wanted, display_name)
+        n_rows = 0
+        try:
+            for batch in _read(path, options, wanted, display_name, frozenset()):
+                n_rows += len(batch)
+                yield batch
+        except _WordError:  # in a row that the caller may leave out
+            for batch in _read(path, options, wanted, display_name, wanted.unjudged):
+                if batch.first_row + len(batch) - 1 > n_rows:
+                    yield _from_row(batch, n_rows + 1)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``line n`` of data row `row` (from 1); reads the file up to there."""
@@ -144,10 +134,67 @@ class CsvReader(Reader):
 READER = CsvReader()
 
 
-def _parse(text: LogText, layout: LogLayout, wanted: WantedColumns) -> Iterator[pa.RecordBatch]:
+class _WordError(Exception):
+    """A cell that is no number, in a column whose rows the caller judges."""
+
+
+def _read(
+    path: Path, options: Options, wanted: WantedColumns, display_name: str, as_words: frozenset[str]
+) -> Iterator[Batch]:
+    """Yield the rows; `as_words` are columns of numbers in which a cell may hold anything.
+
+    Raises
+    ------
+    InputError
+        As `CsvReader.read_batches`.
+    _WordError
+        There is a fault, and columns whose rows the caller judges have not been read as words yet.
+    """
+    with open_log(path, options, display_name, wanted) as (text, layout):
+        row = 0
+        as_words |= frozenset(wanted.numbers if layout.rows.thousands else ())
+        try:
+            for records in _parse(text, layout, wanted, as_words):
+                batch = _batch(records, layout, wanted, row + 1, display_name, as_words)
+                row += len(batch)
+                ROWS.check(row, display_name)
+                yield batch
+        except pa.ArrowInvalid as error:
+            if not wanted.unjudged <= as_words:
+                raise _WordError from None
+            raise _located_fault(path, layout, wanted, row, display_name, str(error)) from None
+        if row != text.n_lines:
+            raise _located_fault(path, layout, wanted, 0, display_name, "a quoted cell extends over several lines")
+        if row == 0:
+            place = f"line {layout.first_data_line}"
+            raise InputError.at(
+                FaultCode.FILE_EMPTY,
+                display_name,
+                place,
+                "no data after the header",
+                "log again, or leave the file out",
+            )
+        if text.suspect and (fault := find_fault(path, layout, wanted, 0, display_name)) is not None:
+            raise fault
+        check_last_line(text, layout, wanted, display_name)
+
+
+def _from_row(batch: Batch, row: int) -> Batch:
+    """Return the rows of a batch from a number on."""
+    skip = max(0, row - batch.first_row)
+    return Batch(
+        batch.first_row + skip,
+        {name: values[skip:] for name, values in batch.numbers.items()},
+        {name: words[skip:] for name, words in batch.texts.items()},
+    )
+
+
+def _parse(
+    text: LogText, layout: TextLayout, wanted: WantedColumns, as_words: frozenset[str]
+) -> Iterator[pa.RecordBatch]:
     """Yield pyarrow's record batches of the wanted columns, named c0, c1, … by their place in the file."""
     names = [f"c{index}" for index in range(len(layout.columns))]
-    numbers = set(wanted.numbers)
+    numbers = set(wanted.numbers) - as_words
     types = {
         f"c{layout.columns.index(name)}": pa.float64() if name in numbers else pa.string() for name in wanted.names
     }
@@ -159,8 +206,8 @@ def _parse(text: LogText, layout: LogLayout, wanted: WantedColumns) -> Iterator[
             convert_options=arrow_csv.ConvertOptions(
                 column_types=types,
                 include_columns=list(types),
-                decimal_point=layout.decimal,
-                null_values=list(GAP_WORDS) if wanted.gaps else [],
+                decimal_point=layout.rows.decimal,
+                null_values=_GAPS if wanted.gaps else [],
                 strings_can_be_null=False,
             ),
         )
@@ -179,23 +226,31 @@ def _parse(text: LogText, layout: LogLayout, wanted: WantedColumns) -> Iterator[
 
 
 def _batch(
-    records: pa.RecordBatch, layout: LogLayout, wanted: WantedColumns, first_row: int, display_name: str
+    records: pa.RecordBatch,
+    layout: TextLayout,
+    wanted: WantedColumns,
+    first_row: int,
+    display_name: str,
+    as_words: frozenset[str],
 ) -> Batch:
     """Return the records as arrays; raises `pa.ArrowInvalid` where a cell is not what it has to be."""
     numbers: dict[str, Floats] = {}
     texts: dict[str, list[str]] = {}
     for name in wanted.names:
         column = records.column(f"c{layout.columns.index(name)}")
+        if name in as_words:
+            numbers[name] = _numbers_of_words(column, layout, name, wanted)
+            continue
         if name in wanted.numbers:
             if column.null_count and name not in wanted.gaps:
                 raise pa.ArrowInvalid(f"an empty cell in column {name}")
             numbers[name] = values_of(column)
             continue
         words: list[str] = [word.as_py().strip() for word in column]
-        if not all(words):
+        if name not in wanted.gaps and not all(words):
             raise pa.ArrowInvalid(f"an empty cell in column {name}")
         if name in wanted.times:
-            numbers[name] = seconds_of_times(words, display_name, name, first_row)
+            numbers[name] = seconds_of_times(words, display_name, name, first_row, wanted.date_order)
         else:
             texts[name] = [csv_cell.original(word) if word.startswith("'") else word for word in words]
     if (bad := first_not_finite(numbers, wanted, first_row)) is not None:
@@ -203,8 +258,26 @@ def _batch(
     return Batch(first_row, numbers, texts)
 
 
+def _numbers_of_words(column: pa.Array, layout: TextLayout, name: str, wanted: WantedColumns) -> Floats:
+    """Return cells as numbers, a gap as NaN; raises `pa.ArrowInvalid` for a word, unless rows are judged later."""
+    decimal, thousands = layout.rows.decimal, layout.rows.thousands
+    found = []
+    for cell in column.to_pylist():
+        bare = cell.strip(" \t")
+        value = number(bare, decimal, thousands)
+        if value is None:
+            if is_gap(bare) and name in wanted.gaps:
+                value = math.nan
+            elif name in wanted.unjudged:
+                value = math.inf
+            else:
+                raise pa.ArrowInvalid(f"column {name}: {bare!r} is not a number")
+        found.append(value)
+    return np.array(found)
+
+
 def _located_fault(
-    path: Path, layout: LogLayout, wanted: WantedColumns, rows_read: int, display_name: str, reason: str
+    path: Path, layout: TextLayout, wanted: WantedColumns, rows_read: int, display_name: str, reason: str
 ) -> InputError:
     """Return the fault with its line; where the slow pass finds none, with the row up to which all was well."""
     fault = find_fault(path, layout, wanted, rows_read, display_name)

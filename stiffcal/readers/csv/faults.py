@@ -11,20 +11,20 @@ import math
 import re
 from pathlib import Path
 
+from stiffcal.campaign.row_filter import condition_text
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import WantedColumns
-from stiffcal.readers.csv.layout import LogLayout
 from stiffcal.readers.csv.lines import TAIL, LogText
+from stiffcal.table_layout.cells import is_gap, number
+from stiffcal.table_layout.text import TextLayout
 
-# What stands for a missing reading in the columns that may have gaps.
-GAP_WORDS = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "None")
 CUT_OFF = "log again, or delete the last line in a copy of the file"
 
 
 def find_fault(
-    path: Path, layout: LogLayout, wanted: WantedColumns, rows_read: int, display_name: str
+    path: Path, layout: TextLayout, wanted: WantedColumns, rows_read: int, display_name: str
 ) -> InputError | None:
     """Return the first fault after data row `rows_read`, or None where every line is sound.
 
@@ -59,7 +59,7 @@ def find_fault(
 
 
 def _line_fault(
-    line: bytes, text: LogText, layout: LogLayout, wanted: WantedColumns, display_name: str, row: int
+    line: bytes, text: LogText, layout: TextLayout, wanted: WantedColumns, display_name: str, row: int
 ) -> InputError | None:
     place = f"line {text.line_number}"
     cut_off = text.unfinished
@@ -85,15 +85,15 @@ def _line_fault(
         cell = cells[layout.columns.index(name)]
         at = f"{place}, column {name}"
         if name not in wanted.numbers:
-            if not cell:
+            if not cell and name not in wanted.gaps:
                 return InputError.at(FaultCode.CELL_EMPTY, display_name, at, "the cell is empty", "fill it in")
             if "\ufffd" in cell:
                 reason = f"{cell!r} is not {layout.encoding}"
                 return InputError.at(
                     FaultCode.ENCODING_WRONG, display_name, at, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"'
                 )
-        elif not (name in wanted.gaps and cell in GAP_WORDS):
-            fault = _number_fault(cell, name, layout)
+        elif name not in wanted.unjudged and not (name in wanted.gaps and is_gap(cell)):
+            fault = _number_fault(cell, name, layout, row)
             if fault is not None:
                 reason, mend = fault
                 if cut_off and name == layout.columns[-1]:
@@ -103,7 +103,7 @@ def _line_fault(
 
 
 def _count_fault(
-    cells: list[str], line: bytes, layout: LogLayout, display_name: str, place: str, cut_off: bool, row: int
+    cells: list[str], line: bytes, layout: TextLayout, display_name: str, place: str, cut_off: bool, row: int
 ) -> InputError:
     expected, n_cells = len(layout.columns), len(cells)
     if cut_off and n_cells < expected:
@@ -125,30 +125,41 @@ def _count_fault(
     return InputError.at(FaultCode.SHAPE_MISMATCH, display_name, place, reason, mend)
 
 
-def _number_fault(cell: str, name: str, layout: LogLayout) -> tuple[str, str] | None:
+def _number_fault(cell: str, name: str, layout: TextLayout, row: int) -> tuple[str, str] | None:
     """Return reason and mend where the cell is no finite number."""
-    if layout.is_number(cell):
-        if math.isfinite(float(cell.replace(layout.decimal, "."))):
+    found = number(cell, layout.rows.decimal, layout.rows.thousands)
+    if found is not None:
+        if math.isfinite(found):
             return None
         return f"{cell!r} is too large for a number", "log again, or delete the line in a copy of the file"
+    only_readings = toml_text.pair("rows", condition_text(name, "!=", ""))
+    exclude = f"[[exclude]] with rows = [{row}]"
+    left_out = (
+        f"give it, keep only rows that have one ({only_readings} in the source), or leave this one out: {exclude}"
+    )
     if not cell:
-        return "the cell is empty", "give the reading, or leave the row out with [[exclude]]"
-    other_mark = "," if layout.decimal == "." else "."
+        return "the cell is empty", left_out
+    other_mark = "," if layout.rows.decimal == "." else "."
     if re.fullmatch(r"[+-]?\d*" + re.escape(other_mark) + r"\d+([eE][+-]?\d+)?", cell):
         return (
-            f"{cell!r} has a decimal mark other than {layout.decimal!r}",
+            f"{cell!r} has a decimal mark other than {layout.rows.decimal!r}",
             f"set csv.{toml_text.pair('decimal', other_mark)}",
         )
     if re.fullmatch(r"[+-]?\d{1,3}([., '\u00a0]\d{3})+([.,]\d+)?", cell):
         return f"{cell!r} has thousands separators", "write numbers without separators"
     if cell == name:
         return f"the header is repeated here ({cell!r})", "the log was started twice: split it into two files"
-    if cell.lower().lstrip("+-") in ("nan", "inf", "infinity") or cell in GAP_WORDS:
-        return f"{cell!r} is not a finite number", "give the reading, or leave the row out with [[exclude]]"
-    return f"{cell!r} is not a number", "correct the cell in a copy of the file, or name another column"
+    if is_gap(cell):
+        return f"{cell!r} is not a finite number", left_out
+    if cell.lower().lstrip("+-") in ("inf", "infinity"):
+        return f"{cell!r} is not a finite number", f"give the reading, or leave the row out: {exclude}"
+    return (
+        f"{cell!r} is not a number",
+        f"name another column, correct the cell in a copy, or leave the row out: {exclude}",
+    )
 
 
-def check_last_line(text: LogText, layout: LogLayout, wanted: WantedColumns, display_name: str) -> None:
+def check_last_line(text: LogText, layout: TextLayout, wanted: WantedColumns, display_name: str) -> None:
     """Raise `InputError` where the file's last line has no line end and its last number may be cut.
 
     It is whole for certain where the last column is not wanted, or stands in quotation marks, or has as many decimals
@@ -166,11 +177,11 @@ def check_last_line(text: LogText, layout: LogLayout, wanted: WantedColumns, dis
     if cell.endswith('"'):
         return
     if last_column in wanted.numbers:
-        shape = _decimals(cell, layout.decimal)
+        shape = _decimals(cell, layout.rows.decimal)
         complete = (
             shape is not None
             and bool(earlier)
-            and all(_decimals(earlier_cell, layout.decimal) == shape for earlier_cell in earlier)
+            and all(_decimals(earlier_cell, layout.rows.decimal) == shape for earlier_cell in earlier)
         )
     else:
         complete = cell in earlier
@@ -186,7 +197,7 @@ def check_last_line(text: LogText, layout: LogLayout, wanted: WantedColumns, dis
         )
 
 
-def _last_cell(line: bytes, layout: LogLayout) -> str:
+def _last_cell(line: bytes, layout: TextLayout) -> str:
     return line.decode("utf-8", "replace").rpartition(layout.delimiter)[2].strip(" \t")
 
 

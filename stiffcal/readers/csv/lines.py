@@ -10,7 +10,7 @@ import codecs
 import io
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Lock
 from typing import IO
@@ -20,6 +20,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import LINE, check_unpacked
 from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
+from stiffcal.table_layout.text import FIRST_BYTES, encoding_of
 
 CHUNK = 1 << 20
 TAIL = 1 << 14
@@ -49,13 +50,13 @@ class LogText(io.RawIOBase):
     Parameters
     ----------
     path : the file; one that begins like a gzip, bzip2, xz or zstd file is unpacked on the way.
-    encoding : of the file; everything comes out as UTF-8, or as it is where `decode` is False and the encoding agrees
-        with ASCII.
+    encoding : of the file, None: by its first bytes; everything comes out as UTF-8, or as it is where `decode` is False
+        and the encoding agrees with ASCII.
     display_name : the file's name in messages.
-    keep_empty_lines : hand empty lines between data lines on (in a log of one column an empty line is an empty cell).
 
     Attributes
     ----------
+    keep_empty_lines : hand empty lines between data lines on (in a log of one column an empty line is an empty cell).
     line_number : number of the last line taken, from 1.
     n_lines : data lines that `read` has handed out.
     not_yet_decoded : True where bytes are handed out undecoded.
@@ -65,30 +66,37 @@ class LogText(io.RawIOBase):
     suspect : True once `read` came across that.
     """
 
-    def __init__(
-        self, path: Path, encoding: str, display_name: str, keep_empty_lines: bool = False, decode: bool = True
-    ) -> None:
+    def __init__(self, path: Path, encoding: str | None, display_name: str, decode: bool = True) -> None:
         super().__init__()
         self._reading = Lock()
         self._abandoned = False
-        self.encoding = find_codec(encoding, display_name)
         self.display_name = display_name
-        self.keep_empty_lines = keep_empty_lines
+        self.keep_empty_lines = False
         self.line_number = self.n_lines = 0
         self.unfinished = False
         self.tail = b""
         self.stray_quote: re.Pattern[bytes] | None = None
         self.suspect = False
-        self.not_yet_decoded = self.encoding == "utf-8" or (self.encoding in PLAIN and not decode)
-        self._decoder = None if self.not_yet_decoded else codecs.getincrementaldecoder(encoding)("strict")
         self._file, self._bytes = _open_bytes(path, display_name)
         self._packed = self._file is not self._bytes
         self._size = os.fstat(self._bytes.fileno()).st_size
-        self._buffer = self._held = b""
+        self._buffer = self._held = self._first = self._unwritten = b""
+        self._rewrite: Callable[[bytes], bytes] | None = None
         self._ended = self._started = self._closed_off = self._ended_line = False
         self._ends = self._taken = 0
-        while len(self._buffer) < 3 and self._pull():
-            pass
+        self._decoder: codecs.IncrementalDecoder | None = None
+        try:
+            if encoding is None:
+                self._first = self._raw(FIRST_BYTES)
+                encoding = encoding_of(self._first)
+            self.encoding = find_codec(encoding, display_name)
+            self.not_yet_decoded = self.encoding == "utf-8" or (self.encoding in PLAIN and not decode)
+            self._decoder = None if self.not_yet_decoded else codecs.getincrementaldecoder(encoding)("strict")
+            while len(self._buffer) < 3 and self._pull():
+                pass
+        except BaseException:
+            self.close()
+            raise
         self._buffer = self._buffer.removeprefix(codecs.BOM_UTF8)
 
     def readable(self) -> bool:
@@ -117,10 +125,26 @@ class LogText(io.RawIOBase):
         self.line_number += 1
         return line
 
-    def give_back(self, line: bytes) -> None:
-        """Undo the last `next_line`."""
-        self._buffer = line + b"\n" + self._buffer if self._ended_line else line
-        self.line_number -= 1
+    def peek(self, size: int, skip: int = 0) -> bytes:
+        """Return about the first `size` bytes as whole lines, without taking them; `skip` lines and one more at least.
+
+        A last line without an end is left out: it may have been cut off, unless it is the only one.
+        """
+        while (len(self._buffer) < size or self._buffer.count(b"\n") <= skip) and self._pull():
+            LINE.check(len(self._buffer) - self._buffer.rfind(b"\n"), self.display_name, "the first lines")
+        if self._ended and self._buffer.count(b"\n") <= skip:
+            return self._buffer
+        start = 0
+        for _ in range(skip + 1):
+            start = self._buffer.find(b"\n", start) + 1
+        end = self._buffer.rfind(b"\n", start - 1, max(size, start))
+        return self._buffer[:end]
+
+    def rewrite_lines(self, rewrite: Callable[[bytes], bytes]) -> None:
+        """Let whole lines pass through `rewrite`, from where the text stands on; it keeps their number."""
+        self._rewrite = rewrite
+        self._unwritten, self._buffer = self._buffer, b""
+        self._take_whole_lines()
 
     def lines(self) -> Iterator[bytes]:
         """Yield the remaining lines, empty ones included, `line_number` following; to find a place, not to parse."""
@@ -200,14 +224,31 @@ class LogText(io.RawIOBase):
                 if raw.endswith(b"\r") and not self._ended:
                     raw, self._held = raw[:-1], b"\r"
                 raw = raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-            if raw:
+            if self._rewrite is not None:
+                self._unwritten += raw
+                if self._take_whole_lines():
+                    return True
+            elif raw:
                 self._buffer += raw
                 return True
         return False
 
-    def _decoded(self, size: int) -> bytes:
+    def _take_whole_lines(self) -> bool:
+        """Hand on the whole lines that are there, rewritten; at the end of the file also what is left."""
+        assert self._rewrite is not None
+        end = len(self._unwritten) if self._ended else self._unwritten.rfind(b"\n") + 1
+        LINE.check(len(self._unwritten) - end, self.display_name, "a line")
+        lines, self._unwritten = self._unwritten[:end], self._unwritten[end:]
+        self._buffer += self._rewrite(lines)
+        return bool(lines)
+
+    def _raw(self, size: int) -> bytes:
+        """Return the next bytes of the file, unpacked."""
+        if self._first:
+            raw, self._first = self._first[:size], self._first[size:]
+            return raw
         try:
-            raw = self._file.read(size)
+            return self._file.read(size)
         except UNPACKING_ERRORS as error:
             if not self._packed:
                 raise
@@ -215,6 +256,9 @@ class LogText(io.RawIOBase):
             raise InputError.at(
                 FaultCode.FILE_DAMAGED, self.display_name, "", reason, "copy it again from its origin"
             ) from None
+
+    def _decoded(self, size: int) -> bytes:
+        raw = self._raw(size)
         self._ended = not raw
         self._taken += len(raw)
         if self._packed:

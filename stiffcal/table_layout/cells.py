@@ -1,0 +1,115 @@
+"""Cells of a table as they are written: numbers with either decimal mark, groups of three digits, times, gaps."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+GAP_WORDS = frozenset(
+    (
+        *("", "nan", "-nan", "na", "n/a", "#n/a", "#nv", "null", "none", "missing", "lost", "-", "--", "---"),
+        *("1.#qnan", "1.#ind", "-1.#ind", "nan(ind)", "-nan(ind)", "nan.0"),  # a C library of Windows
+    )
+)
+"""What stands for a missing reading, in small letters."""
+
+GROUP_MARKS = "., '\u00a0\u202f\u2019"
+"""What separates groups of three digits: a point, a comma, a blank (also one that does not break), an apostrophe."""
+
+_PLAIN = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_POINT = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
+_GROUPED = re.compile(rf"[+-]?\d{{1,3}}(?P<groups>(?:([{GROUP_MARKS}])\d{{3}})(?:\2\d{{3}})*)(?:(?P<decimal>[.,])\d+)?")
+_TIME = re.compile(
+    r"'?(?:\d{1,4}([-./ ])(?:\d{1,2}|[^\W\d_]{3,9}\.?)\1\d{1,4}(?:[ T,]+\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?)?"
+    r"|\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?)"
+    r"(?: ?[AaPp][Mm])?(?:Z| ?[+-]\d{2}:?\d{2})?"
+)
+_LONGEST_GAP = 12
+_LONGEST = 60  # characters of a number or a time
+
+
+def marks_of(cells: Iterable[str]) -> tuple[str, str]:
+    """Return the decimal mark of numbers and the mark between groups of three digits, "" where there is none.
+
+    Parameters
+    ----------
+    cells : of a table; words among them do no harm.
+
+    Examples
+    --------
+    >>> marks_of(["1.5", "name"]), marks_of(["1,5", "2"]), marks_of(["1.234,5"]), marks_of(["1,234", "0.5"])
+    (('.', ''), (',', ''), (',', '.'), ('.', ','))
+    """
+    commas = points = grouped_commas = grouped_points = 0
+    certain: tuple[str, str] | None = None
+    apart = ""
+    for cell in cells:
+        if len(cell) > _LONGEST or cell.isdigit():
+            continue
+        if _POINT.fullmatch(cell):
+            points += 1
+            grouped_points += _GROUPED.fullmatch(cell) is not None
+        elif _COMMA.fullmatch(cell):
+            commas += 1
+            grouped_commas += _GROUPED.fullmatch(cell) is not None
+        elif (match := _GROUPED.fullmatch(cell)) is not None:
+            mark = match[2]
+            if mark in ".,":  # two groups, or a decimal mark behind the groups: only one reading is left
+                certain = certain or (match["decimal"] or ("," if mark == "." else "."), mark)
+            else:
+                apart = mark
+    if certain is not None and certain[0] != certain[1]:
+        return certain
+    if commas and points:  # of the two the one that only separates groups of three digits is no decimal mark
+        if points == grouped_points and commas > grouped_commas:
+            return ",", "."
+        if commas == grouped_commas and points > grouped_points:
+            return ".", ","
+    return ("," if commas > points else "."), apart
+
+
+def number(cell: str, decimal: str, thousands: str) -> float | None:
+    """Return a cell as a number; None where it is none.
+
+    Examples
+    --------
+    >>> number("1.234,5", ",", "."), number("1,5", ".", ""), number("+3e2", ".", "")
+    (1234.5, None, 300.0)
+    """
+    plain = _without_marks(cell, decimal, thousands)
+    return float(plain) if _PLAIN.fullmatch(plain) else None
+
+
+def _without_marks(cell: str, decimal: str, thousands: str) -> str:
+    """Return a number's text with a decimal point and no groups; "" where the marks are other ones."""
+    if thousands and thousands in cell:
+        if _GROUPED.fullmatch(cell) is None:
+            return ""
+        cell = cell.replace(thousands, "")
+    if decimal != ".":
+        return "" if "." in cell else cell.replace(decimal, ".")
+    return cell
+
+
+def is_gap(cell: str) -> bool:
+    """Return whether a cell stands for a missing reading."""
+    return len(cell) < _LONGEST_GAP and cell.lower() in GAP_WORDS
+
+
+def is_time(cell: str) -> bool:
+    """Return whether a cell is a date, a time of day, or both.
+
+    Examples
+    --------
+    >>> [is_time(cell) for cell in ("20.11.2026 10:15:30,000", "10:15:30.5", "11/20/2026 1:15:30 PM", "1.5", "A1")]
+    [True, True, True, False, False]
+    """
+    return cell[:2].strip("'").isdigit() and len(cell) <= _LONGEST and _TIME.fullmatch(cell) is not None
+
+
+def is_reading(cell: str, decimal: str, thousands: str) -> bool:
+    """Return whether a cell is a number or a time."""
+    return _PLAIN.fullmatch(
+        cell if decimal == "." and not thousands else _without_marks(cell, decimal, thousands)
+    ) is not None or is_time(cell)

@@ -1,0 +1,77 @@
+"""Names of columns that stand in several rows: a body, what is measured of it, and its component below each other."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from stiffcal.campaign.column_names import header_parts
+
+_COMPONENTS = frozenset(("x", "y", "z", "w", "qx", "qy", "qz", "qw", "rx", "ry", "rz"))
+_NAME_LABELS = frozenset(("name", "names", "marker", "markers", "body", "bodies", "label", "labels"))
+"""What stands before a row of names in an export whose rows of the header are labelled."""
+
+
+def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tuple[list[str], dict[str, str]]:
+    """Return unique names for columns, with words of the rows above where those of the last row repeat.
+
+    Of the rows above, as few are taken as make the names unique: those labelled as names first, then the nearest. A
+    cell above several columns (merged in a spreadsheet) counts for those to its right that have none.
+
+    Parameters
+    ----------
+    names : the cells of the header's last row. above : the rows above it, top to bottom.
+
+    Returns
+    -------
+    list of str, dict of str to str
+        The names, as they are where they are unique already, and units that stand in a row above.
+
+    Examples
+    --------
+    >>> composed_names(["t", "X", "Y", "X", "Y"], [["", "tool", "", "base", ""]])[0]
+    ['t', 'tool X', 'tool Y', 'base X', 'base Y']
+    >>> composed_names(["X", "X"], [["Force [N]", "Moment [Nm]"]])
+    (['Force X', 'Moment X'], {'Force X': 'N', 'Moment X': 'Nm'})
+    """
+    counts = Counter(names)
+    if all(count == 1 or not name for name, count in counts.items()):
+        return list(names), {}
+    repeated = [k for k, name in enumerate(names) if not name or counts[name] > 1 or name.lower() in _COMPONENTS]
+    rows = [_spread(row, repeated, len(names)) for row in above]
+    labels = [_label(row, repeated) in _NAME_LABELS for row in above]
+    candidates = sorted(range(len(above)), key=lambda k: (not labels[k], -k))
+    chosen: list[int] = []
+    for k in candidates:
+        if _distinct(names, rows, repeated, [*chosen, k]) > _distinct(names, rows, repeated, chosen):
+            chosen.append(k)
+    composed, units = list(names), {}
+    for c in repeated if chosen else ():
+        parts = [header_parts(rows[k][c]) for k in sorted(chosen) if rows[k][c]]
+        own = header_parts(names[c])
+        composed[c] = " ".join(word for word in (*(part.name for part in parts), own.name) if word)
+        unit = own.unit or next((part.unit for part in reversed(parts) if part.unit), None)
+        if unit is not None and composed[c]:
+            units[composed[c]] = unit
+    return composed, units
+
+
+def _spread(row: Sequence[str], repeated: Sequence[int], width: int) -> list[str]:
+    """Return a row above with each cell also in the empty ones to its right, as far as these columns need a name."""
+    cells = [*row[:width], *[""] * (width - len(row))]
+    merged = sum(1 for c in repeated if not cells[c]) * 2 >= len(repeated)  # most are empty: cells were merged
+    own, kept = [""] * width, ""
+    for c in repeated:
+        kept = cells[c] or (kept if merged else "")
+        own[c] = kept
+    return own
+
+
+def _label(row: Sequence[str], repeated: Sequence[int]) -> str:
+    """Return the label of a row of a header: the last cell before the columns that it is about."""
+    before = [cell for cell in row[: repeated[0]] if cell]
+    return before[-1].lower() if before else ""
+
+
+def _distinct(names: Sequence[str], rows: Sequence[Sequence[str]], repeated: Sequence[int], chosen: list[int]) -> int:
+    return len({(*(rows[k][c] for k in chosen), names[c]) for c in repeated})
