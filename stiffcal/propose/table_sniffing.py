@@ -60,6 +60,8 @@ class SniffedTable:
     """Data rows, as far as looked at."""
     options: Mapping[str, str | int | bool] = field(default_factory=dict)
     """What the manifest must say of the file's format for the file to be read; empty where the defaults hold."""
+    log_format: str = "csv"
+    """The format, after which the manifest's table of options is named."""
     rate_hz: float | None = None
     """Rows per second, where the file states it."""
     left_out: tuple[tuple[str, str], ...] = ()
@@ -142,7 +144,7 @@ def sniffed_table(
             "the file has no line of numbers",
             "give a table with one row per load state",
         )
-    return SniffedTable(path, tuple(columns), len(data), dict(options or {}), layout.rate_hz, repeated)
+    return SniffedTable(path, tuple(columns), len(data), dict(options or {}), rate_hz=layout.rate_hz, left_out=repeated)
 
 
 def _decoded(path: Path, display_name: str) -> tuple[str, str]:
