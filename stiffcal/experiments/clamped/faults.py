@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped.chain import ClampedChain
 from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.saturation import Saturation, find_saturation
-from stiffcal.experiments.clamped.sweeps import cut_sweeps
+from stiffcal.experiments.clamped.sweeps import cut_sweeps, driven_one_way
 from stiffcal.measurements.varying import varies
 
 # A held flange lets the moved drive alone give, and no other then carries a torque that follows the motion. Links and
@@ -47,11 +47,8 @@ def run_quality(readings: ClampedReadings, chain: ClampedChain) -> RunQuality:
     readings : of one run. chain : the run in drive coordinates.
     """
     angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
-    sweeps = cut_sweeps(angle, torque)
-    up = sweeps.up[sweeps.number >= 0]
-    return RunQuality(
-        find_saturation(readings, angle, torque, chain), bool(up.size and (up.all() or not up.any())), sweeps.count
-    )
+    saturation = find_saturation(readings, angle, torque, chain)
+    return RunQuality(saturation, driven_one_way(angle), cut_sweeps(angle, torque).count)
 
 
 def other_loaded(chain: ClampedChain) -> tuple[int, float] | None:

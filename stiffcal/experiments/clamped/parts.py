@@ -267,11 +267,11 @@ def check_clamped_runs(campaign: Campaign, readings_of_runs: Sequence[ClampedRea
         name = run_readings.runs[int(run_readings.run[0])].name
         chain = chain_of_run(campaign, run_readings, written.get(name))
         quality = run_quality(run_readings, chain)
-        if chain.is_excited and quality.n_sweeps == 0:
+        if chain.is_excited and quality.one_way:
+            unusable.append(f"run {name}: {ONE_WAY}")
+        elif chain.is_excited and quality.n_sweeps == 0:
             angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
             unusable.append(f"run {name}: {why_no_sweep(angle, torque, quality.saturation)}")
-        elif chain.is_excited and quality.one_way:
-            unusable.append(f"run {name}: {ONE_WAY}")
         elif quality.saturation is not None:
             remarks.append(f"run {name}: {quality.saturation.sentence}")
         elif words := loaded_words(name, chain, campaign.chain.joint_names):

@@ -45,6 +45,7 @@ _SETTLED_S = 1e-6
 _SCANNED = 128
 # Lags within so many standard uncertainties are one.
 _SAME_LAG = 5.0
+_ONE_WAY = "the joint was driven in one direction only: no loop of force over angle shows it"
 _NOT_FOLLOWED = "the force does not follow the motor motion"
 
 
@@ -79,8 +80,11 @@ def clamped_readings(run: Run, logs: Mapping[str, Blocks]) -> tuple[ClampedReadi
         name = sources["wrench"][0]
         # where the manifest states the clock, nothing is left that a lag could be mistaken for
         two_clocks = logs[name] is not angles and name not in run.clock_ahead_s
-        clocks |= {name: _clock(run, name, angles, logs[name])}
-        wrench = _at(logs[name], "wrench", angles.time + float(clocks[name].value or 0.0))
+        clock = _clock(run, name, angles, logs[name])
+        clocks[name] = clock
+        # without a clock the run is not used; that the logs begin together shows what else is in them
+        ahead = logs[name].time[0] - angles.time[0] if clock.value is None else clock.value
+        wrench = _at(logs[name], "wrench", angles.time + float(ahead))
     elif "joints.torque" not in angles.mean:
         unscaled = "joints.current" in angles.mean
         raise InputError.at(
@@ -120,13 +124,21 @@ def _at(blocks: Blocks, name: str, time: Floats) -> Floats:
 
 
 def _clock(run: Run, name: str, angles: Blocks, wrench_log: Blocks) -> SourceClockOffset:
-    """Return how much more the other log's clock shows than that of the angles."""
+    """Return how much more the other log's clock shows than that of the angles; no value of a motion one way only.
+
+    Raises
+    ------
+    InputError
+        No force follows a motion there and back.
+    """
     if wrench_log is angles:
         return SourceClockOffset(0.0, 0.0)
     if name in run.clock_ahead_s:
         return SourceClockOffset(float(run.clock_ahead_s[name]), 0.0, "given in the manifest")
     joints = angles.mean["joints"]
     angle = joints[:, int(np.argmax(np.ptp(joints, axis=0)))]
+    if driven_one_way(angle):
+        return SourceClockOffset(None, None, _ONE_WAY)
     offset = lag_of(angles.time, angle, wrench_log.time, wrench_log.mean["wrench"])
     if offset.value is None:
         raise InputError.at(
@@ -320,6 +332,19 @@ def cut_sweeps(angle: Floats, torque: Floats) -> Sweeps:
         up[start : end + 1] = angle[end] > angle[start]
         count += 1
     return Sweeps(number, up, count)
+
+
+def driven_one_way(angle: Floats) -> bool:
+    """Return whether a joint went from end to end in one direction only, by its angles (n,), rad.
+
+    Examples
+    --------
+    >>> driven_one_way(np.linspace(0.0, 1.0, 50)), driven_one_way(np.sin(np.linspace(0.0, 9.0, 50)))
+    (True, False)
+    """
+    sweeps = cut_sweeps(angle, angle)
+    up = sweeps.up[sweeps.number >= 0]
+    return bool(up.size and (up.all() or not up.any()))
 
 
 def loop_corners(angle: Floats, torque: Floats) -> list[int]:
