@@ -11,7 +11,7 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from stiffcal.arrays import Booleans
 from stiffcal.errors import InputError
@@ -73,7 +73,7 @@ def _agreement(first: tuple[Experiment, Fit], second: tuple[Experiment, Fit]) ->
     difference = np.array([_amplitude(other.parameter(name)) - _amplitude(fit.parameter(name)) for name in names])
     scale = np.sqrt(np.diag(covariance))
     statistic = float(difference / scale @ np.linalg.solve(covariance / np.outer(scale, scale), difference / scale))
-    p_value = float(chi2.sf(statistic, len(names)))
+    p_value = float(chdtrc(len(names), statistic))
     parameters = []
     for name, away in zip(names, difference / scale, strict=True):
         own, others = fit.parameter(name), other.parameter(name)

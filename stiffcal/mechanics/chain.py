@@ -153,7 +153,7 @@ class Chain:
         """Turn logged joint angles (n, L), rad, into the chain's own (n, J), rad."""
         return np.asarray(logged @ self.coupling.T + self.offset, dtype=np.float64)
 
-    @property
+    @cached_property
     def drive_axes(self) -> Floats:
         """(J, J) by how much each model joint (row) turns when each drive (column) gives by one.
 

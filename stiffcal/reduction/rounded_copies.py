@@ -179,9 +179,9 @@ def _is_coarser(copy: Floats, original: Floats, layout: Layout) -> bool:
 
 def _is_chance(copies: int, alike: int) -> bool:
     """Return whether zeros at the end of readings make so many of the pairs that agree look like copies."""
-    from scipy.stats import binom
+    from scipy.special import bdtrc
 
-    return bool(binom.sf(copies - 1, max(alike, copies), _BY_CHANCE) > _CHANCE * (1.0 + _WHOLE))
+    return bool(bdtrc(copies - 1, max(alike, copies), _BY_CHANCE) > _CHANCE * (1.0 + _WHOLE))
 
 
 def _blocks(pairs: Sequence[_Pair]) -> list[list[_Pair]]:
