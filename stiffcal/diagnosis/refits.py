@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from stiffcal.diagnosis.load_scan import LoadScan
     from stiffcal.diagnosis.search_results import Search
 
-MOST_CANDIDATES = 5
+LEADING = 5
+"""Candidates that are refitted even where they are rejected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +76,7 @@ class Refit:
 
 
 def refits_of(search: Search, diagnosis: DiagnoseResult) -> Iterator[Refit]:
-    """Refit the present model with each of the leading candidates, with all that is missing, and without each effect.
+    """Refit the present model with each candidate not rejected, with all that is missing, and without each effect.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def refits_of(search: Search, diagnosis: DiagnoseResult) -> Iterator[Refit]:
     """
     scan = search.first
     data = scan.fit.data
-    leading = [(finding.effect, finding.where) for finding in diagnosis.findings[:MOST_CANDIDATES]]
+    leading = refitted_candidates(diagnosis)
     places = [(trial.candidate.effect.name, Where.of(trial.candidate.place)) for trial in scan.trials]
     scheme, fold = validation_folds(data)
     validated = diagnosis.as_validated
@@ -112,6 +113,26 @@ def refits_of(search: Search, diagnosis: DiagnoseResult) -> Iterator[Refit]:
             yield Refit(
                 _summary("without", placed.effect.name, placed.place, Rms.of(rms_of(left, data)), []), np.asarray(left)
             )
+
+
+def refitted_candidates(diagnosis: DiagnoseResult) -> list[tuple[str, Where]]:
+    """Return the candidates that are refitted: all that the diagnosis names, the leading ones, and the possible ones.
+
+    Parameters
+    ----------
+    diagnosis : the result of the search.
+    """
+    leading = [
+        finding for rank, finding in enumerate(diagnosis.findings) if rank < LEADING or finding.verdict != "rejected"
+    ]
+    named = [
+        *((entry.effect, entry.where) for entry in leading),
+        *((entry.effect, entry.where) for entry in diagnosis.missing),
+        *((alike.effect, alike.where) for entry in diagnosis.missing for alike in entry.alternatives),
+        *((entry.effect, entry.where) for entry in diagnosis.undecided),
+        *((entry.effect, entry.where) for entry in diagnosis.could_be),
+    ]
+    return [place for number, place in enumerate(named) if place not in named[:number]]
 
 
 def refit_with_all(diagnosis: DiagnoseResult, rms: Rms) -> RefitSummary:

@@ -12,7 +12,7 @@ from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.judge import fitted_values
 from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.refit_values import RefitValue, refit_values
-from stiffcal.diagnosis.refits import MOST_CANDIDATES, Refit, RefitSummary, refit_with_all
+from stiffcal.diagnosis.refits import Refit, RefitSummary, refit_with_all, refitted_candidates
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.diagnosis.row_document import RowSearch, free_of_constants, left_out_residual, rms_of_rows
 from stiffcal.diagnosis.row_scan import RowScan
@@ -24,7 +24,7 @@ from stiffcal.model.summary import Where
 
 
 def row_refits_of(search: RowSearch, problem: RowProblem, diagnosis: DiagnoseResult) -> Iterator[Refit]:
-    """Refit the present model of rows with each leading candidate, with all that is missing, and without each effect.
+    """Refit the present model of rows as `refits_of` does that of load states.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def row_refits_of(search: RowSearch, problem: RowProblem, diagnosis: DiagnoseRes
     if search.found:
         residual = left_out_residual(search.final_scan, None)
         yield Refit(refit_with_all(diagnosis, rms_of_rows(residual, problem)), residual[None])
-    leading = [(finding.effect, finding.where) for finding in diagnosis.findings[:MOST_CANDIDATES]]
+    leading = refitted_candidates(diagnosis)
     places = [(trial.candidate.effect.name, Where.of(trial.candidate.place)) for trial in scan.trials]
     for trial in (scan.trials[places.index(place)] for place in leading if place in places):
         residual = left_out_residual(scan, trial)

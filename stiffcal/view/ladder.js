@@ -1,5 +1,5 @@
 (function (S) {
-  const ROW = 26, TOP = 34;
+  const ROW = 26, TOP = 34, MOST = 5;
   const VERDICT = { alike: ", cannot be distinguished", undecided: ", undecided", possible: ", possible", rejected: ", rejected" };
 
   S.ladderPanel = function () {
@@ -8,9 +8,12 @@
     const none = !data.models.some(S.isDrawable), selectable = (model) => Boolean(model) && (none || S.isDrawable(model));
     let folded = true;
     const standing = new Map(data.candidates.map((entry) => [entry.name, entry.standing]));
-    const isRejected = (model) => model.kind === "with" && standing.get(model.effect) === "rejected";
+    /** Candidates that are only possible are shown as far as they leave least; rejected ones, and the others, on demand. */
+    const possible = data.models.filter((model) => model.kind === "with" && standing.get(model.effect) === "possible");
+    const leading = new Set([...possible].sort((a, b) => S.main(a.heldout_rms) - S.main(b.heldout_rms)).slice(0, MOST));
+    const isFolded = (model) => model.kind === "with" && (standing.get(model.effect) === "rejected" || (possible.includes(model) && !leading.has(model)));
     const standingOf = (model) => (model.kind === "with" ? VERDICT[standing.get(model.effect)] ?? "" : "");
-    const nameOf = (model) => (model.kind === "fit" ? model.label : `${model.kind === "all" ? "all missing: " : "with "}${model.effect}${standingOf(model)}`);
+    const nameOf = (model) => (model.kind === "fit" || model.is_forecast ? model.label : `${model.kind === "all" ? "all missing: " : "with "}${model.effect}${standingOf(model)}`);
 
     function rowOf(model) {
       const heldout = S.main(model.heldout_rms), inside = S.main(model.fit_rms);
@@ -22,23 +25,22 @@
     }
     const rows = () => [
       { name: "no model", value: S.main(data.zero), text: S.error(data.zero), grey: true },
-      ...data.models.filter((model) => model.kind !== "without" && !(folded && isRejected(model))).map(rowOf),
+      ...data.models.filter((model) => model.kind !== "without" && !(folded && isFolded(model))).map(rowOf),
     ];
     /** The scale, linear from zero, ends at the worst model; without any model the error may be much larger, and its bar is cut off. */
     const mostOf = (shown) => Math.max(...shown.filter((row) => row.id).map((row) => Math.max(row.value || 0, row.second || 0)), S.main(data.noise) || 0);
 
     const height = () => TOP + 10 + ROW * rows().length;
-    const unfold = S.check("rejected candidates too", false, (on) => {
+    const unfold = S.check("all candidates", false, (on) => {
       folded = !on;
-      panel.canvas.style.height = `${height()}px`;
       S.redraw();
     });
-    unfold.element.hidden = !data.models.some(isRejected);
+    unfold.element.hidden = !data.models.some(isFolded);
     const panel = S.panel({
       id: "ladder", title: "2 Ladder of models", height: height(),
       about: `Error ${S.leftOut()} (bars) and of the fit (frames), all states. Choose a model to show it in all panels.${data.models.every(selectable) ? "" : " Grey: the store does not hold its predictions."}`,
       how: "A click, or up and down arrows: show a model in all panels. The table below has a button for each.",
-      controls: [unfold], draw, table: list, key, depends: () => `${S.shownKey()}/${folded}`,
+      controls: [unfold], draw, table: list, key, depends: () => [S.shownKey(), folded, data.models.length].join("/"),
     });
     let find = () => -1;
     const choose = (id) => { if (selectable(S.modelById.get(id))) S.set({ model: id, off: [] }); };
@@ -59,6 +61,7 @@
     panel.section.insertBefore(values.element, panel.details);
 
     function draw(canvas) {
+      canvas.style.height = `${height()}px`;
       const { g, width } = S.begin(canvas), shown = rows();
       find = S.bars(g, width, shown, { top: TOP, rowHeight: ROW, most: mostOf(shown), line: S.main(data.noise) || 0, lineLabel: `noise ${S.size(S.main(data.noise))}` });
       const model = S.modelById.get(S.state.model);

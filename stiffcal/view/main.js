@@ -2,15 +2,17 @@
   const say = (text) => { document.getElementById("status").textContent = S.visible(text); };
   const bar = document.getElementById("bar"), chosen = document.getElementById("chosen");
 
-  function controls(drawable) {
+  function controls() {
     const { data } = S;
-    const model = S.choice("", drawable.map((entry) => [entry.id, entry.label]), (value) => S.set({ model: value, off: [] }));
+    const model = S.choice("", [], (value) => S.set({ model: value, off: [] }));
     model.select.setAttribute("aria-label", "Model shown in all panels");
     const clear = S.button({ onclick: () => S.select([]) }, "Clear the selection");
     const count = S.make("span", { id: "count", role: "status" });
     bar.append(model.element);
     chosen.append(count, " ", clear);
     S.onChange(() => {
+      const shown = data.models.filter(S.isDrawable);
+      if (model.select.options.length !== shown.length) model.select.replaceChildren(...shown.map((entry) => S.make("option", { value: entry.id }, entry.label)));
       model.select.value = S.state.model;
       clear.hidden = !S.nSelected;
       count.textContent = [
@@ -29,7 +31,7 @@
     chosen.replaceChildren();
     if (S.parts.length > 1) {
       const readings = S.choice("Readings", S.parts.map((entry, k) => [String(k), S.partName(entry)]), (value) => {
-        history.replaceState(null, "", `#part=${value}`);
+        S.setAddress(`#part=${value}`);
         build(Number(value));
         S.redraw();
         bar.querySelector("select").focus();
@@ -42,7 +44,7 @@
     S.startTryout();
     if (S.n && drawable.length) {
       S.readHash();
-      controls(drawable);
+      controls();
       S.againstPanel();
       S.ladderPanel();
       if (!S.scalar && data.runs.some((run) => run.chain.length)) S.robotPanel();

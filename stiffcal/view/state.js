@@ -126,8 +126,12 @@
     const hash = `#${text}`;
     if (hash === written) return;
     written = hash;
-    try { history.replaceState(null, "", hash); } catch { /* too many changes in a second: the next one is written */ }
+    S.setAddress(hash);
   }
+  /** Write what is shown into the address, where that is allowed: not in a page inside another, nor too often in a second. @param {string} hash */
+  S.setAddress = function (hash) {
+    try { history.replaceState(null, "", hash); } catch { /* the next change is written */ }
+  };
 
   /** Take the state from the address, as far as it makes sense here. */
   S.readHash = function () {

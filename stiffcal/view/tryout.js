@@ -62,6 +62,15 @@
     return S.data.models.find((entry) => S.isDrawable(entry) && (entry.kind === "with" || entry.kind === "all") && same(entry.effect.split(", "), names));
   }
   const present = () => S.data.models.find((entry) => entry.present) || S.data.models[0];
+  const canForecast = (names) => Boolean(present().residual_heldout) && names.every((name) => storedRefit([name]));
+  /** What candidates leave together by their stored refits; it joins the models of the page. @param {string[]} names */
+  function forecast(names) {
+    if (!canForecast(names)) return null;
+    const made = S.forecastOf(present(), names.map((name) => storedRefit([name])));
+    S.data.models.push(made);
+    S.modelById.set(made.id, made);
+    return made;
+  }
   /** Candidates that are in what is shown. */
   function ticked() {
     if (S.isLive()) return S.wanted.added;
@@ -74,7 +83,7 @@
   function tickCandidate(name, on) {
     const names = on ? [...ticked(), name] : ticked().filter((entry) => entry !== name);
     if (S.isLive()) { S.want({ added: names }); return; }
-    const refit = names.length ? storedRefit(names) : present();
+    const refit = names.length ? storedRefit(names) || forecast(names) : present();
     if (refit) S.set({ model: refit.id, off: [], mode: "part" });
   }
   function tickEffect(name, on) {
@@ -101,7 +110,7 @@
 
   function chipOfCandidate(entry) {
     const on = ticked().includes(entry.name), names = on ? ticked().filter((name) => name !== entry.name) : [...ticked(), entry.name];
-    const possible = S.isLive() || !names.length || Boolean(storedRefit(names));
+    const possible = S.isLive() || !names.length || Boolean(storedRefit(names)) || canForecast(names);
     const named = entry.standing === "missing" || entry.standing === "undecided";
     const sure = named && entry.first_in !== null ? `, first in ${S.percent(entry.first_in)}` : "";
     const why = possible ? entry.why : "no refit of this combination is stored: stiffcal view --live fits any";
@@ -164,6 +173,7 @@
       hint.append(S.make("span", { className: "warning" }, "model.toml was changed by somebody else: "),
         S.button({ onclick: () => S.reloadModel() }, "take it as it is now"), " ", S.button({ onclick: () => S.writeModel(true) }, "write the ticks into it"));
     } else if (S.hollow) hint.append(S.visible(`forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}`));
+    else if (S.modelById.get(S.state.model)?.is_forecast) hint.append("estimated from the refits with each, of the drawn states: stiffcal view --live fits it");
     else hint.append(S.visible(S.waitsFor));
   }
 

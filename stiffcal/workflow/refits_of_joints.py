@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.diagnosis.refits import MOST_CANDIDATES
+from stiffcal.diagnosis.refits import LEADING
 from stiffcal.measurements.rms import Rms
 from stiffcal.view.content import ViewModel, ViewShare, ViewValue
 
@@ -61,7 +61,7 @@ def of_all_joints(
     ordered = sorted(whole.values(), key=_size)
     return [
         *[model for model in ordered if model.kind == "all"],
-        *[model for model in ordered if model.kind == "with"][: 2 * MOST_CANDIDATES],
+        *[model for model in ordered if model.kind == "with"][: 2 * LEADING],
         *[model for model in ordered if model.kind == "without"],
     ]
 

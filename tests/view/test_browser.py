@@ -56,7 +56,7 @@ def test_a_model_of_the_ladder_shows_the_numbers_of_history(page: Any, content: 
     assert float(numbers.get_attribute("data-fit")) == pytest.approx(fits[0].fit_rms.translation, rel=1e-12)
     first = page.evaluate("Array.from(stiffcal.residual().move)")
     # a click on the row of the first candidate switches all panels
-    page.get_by_label("rejected candidates too").check()
+    page.get_by_label("all candidates").check()
     settled(page)
     order = ["no model", *(model.id for model in content[0].models if model.kind != "without")]
     chosen = next(model.id for model in content[0].models if model.kind == "with")
@@ -226,6 +226,45 @@ def test_an_effect_that_was_added_is_shown_before_and_after_on_one_scale(browser
     page.get_by_role("button", name="side by side").click()
     settled(page)
     assert page.evaluate("stiffcal.state.beside") == 1
+    assert complaints == []
+    page.context.close()
+
+
+def test_candidates_are_forecast_together_without_a_server(browser: Any, tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=4)
+    model = folder / "model.toml"
+    whole = model.read_text("utf-8")
+    model.write_text(whole.replace("1, 2, 3, 4, 5, 6]", "2, 3, 4, 5]"), encoding="utf-8")
+    diagnose_campaign(folder)
+    view_campaign(folder)
+    page, complaints = opened(browser, folder / "view.html")
+    names = page.evaluate("stiffcal.data.candidates.map((one) => one.name)")
+    assert {"joint-compliance j1", "joint-compliance j6"} <= set(names)
+    # the fit with both is what the forecast stands for; either refit alone leaves more than what is forecast of both
+    everything = page.evaluate("stiffcal.data.models.find((one) => one.kind === 'all')")
+    made = page.evaluate(
+        """() => { const by = (name) => stiffcal.data.models.find((one) => one.kind === "with" && one.effect === name);
+        const refits = ["joint-compliance j1", "joint-compliance j6"].map(by);
+        const present = stiffcal.data.models.find((one) => one.present);
+        return stiffcal.forecastOf(present, refits).heldout_rms.translation; }"""
+    )
+    assert sorted(everything["effect"].split(", ")) == ["joint-compliance j1", "joint-compliance j6"]
+    single = next(one for one in page.evaluate("stiffcal.data.models") if one["effect"] == "joint-compliance j1")
+    together = everything["heldout_rms"]["translation"]
+    assert together < made < 0.8 * single["heldout_rms"]["translation"]
+    assert made == pytest.approx(together, rel=0.3)
+    # any two that have refits: ticked one after the other, a rung more
+    rungs = page.evaluate("stiffcal.data.models.length")
+    other = page.evaluate("stiffcal.data.models.filter((one) => one.kind === 'with').map((one) => one.effect)")
+    ticked = [next(name for name in other if not name.startswith("joint-compliance")), "joint-compliance j6"]
+    page.locator(".row button.more").first.click()
+    for name in ticked:
+        page.locator(f"#candidates input[data-effect='{name}']").check()
+        settled(page)
+    assert page.evaluate("stiffcal.data.models.length") == rungs + 1
+    shown = page.evaluate("stiffcal.residual().model")
+    assert shown["is_forecast"]
+    assert sorted(shown["effect"].split(", ")) == sorted(ticked)
     assert complaints == []
     page.context.close()
 
