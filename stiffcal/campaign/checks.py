@@ -19,7 +19,7 @@ from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.prismatic_checks import prismatic_faults
-from stiffcal.campaign.reach import escapes, link_fault, links_outside
+from stiffcal.campaign.reach import PlainFiles, escapes, link_fault, links_outside
 from stiffcal.campaign.robot_checks import RobotOutline
 from stiffcal.campaign.run_checks import MOST_COMPARED, MOST_FAULTS, choices, exclusion_faults, run_faults
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, JointSignals, Lengths, Pose, Signal, Wrench
@@ -132,9 +132,12 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
     absent: dict[str, list[tuple[str, str]]] = {}
     named_files = {file for _, file, _ in _paths(manifest)}
     run_tables = {"runs": [{"id": run.id} for run in manifest.runs]}
+    plain = PlainFiles(folder)
     for location, file, fetched in _paths(manifest):
         if len(faults) >= MOST_FAULTS:
             break
+        if fetched and file in plain and odd_character(file) is None:  # as nearly all are
+            continue
         place = key_path(location, run_tables)
         if wrong := odd_character(file):
             faults.append(_fault(FaultCode.NAME_INVALID, place, *wrong))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from typer._click.core import Command, Context
 
 COMMANDS = {
-    "init": "Create a commented campaign folder, or propose one from a table.",
+    "init": "Create a commented campaign folder, or propose one from a table or a folder of logs.",
     "check": "Check the folder: what was read, what is missing.",
     "ingest": "Turn raw logs into load states in the Parquet store.",
     "identify": "Fit the model: each stiffness with its uncertainty.",

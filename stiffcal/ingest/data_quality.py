@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import partial
 
 import numpy as np
@@ -44,6 +45,8 @@ class DataQuality:
         self.logs: dict[tuple[str, str, str], LogQuality] = {}
         self._copies = RoundedCopies()
         self._unit_conflicts: dict[tuple[str, str], tuple[str, ...]] = {}
+        self._compared: set[str] = set()
+        """Sources whose units were compared with those that a log states."""
 
     def update(self, source: str, file: str, rows: Rows, run: str = "") -> None:
         """Look at rows as they stream past; raises `InputError` at what cannot be.
@@ -78,7 +81,8 @@ class DataQuality:
         settings, folder = self._campaign.manifest.sources[source], self._campaign.folder
         for own in {file, *files_of_signals(settings, source).values()} if settings.in_files else ():
             if (source, own) not in self._unit_conflicts:
-                later = any(name == source for name, _ in self._unit_conflicts)
+                later = source in self._compared
+                self._compared.add(source)
                 stated = units_in_file(folder, settings, own, at_once=later)
                 self._unit_conflicts[source, own] = unit_conflicts(settings, stated)
 
@@ -101,11 +105,15 @@ class DataQuality:
         remarks += constant_signals(self.logs)[1]
         remarks += self._copies.warnings()
         remarks += conflict_warnings((file, found) for (_, file), found in self._unit_conflicts.items())
-        for (source, _, _), watch in self.logs.items():
-            other_logs = [log for (name, _, _), log in self.logs.items() if name == source and log is not watch]
-            remarks += [
-                watch.dead_channel_remark(k) for k in watch.dead() if any(k not in log.dead() for log in other_logs)
-            ]
+        dead = {key: watch.dead() for key, watch in self.logs.items()}
+        n_logs = Counter(source for source, _, _ in self.logs)
+        n_dead = Counter((source, k) for (source, _, _), channels in dead.items() for k in channels)
+        remarks += [
+            watch.dead_channel_remark(k)
+            for (source, file, run), watch in self.logs.items()
+            for k in dead[source, file, run]
+            if n_dead[source, k] < n_logs[source]  # alive in another log
+        ]
         return remarks
 
 
