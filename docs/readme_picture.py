@@ -1,11 +1,13 @@
-"""The picture of README: the page that `stiffcal view` writes for a bundled campaign, in a real browser.
+"""The picture of README: the page of `stiffcal view --live` for a bundled campaign, an effect ticked.
 
 `make readme-picture` writes docs/view.png. It needs Debian's chromium, or CHROMIUM=/path/to/chromium.
 """
 
 from __future__ import annotations
 
+import contextlib
 import io
+import json
 import os
 import shutil
 import subprocess
@@ -17,7 +19,7 @@ from docs.page_runs import MADE_BY_STIFFCAL, ROOT
 
 PICTURE = ROOT / "docs" / "view.png"
 CAMPAIGN = ROOT / "campaigns" / "hidden" / "03"
-WIDTH, HEIGHT = 1360, 880
+WIDTH, HEIGHT = 1360, 940
 COLOURS = 48
 MOST_BYTES = 150_000
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -37,28 +39,43 @@ def write_picture() -> None:
         folder = Path(name) / "my-03"
         shutil.copytree(CAMPAIGN, folder, ignore=MADE_BY_STIFFCAL)
         environment = {**os.environ, "STIFFCAL_STATE": str(Path(name) / "state")}
-        for command in ("diagnose", "view"):
-            words = [sys.executable, "-P", "-m", "stiffcal", command, str(folder)]
-            subprocess.run(words, check=True, env=environment, stdout=subprocess.DEVNULL)
-        data = _compressed(_window(folder / "view.html", browser))
+        words = [sys.executable, "-P", "-m", "stiffcal"]
+        subprocess.run([*words, "diagnose", str(folder)], check=True, env=environment, stdout=subprocess.DEVNULL)
+        serve = [*words, "view", str(folder), "--live", "--json"]
+        with subprocess.Popen(serve, env=environment, stdout=subprocess.PIPE, text=True) as server:
+            data = _compressed(_window(_address(server), browser))
+            server.terminate()
     if len(data) > MOST_BYTES:
         raise SystemExit(f"the picture has {len(data)} bytes, more than {MOST_BYTES}")
     PICTURE.write_bytes(data)
     sys.stdout.write(f"{PICTURE.relative_to(ROOT)}: {len(data)} bytes\n")
 
 
-def _window(page: Path, browser: str) -> bytes:
-    """Return what a window shows of a page, as PNG."""
+def _address(server: subprocess.Popen[str]) -> str:
+    """Return the address of a live page from what the command prints of it."""
+    printed = ""
+    for line in server.stdout or ():
+        printed += line
+        with contextlib.suppress(json.JSONDecodeError):
+            return str(json.loads(printed)["address"])
+    raise SystemExit("the page is not served")
+
+
+def _window(address: str, browser: str) -> bytes:
+    """Return what a window shows of a page whose first candidate was ticked, as PNG."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as play:
         started = play.chromium.launch(executable_path=browser, args=SOFTWARE)
         context = started.new_context(
-            viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light", offline=True, reduced_motion="reduce"
+            viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light", reduced_motion="reduce"
         )
         window = context.new_page()
-        window.goto(page.as_uri())
-        window.wait_for_selector("canvas")
+        window.goto(address)
+        window.wait_for_selector("body[data-ready]")
+        window.locator("#candidates input").first.check()
+        while window.evaluate("stiffcal.waitsFor !== '' || stiffcal.pending || stiffcal.wanted.added.length === 0"):
+            window.wait_for_timeout(100)
         shown = bytes(window.screenshot(animations="disabled"))
         started.close()
     return shown

@@ -231,7 +231,7 @@ class LiveModels:
         drawn = None if base.states is None or choice.excluded else base.states.index
         content, _ = self._content_of(replace(context, trial=tried.trial), earlier, drawn)
         present, label = next(model for model in content.models if model.present), f"tried: {choice.label}"
-        tried.rung = replace(present, id=tried.id, label=label, short=label)
+        tried.rung = replace(present, id=tried.id, label=label, short="tried")
         added = LastAdded(before=next(model.id for model in base.models if model.present), names=choice.added)
         fits = [replace(model, present=False) for model in base.models if model.kind == "fit"]
         if choice.excluded:

@@ -31,6 +31,8 @@
   }
 
   S.shownExcluded = [];
+  /** Whether the server has said if it can forecast. */
+  let prepared = false;
   let asked = 0, stopAsking = new AbortController();
   /**
    * Ask for new contents of the page, show what the server is doing meanwhile, and show them.
@@ -85,8 +87,9 @@
 
   async function fitted() {
     const shown = JSON.stringify(S.parts[0].live);
-    const done = askForContent("content", "fitting");
-    if (S.parts[0].live.forecasts) forecast();
+    const { forecasts } = S.parts[0].live;
+    const done = askForContent("content", forecasts || !prepared || S.wanted.excluded.length ? "fitting" : "fitting, without a forecast for these readings");
+    if (forecasts) forecast();
     if (!(await done) && S.fault) {
       // what cannot be fitted is not ticked
       const { added, removed } = JSON.parse(shown);
@@ -94,6 +97,7 @@
       S.showTryout();
     } else if (!S.fault && !S.modelChanged) {
       S.shownExcluded = S.wanted.excluded;
+      if (!prepared) prepare();
     }
   }
 
@@ -135,8 +139,12 @@
 
   /** Have every candidate tried once, in the background, so that forecasts are there when they are asked for. */
   async function prepare() {
+    prepared = false;
     const answer = JSON.parse(await ask("prepare").catch(() => "{}"));
-    S.parts[0].live.forecasts = Boolean(answer.forecasts);
+    // what was asked for meanwhile comes first; then it is prepared anew
+    if (answer.forecasts === undefined) return;
+    prepared = true;
+    S.parts[0].live.forecasts = answer.forecasts;
   }
 
   /** Begin, once the page is drawn. */

@@ -28,7 +28,7 @@
       S.make("div", { className: "controls" }, S.button({ onclick: () => S.goTo(S.state.at - 1) }, "Previous state"),
         S.button({ onclick: () => S.goTo(S.state.at + 1) }, "Next state")),
       about, S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table), rawHead, rawLines,
-      S.make("h3", {}, "Leave the selected states out"), lines, S.make("p", {}, copy, copied, leaveOut, back)));
+      S.make("h3", {}, "Leave the selected states out"), lines, S.make("div", { className: "controls" }, copy, copied, leaveOut, back)));
 
     /** Rows and ranges of rows as the manifest has them: 3, "7-9". @param {number[][]} rows first and last of each state */
     function joined(rows) {

@@ -149,7 +149,7 @@
     const none = data.candidates.length ? "no candidate is supported" : data.refits_missing || "not diagnosed yet";
     candidates.chips.replaceChildren(...(shown.length ? shown : [S.make("span", { className: "quiet" }, none)]),
       ...(data.diagnosis_of ? [S.make("span", { className: "quiet" }, `(diagnosis of ${data.diagnosis_of})`)] : []));
-    candidates.chips.classList.toggle("stale", Boolean(data.diagnosis_of));
+    for (const element of [candidates.chips, document.getElementById("verdict")]) element.classList.toggle("stale", Boolean(data.diagnosis_of));
     candidates.more.dataset.always = nRejected ? "yes" : "";
     candidates.more.dataset.words = nRejected ? `all ${offered.length}, ${nRejected} rejected` : `all ${offered.length}`;
     model.more.dataset.words = `all ${inModel.length}`;
@@ -193,7 +193,7 @@
     list();
   };
 
-  bar.append(S.make("div", { className: "count" }, error, noise, hint, copied, S.make("span", { id: "chosen" }), undo, again, write), candidates.element, model.element);
+  bar.append(S.make("div", { className: "count" }, error, noise, hint, copied, S.make("span", { id: "chosen" }), S.make("span", { className: "actions" }, undo, again, write)), candidates.element, model.element);
   model.head.after(S.make("div", { id: "bar" }));
   S.startTryout = function () {
     listed = "";

@@ -41,10 +41,10 @@
       }
       const byName = (of) => new Map(of ? of.values.map((entry) => [entry.name, entry]) : []), old = byName(earlier), now = byName(model);
       const rows = namesOf(earlier, model).map((name) => {
-        const a = old.get(name), b = now.get(name), { unit } = scaleOf((b || a).unit);
-        return earlier ? [name, words(a), words(b), change(a, b), unit] : [name, words(b), unit];
+        const a = old.get(name), b = now.get(name), { unit } = scaleOf((b || a).unit), named = unit && unit !== "1" ? `${name} [${unit}]` : name;
+        return earlier ? [named, words(a), words(b), change(a, b)] : [named, words(b)];
       });
-      const head = earlier ? ["parameter", `before: ${earlier.short}`, `after: ${model.short}`, "change", "unit"] : ["parameter", model.short, "unit"];
+      const head = earlier ? ["parameter", `before: ${earlier.short}`, `after: ${model.short}`, "change"] : ["parameter", model.short];
       const linear = " A candidate is a linear refit about the present fit: ± holds for the chosen shape; what is chosen among a few values has none, and makes the others' ± too narrow.";
       S.fill(table, head, rows, `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? linear : ""}`);
     }
