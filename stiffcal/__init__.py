@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from stiffcal.python.answers import FittedModel, LoadPrediction, ModelDiagnosis, ModelValidation
     from stiffcal.python.comparison import FitComparison
     from stiffcal.python.comparison import compare_fits as compare
+    from stiffcal.python.improvement import ImprovementStep, ModelImprovement
+    from stiffcal.python.page import CampaignPage
     from stiffcal.python.session import CampaignSession
     from stiffcal.python.session import open_campaign as open  # noqa: A004
     from stiffcal.python.trend import RobotTrend
@@ -30,13 +32,16 @@ if TYPE_CHECKING:
 __version__ = "0.2.0"
 
 __all__ = [
+    "CampaignPage",
     "CampaignSession",
     "Fault",
     "FitComparison",
     "FittedModel",
+    "ImprovementStep",
     "InputError",
     "LoadPrediction",
     "ModelDiagnosis",
+    "ModelImprovement",
     "ModelValidation",
     "RobotTrend",
     "__version__",
@@ -46,13 +51,16 @@ __all__ = [
 ]
 
 _PLACES = {
+    "CampaignPage": ("stiffcal.python.page", "CampaignPage"),
     "CampaignSession": ("stiffcal.python.session", "CampaignSession"),
     "Fault": ("stiffcal.errors", "Fault"),
     "FitComparison": ("stiffcal.python.comparison", "FitComparison"),
     "FittedModel": ("stiffcal.python.answers", "FittedModel"),
+    "ImprovementStep": ("stiffcal.python.improvement", "ImprovementStep"),
     "InputError": ("stiffcal.errors", "InputError"),
     "LoadPrediction": ("stiffcal.python.answers", "LoadPrediction"),
     "ModelDiagnosis": ("stiffcal.python.answers", "ModelDiagnosis"),
+    "ModelImprovement": ("stiffcal.python.improvement", "ModelImprovement"),
     "ModelValidation": ("stiffcal.python.answers", "ModelValidation"),
     "RobotTrend": ("stiffcal.python.trend", "RobotTrend"),
     "compare": ("stiffcal.python.comparison", "compare_fits"),

@@ -199,6 +199,20 @@ def share(fraction: float | None, number: NumberText) -> str:
     return DASH if fraction is None or not math.isfinite(fraction) else f"{number(100 * fraction)} %"
 
 
+def place_label(where: Where) -> str:
+    """Return a place as parameter names have it, several of them with commas.
+
+    Examples
+    --------
+    >>> place_label(Where(joints=[2, 4])), place_label(Where(pairs=[[5, 6]])), place_label(Where())
+    ('j2, j4', 'j5-j6', 'setup')
+    """
+    labels = [f"j{joint}" for joint in where.joints or []]
+    labels += where.links or []
+    labels += ["-".join(f"j{joint}" for joint in pair) for pair in where.pairs or []]
+    return ", ".join(labels) or "setup"
+
+
 def measures(
     rms: Rms | Mapping[str, float | None] | None,
     number: NumberText,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import NOT_KNOWN, interval, places, share, significant
+from stiffcal.cli.wording import NOT_KNOWN, interval, share, short_places, significant
 from stiffcal.printed_units import printed_unit
 
 if TYPE_CHECKING:
@@ -36,14 +36,17 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
             f"\n{title}: no value changes by more than its 95 % interval ({n_within} compared)", soft_wrap=True
         )
         return
-    console.print(f"\n{title}:", soft_wrap=True)
-    table = plain_table("effect", "place", "before, ± 95 %>", "after, ± 95 %>", "", "change>")
-    for value in moved:
+    read = [(value, *printed_unit(value.unit, value.drift_follows)) for value in moved]
+    # a unit that all have stands above them: the columns are narrower by it
+    common = read[0][1] if len({unit for _, unit, _ in read}) == 1 else ""
+    console.print(f"\n{title}{f', in {common}' if common else ''}:", soft_wrap=True)
+    table = plain_table("value", "before, ± 95 %>", "after, ± 95 %>", "change>")
+    for value, unit, factor in read:
         symbol = value.name.rpartition(".")[2]
-        place = (value.setup_part or places(value.where)) + ("" if symbol == "c" else f", {symbol}")
-        unit, factor = printed_unit(value.unit, value.drift_follows)
-        cells = estimate_words(value.before, factor), estimate_words(value.after, factor)
-        table.add_row(value.effect, place, *cells, unit, change_words(value.relative))
+        place = value.setup_part or short_places(value.where)
+        name = f"{value.effect} {place}" + ("" if symbol == "c" else f" {symbol}")
+        before, after = estimate_words(value.before, factor), estimate_words(value.after, factor)
+        table.add_row(name, before, f"{after} {'' if common else unit}".rstrip(), change_words(value.relative))
     console.print(table)
     if n_within:
         console.print(

@@ -15,7 +15,7 @@ from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
-from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, significant
+from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, short_places, significant
 from stiffcal.escapes.shell import command_line
 from stiffcal.printed_units import printed_unit
 from stiffcal.results.next_step import Step
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
     from stiffcal.diagnosis.results import DiagnoseResult, LookAlike, ProposedEffect, SearchPace
     from stiffcal.model.summary import EffectAt, Where
+    from stiffcal.workflow.followed import FollowedResidual
 
 MOST_ROWS = 8
 EXPLAINS = (
@@ -50,7 +51,12 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = diagnose_campaign(folder, context)
-        show = partial(show_diagnosis, folder=folder, store=store)
+        followed = None
+        if not as_json:
+            from stiffcal.workflow.followed import followed_residual
+
+            followed = followed_residual(folder, result, context)
+        show = partial(show_diagnosis, folder=folder, store=store, followed=followed)
         answer.give(result, show, following(folder, store, Step.DIAGNOSE))
     return OK
 
@@ -82,12 +88,15 @@ def look_alike_words(effect: LookAlike) -> str:
     return f"{effect.effect} ({places(effect.where)}{alike})"
 
 
-def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None) -> None:
+def show_diagnosis(
+    console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None, followed: FollowedResidual | None
+) -> None:
     """Draw the answer first, then the evidence, the ranking, and what was not tried.
 
     Parameters
     ----------
     console : where to. result : the diagnosis. folder, store : as they were given, for commands to copy.
+    followed : the residual over what it follows; None where there is nothing to show.
     """
     show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
     _show_with_all_missing(console, result)
@@ -100,6 +109,8 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path,
         console.print(f"including them the result would be: missing: {effect_names}{unexplained}", soft_wrap=True)
     for effect in result.missing:
         _show_missing(console, result, effect)
+    if followed is not None:
+        _show_followed(console, followed)
     names = ", ".join(effect_words(effect) for effect in result.missing)
     show_moved(console, result.before_after, f"what adding {names} would change")
     for rival in result.undecided:
@@ -130,8 +141,20 @@ def show_diagnosis(console: AnswerConsole, result: DiagnoseResult, folder: Path,
     _show_pace(console, result.pace)
     if result.not_tried:
         console.print("\nnot tried:")
+        effects: dict[str, list[str]] = {}
         for untestable in result.not_tried:
-            console.print(f"  {untestable.effect}: needs {untestable.needs}", soft_wrap=True)
+            effects.setdefault(untestable.needs, []).append(untestable.effect)
+        for needs, named in effects.items():
+            console.print(f"  {', '.join(named)}: needs {needs}", soft_wrap=True)
+
+
+def _show_followed(console: AnswerConsole, followed: FollowedResidual) -> None:
+    from stiffcal.cli.character_plot import plot_points
+
+    labels, units = (followed.follows, followed.of), (followed.follows_unit, followed.unit)
+    console.print()
+    for line in plot_points(followed.x, followed.y, labels, units, console.width):
+        console.print(line, no_wrap=True, overflow="ignore", crop=False)
 
 
 def _show_with_all_missing(console: AnswerConsole, result: DiagnoseResult) -> None:
@@ -161,7 +184,8 @@ def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: Propos
     for text in (explanation.seen, explanation.means):
         console.print(f"  {text}", soft_wrap=True)
     _show_refitted(console, result, effect)
-    for text in (explanation.alike, explanation.check):
+    alike = "" if effect.alternatives else explanation.alike  # those are named above, each with how alike it is
+    for text in (alike, explanation.check):
         if text:
             console.print(f"  {text}", soft_wrap=True)
 
@@ -211,7 +235,8 @@ def _show_pace(console: AnswerConsole, pace: SearchPace) -> None:
     console.print(
         f"\ntried {pace.candidates} candidates ({pace.signatures} with their shapes) next to "
         f"{pace.models} model{'s' * (pace.models != 1)} in {significant(pace.seconds)} s: "
-        f"{pace.candidates_per_second:.0f} candidates per second, the selection repeated in every fold"
+        f"{pace.candidates_per_second:.0f} candidates per second, the selection repeated in every fold",
+        soft_wrap=True,
     )
 
 
@@ -224,7 +249,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     for finding in result.findings[:MOST_ROWS]:
         table.add_row(
             finding.effect,
-            places(finding.where),
+            short_places(finding.where),
             finding.verdict,
             deviation(finding.heldout_rms_after),
             share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0)),

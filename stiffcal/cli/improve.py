@@ -12,18 +12,20 @@ from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.improve_dialog import ImproveDialog
+from stiffcal.cli.ladder_bars import WIDEST_LADDER, LiveLadder, ladder_lines, rungs_of, step_words
 from stiffcal.cli.next_step import following
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Overwrite, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
-from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
-from stiffcal.cli.wording import NOT_KNOWN, deviation, places
+from stiffcal.cli.wording import deviation, places
 from stiffcal.results.next_step import Step
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import variable
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stiffcal.cli.console import AnswerConsole
     from stiffcal.workflow.improve_results import ImproveResult, ImproveStep
 
@@ -35,37 +37,65 @@ def improve(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    report: Annotated[
+        bool | None,
+        typer.Option(
+            "--report/--no-report",
+            help="Write page and report anew if the model was changed (default: at a terminal).",
+            show_default=False,
+        ),
+    ] = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Add what is missing, step by step, then remove what is not needed.
 
     At a terminal and without --yes it shows the reason, the expected error and the look-alikes before each step, and
-    asks: yes, another effect, details, skip or quit.
+    asks: yes, another effect, details, skip or quit. There it also writes DIR/view.html and DIR/report.pdf anew if the
+    model was changed.
 
     Example: stiffcal improve demo --yes
     """
     with answering(as_json) as answer:
         from stiffcal.workflow.improve import always, improve_campaign
+        from stiffcal.workflow.improve_pages import check_pages, with_pages
         from stiffcal.workflow.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
-        asks = sys.stdin.isatty() and not yes and not as_json
-
-        notify_step = None if as_json else partial(print_step, answer)
-        result = improve_campaign(
-            folder, context, ImproveDialog(answer.notify) if asks else always, dry_run, notify_step
+        context = RunContext(
+            store=store,
+            update=not no_update,
+            progress=answer.progress,
+            notify=answer.notify,
+            overwrite=overwrite,
         )
+        at_terminal = sys.stdout.isatty() and not as_json
+        if report:
+            check_pages(folder, context)
+        asks = sys.stdin.isatty() and not yes and not as_json
+        ask = ImproveDialog(answer.notify) if asks else always
+        result = improve_campaign(folder, context, ask, dry_run, _step_shown(answer, at_terminal))
+        answer.progress.above = None
+        if at_terminal if report is None else report:
+            result = with_pages(result, folder, context)
         after = Step.DIAGNOSE if dry_run else Step.IMPROVE
-        answer.give(result, show_ladder, following(folder, store, after))
+        done = {Step.REPORT} if result.report else set()
+        answer.give(result, show_ladder, following(folder, store, after, done))
     return OK
+
+
+def _step_shown(answer: Answer, at_terminal: bool) -> Callable[[ImproveStep], None] | None:
+    """Return what shows a step as it is reached: a ladder that grows at a terminal, else a line; None with --json."""
+    if answer.as_json:
+        return None
+    if not (at_terminal and answer.progress.is_drawn):
+        return partial(print_step, answer)
+    ladder = LiveLadder()
+    answer.progress.above = ladder
+    return ladder.reached
 
 
 def print_step(answer: Answer, step: ImproveStep) -> None:
     """Print a rung of the ladder as it is reached."""
-    answer.notify(f"{_step_words(step)}: {deviation(step.heldout_rms)} rms in {held_out(step.scheme)}")
-
-
-def _step_words(step: ImproveStep) -> str:
-    return "present model" if step.action == "start" else f"{step.action} {step.effect} ({places(step.where)})"
+    answer.notify(f"{step_words(step)}: {deviation(step.heldout_rms)} rms in {held_out(step.scheme)}")
 
 
 def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
@@ -73,12 +103,9 @@ def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
     show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)
-    table = plain_table("step", f"{held_out(result.steps[0].scheme)}, rms>")
-    table.add_row("no model", deviation(result.steps[0].zero_model))
-    for step in result.steps:
-        table.add_row(_step_words(step), deviation(step.heldout_rms) if step.heldout_rms else "not done")
-    table.add_row("noise", deviation(result.noise) if result.noise else NOT_KNOWN)
-    console.print(table)
+    scheme, width = result.steps[0].scheme, min(console.width, WIDEST_LADDER)
+    for line in ladder_lines(rungs_of(result.steps, result.noise), scheme, width):
+        console.print(line, no_wrap=True, overflow="ignore", crop=False)
     changes = [step for step in result.steps if step.action in ("add", "remove")]
     for step in changes:
         done = "adding" if step.action == "add" else "removing"
@@ -94,3 +121,6 @@ def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
     for dependence in result.structure:
         text = f"the remaining error depends on {variable(dependence.follows)}: {dependence.seen}"
         console.print(f"  {text}", soft_wrap=True)
+    for written in (result.report, result.view):
+        if written is not None:
+            console.print(f"written anew: {written}", soft_wrap=True)

@@ -27,7 +27,11 @@ class NarrowTable(Table):
         ]
         room = options.max_width - 3 * max(len(widths) - 1, 0)
         if sum(least) > room:
-            yield Text(wrapped("\n".join(self._stacked(cells)), options.max_width), overflow="ignore", no_wrap=True)
+            yield Text(
+                wrapped("\n".join(self._stacked(cells, options.max_width)), options.max_width),
+                overflow="ignore",
+                no_wrap=True,
+            )
             return
         while sum(widths) > room:
             slack = [width - smallest for width, smallest in zip(widths, least, strict=True)]
@@ -42,16 +46,29 @@ class NarrowTable(Table):
         """Take the width there is."""
         return Measurement(options.max_width, options.max_width)
 
-    def _stacked(self, cells: list[list[str]]) -> list[str]:
-        """Return each row as a line with its first cells, then a line per number with its title."""
+    def _stacked(self, cells: list[list[str]], width: int) -> list[str]:
+        """Return each row as a line with its first cells, then its numbers with titles, as many as a line takes."""
         titles = [str(column.header) for column in self.columns]
         lines = []
         for row in zip(*cells, strict=True):
             plain = [k for k, column in enumerate(self.columns) if column.justify != "right" and k < 3]
             lines.append(" ".join(row[k] for k in plain if row[k]))
             rest = [k for k in range(len(row)) if k not in plain and row[k]]
-            lines += [f"  {titles[k]}: {row[k]}" if titles[k] else f"  {row[k]}" for k in rest]
+            pieces = [f"{titles[k]}: {row[k]}" if titles[k] else row[k] for k in rest]
+            lines += _packed(pieces, width)
         return lines
+
+
+def _packed(pieces: list[str], width: int) -> list[str]:
+    """Return pieces as indented lines, none of them broken where it fits a line."""
+    lines: list[str] = []
+    for piece in pieces:
+        joined = f"{lines[-1]}   {piece}" if lines else ""
+        if joined and cell_len(joined) <= width:
+            lines[-1] = joined
+        else:
+            lines.append(f"  {piece}")
+    return lines
 
 
 def _least_width(column: Column, texts: list[str]) -> int:

@@ -11,6 +11,7 @@ from stiffcal.escapes.terminal import escaped
 
 if TYPE_CHECKING:
     import rich.progress
+    from rich.console import RenderableType
 
 PATIENCE_S = 1.0
 """How long nothing is shown: what ends sooner needs no bar, and a terminal should not flicker."""
@@ -31,6 +32,8 @@ class ProgressBar:
 
     def __init__(self, terminal: bool | None = None) -> None:
         self._drawn = sys.stderr.isatty() if terminal is None else terminal
+        self.above: RenderableType | None = None
+        """What is drawn above the bar as long as that is there."""
         self._bar: rich.progress.Progress | None = None
         self._task: rich.progress.TaskID | None = None
         self._timer: threading.Timer | None = None
@@ -41,7 +44,7 @@ class ProgressBar:
         if text != self._last:
             self._last = text
             record(text, "DEBUG")
-        if not self._drawn or is_verbose():
+        if not self.is_drawn:
             return
         text = escaped(text)
         if self._bar is None:
@@ -53,12 +56,20 @@ class ProgressBar:
         else:
             self._bar.update(self._task, description=text, total=1.0, completed=min(max(fraction, 0.0), 1.0))
 
+    @property
+    def is_drawn(self) -> bool:
+        """Whether there is a terminal for it."""
+        return self._drawn and not is_verbose()
+
     def _prepare(self, text: str) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+
+        from stiffcal.cli.topped_progress import ToppedProgress
 
         columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-        self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self._bar = ToppedProgress(*columns, console=Console(stderr=True), transient=True)
+        self._bar.above = self.above
         self._task = self._bar.add_task(text, total=None)
         self._timer = threading.Timer(PATIENCE_S, self._bar.start)
         self._timer.daemon = True

@@ -8,13 +8,25 @@ from typing import TYPE_CHECKING
 from stiffcal import wording
 from stiffcal.wording import DASH as NOT_KNOWN
 from stiffcal.wording import place as places
+from stiffcal.wording import place_label as short_places
 from stiffcal.wording import ranges as runs_of
 from stiffcal.wording import significant
 
 if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
 
-__all__ = ["NOT_KNOWN", "angle", "deviation", "interval", "length", "places", "runs_of", "share", "significant"]
+__all__ = [
+    "NOT_KNOWN",
+    "angle",
+    "deviation",
+    "interval",
+    "length",
+    "places",
+    "runs_of",
+    "share",
+    "short_places",
+    "significant",
+]
 
 
 def length(metres: float | None) -> str:

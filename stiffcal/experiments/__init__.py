@@ -22,7 +22,7 @@ from stiffcal.experiments.presentation import Table
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.experiments.drawn_rows import DrawnRows
+    from stiffcal.experiments.drawn_rows import DrawnRows, DrawnVariable
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.effect import Effect
     from stiffcal.simulation.kinds import RunSimulation
 
 
@@ -124,6 +125,15 @@ class ExperimentKind:
         ----------
         data : the campaign, with the tables of logs and of the fit.
         identified : the result of ``identify``.
+        """
+        return None
+
+    def driver(self, data: MeasuredRuns, effect: Effect, joint: int) -> DrawnVariable | None:
+        """Return what an effect at a joint follows, over the rows of `drawn_rows`; None where it does not act in them.
+
+        Parameters
+        ----------
+        data : the campaign, with the tables of logs. effect : of the catalogue. joint : from 1.
         """
         return None
 

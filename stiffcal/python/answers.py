@@ -11,10 +11,10 @@ import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame, place_label
+from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame
 from stiffcal.report.wording import digits, length, measure_text
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import estimate
+from stiffcal.wording import estimate, place_label
 
 if TYPE_CHECKING:
     import pandas as pd

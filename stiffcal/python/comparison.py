@@ -9,8 +9,9 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.rms import Rms
 from stiffcal.python.answers import FittedModel
-from stiffcal.python.frames import frame_of_rows, place_label
+from stiffcal.python.frames import frame_of_rows
 from stiffcal.validation.change import change_of
+from stiffcal.wording import place_label
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,7 +13,7 @@ from stiffcal.documents import Number
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit_results import IdentifiedParameter
-from stiffcal.model.summary import Where
+from stiffcal.wording import place_label
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,20 +42,6 @@ def frame_of_rows(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = ()
 
     frame = pd.DataFrame([dict(row) for row in rows])
     return frame if len(frame.columns) else pd.DataFrame(columns=list(columns))
-
-
-def place_label(where: Where) -> str:
-    """Return a place as parameter names have it, several of them with commas.
-
-    Examples
-    --------
-    >>> place_label(Where(joints=[2, 4])), place_label(Where(pairs=[[5, 6]])), place_label(Where())
-    ('j2, j4', 'j5-j6', 'setup')
-    """
-    labels = [f"j{joint}" for joint in where.joints or []]
-    labels += where.links or []
-    labels += ["-".join(f"j{joint}" for joint in pair) for pair in where.pairs or []]
-    return ", ".join(labels) or "setup"
 
 
 def parameters_frame(parameters: Iterable[IdentifiedParameter]) -> pd.DataFrame:

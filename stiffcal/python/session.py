@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.python.improvement import ModelImprovement
+    from stiffcal.python.page import CampaignPage
     from stiffcal.python.plots import CampaignPlots
 
 logger = logging.getLogger("stiffcal")
@@ -154,6 +156,51 @@ class CampaignSession:
             result = diagnose_campaign(self.folder, self._context)
             store = self._data().store
             return ModelDiagnosis(result, store.read_table(EVIDENCE) if EVIDENCE in store.tables else None)
+
+    def improve(self, dry_run: bool = False) -> ModelImprovement:
+        """Add what is missing to model.toml, one effect after another, then remove what is not needed.
+
+        Each step is taken when it is asked for: ``for step in campaign.improve()``. Whoever stops earlier leaves
+        model.toml as the last step made it; ``campaign.improve().result`` takes all steps.
+
+        Parameters
+        ----------
+        dry_run : only hand out what would be added and removed.
+
+        Returns
+        -------
+        ModelImprovement
+            First the model as it was, then each change, with its error before and after, and what is left.
+
+        Raises
+        ------
+        InputError : a model that is tried is not written; of the steps, when they are taken: the input is wrong.
+        """
+        from stiffcal.python.improvement import ModelImprovement
+        from stiffcal.workflow.improve import improvement
+
+        if self._context.trial is not None:
+            reason, mend = "a model that is tried is not written", "open the campaign and improve that"
+            raise InputError.at(FaultCode.OPTION_INVALID, str(self.folder), "improve", reason, mend)
+        return ModelImprovement(improvement(self.folder, self._context, dry_run=dry_run), self._logged)
+
+    def view(self, raw: bool = True, height: int = 900) -> CampaignPage:
+        """Return the page that ``stiffcal view`` writes; a notebook shows it where it stands, without a server.
+
+        Parameters
+        ----------
+        raw : whether the states' readings and the names of the logs are in it.
+        height : px, in a notebook.
+
+        Raises
+        ------
+        InputError : the input is wrong.
+        """
+        from stiffcal.python.page import CampaignPage
+        from stiffcal.workflow.view import page_of
+
+        with self._logged():
+            return CampaignPage(page_of(self.folder, self._context, raw).html, height)
 
     def predict(self, poses: str | Path | pd.DataFrame | Mapping[str, Sequence[float]]) -> LoadPrediction:
         """Predict deflection and Cartesian stiffness under loads.

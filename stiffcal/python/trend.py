@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import Progress, no_progress
-from stiffcal.python.frames import frame_of_rows, place_label
+from stiffcal.python.frames import frame_of_rows
+from stiffcal.wording import place_label
 from stiffcal.workflow.steps import RunContext
 
 if TYPE_CHECKING:

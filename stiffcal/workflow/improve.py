@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.diagnosis.words import effect_in_words
@@ -21,7 +21,7 @@ from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.improve_results import Action, ImproveResult, ImproveStep
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.steps import RunContext, ignore_note, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 
 # More steps than six joints with five effects each: the loop ends by itself long before.
@@ -46,6 +46,8 @@ class EffectProposal:
 
 
 Ask = Callable[[EffectProposal], Decision]
+Reached: TypeAlias = ImproveStep | DiagnoseResult
+"""A step, and after those of one diagnosis the next: what is left is then known."""
 
 
 def always(proposal: EffectProposal) -> Decision:
@@ -81,14 +83,42 @@ def improve_campaign(
     ------
     InputError : the input is wrong.
     """
-    context = context or RunContext()
-    recorder = _StepRecorder(folder, context, notify_step)
-    recorder.validate_and_add_step("start", None, Where())
+    reached = improvement(folder, context or RunContext(), ask, dry_run)
+    while True:
+        try:
+            step = next(reached)
+        except StopIteration as ended:
+            result: ImproveResult = ended.value
+            return result
+        if notify_step is not None and isinstance(step, ImproveStep) and step.heldout_rms is not None:
+            notify_step(step)
+
+
+def improvement(
+    folder: Path, context: RunContext, ask: Ask = always, dry_run: bool = False
+) -> Generator[Reached, None, ImproveResult]:
+    """Do as `improve_campaign`, and hand out each step once it is validated, and each diagnosis.
+
+    Whoever takes no further step leaves model.toml as the last one made it.
+
+    Yields
+    ------
+    ImproveStep | DiagnoseResult
+        The model as it was, its diagnosis, then the steps that this calls for, the next diagnosis, and so on.
+
+    Returns
+    -------
+    ImproveResult
+    """
+    recorder = _StepRecorder(folder, context)
+    yield recorder.validate_and_add_step("start", None, Where())
     diagnosed = diagnose_campaign(folder, context)
+    yield diagnosed
     if dry_run:
         recorder.steps += _planned_steps(diagnosed)
+        yield from recorder.steps[1:]
     else:
-        diagnosed = _add_and_remove(recorder, diagnosed, ask)
+        diagnosed = yield from _add_and_remove(recorder, diagnosed, ask)
     judged = validate_campaign(folder, context)
     return ImproveResult(
         warnings=list(diagnosed.warnings),
@@ -116,22 +146,22 @@ class _StepRecorder:
     folder: Path
     """The campaign's."""
     context: RunContext
-    notify_step: Callable[[ImproveStep], None] | None
-    """Called with each step once it is validated."""
     steps: list[ImproveStep] = field(default_factory=list)
     """The steps, first the model as it was."""
     estimates: list[list[EstimatedParameter]] = field(default_factory=list)
     """The identified values at each step."""
 
-    def validate_and_add_step(self, action: Action, effect: str | None, where: Where) -> None:
-        """Validate the present model and append the step that led to it, with its error in held-out poses.
+    def validate_and_add_step(self, action: Action, effect: str | None, where: Where) -> ImproveStep:
+        """Validate the present model, and append and return the step that led to it, with its error in held-out poses.
 
         Parameters
         ----------
         action : what was done to the model file; "start" for the model as it was.
         effect, where : what was added or removed, and its place; None and an empty place at the start.
         """
-        judged = validate_campaign(self.folder, self.context)
+        # that an edited model is fitted anew is no news here, and the logs were looked at before
+        context = self.context if action == "start" else replace(self.context, notify=ignore_note)
+        judged = validate_campaign(self.folder, context)
         self.estimates.append(estimated_parameters(self._present_fit().parameters))
         step = ImproveStep(
             action=action,
@@ -144,8 +174,7 @@ class _StepRecorder:
             zero_model=judged.zero_model,
         )
         self.steps.append(step)
-        if self.notify_step is not None:
-            self.notify_step(step)
+        return step
 
     def _present_fit(self) -> IdentifyResult:
         return up_to_date_fit(up_to_date_states(self.folder, self.context), self.context)
@@ -154,21 +183,28 @@ class _StepRecorder:
         """Return what all steps together did to the identified values."""
         return values_before_and_after(self.estimates[0], self.estimates[-1]) if len(self.estimates) > 1 else []
 
-    def edit(self, change: Change, effect: ProposedEffect | EffectAt) -> None:
+    def edit(self, change: Change, effect: ProposedEffect | EffectAt) -> ImproveStep:
         """Add or remove an effect, then validate the changed model."""
         start = effect.form if isinstance(effect, ProposedEffect) else None
         edit_model(
             self.folder, change, effect.effect, where=places_as_options(effect.where), start=start, context=self.context
         )
-        self.validate_and_add_step(change, effect.effect, effect.where)
+        return self.validate_and_add_step(change, effect.effect, effect.where)
 
 
-def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask) -> DiagnoseResult:
+def _add_and_remove(
+    recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
+) -> Generator[Reached, None, DiagnoseResult]:
     """Add what is missing and remove what is not needed until the model stays, or the answer is no.
 
     What is missing comes first: with it, other effects may turn out to be needed, or not. What is not needed is removed
     once after each addition, and once where nothing is missing: a diagnosis names what can go together, and one after
     another might take away what is needed in sum.
+
+    Yields
+    ------
+    ImproveStep | DiagnoseResult
+        As `improvement`.
 
     Returns
     -------
@@ -203,12 +239,13 @@ def _add_and_remove(recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
             if decision == "skip":
                 skipped.append((change, effect.effect, effect.where))
                 continue
-            recorder.edit(change, effect if decision == "yes" else decision)
+            yield recorder.edit(change, effect if decision == "yes" else decision)
             removed = change == "remove"
             n_everywhere += effect is further
             waiting = [other for other in waiting if other != effect]
         if len(recorder.steps) > n_before:
             diagnosed = diagnose_campaign(recorder.folder, recorder.context)
+            yield diagnosed
     text = f"stopped after {MOST_STEPS} steps: the model still changes; see the history"
     return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_changes(diagnosed, skipped) else diagnosed
 

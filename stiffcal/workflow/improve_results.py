@@ -71,3 +71,12 @@ class ImproveResult(CommandResult):
     """In the same measure; null where it is not known."""
     before_after: list[BeforeAfter] = field(default_factory=list)
     """What all steps together did to the identified values; in a dry run what they would do."""
+    view: OrAbsent[str] = None
+    """The page for a browser, where it was written anew."""
+    report: OrAbsent[str] = None
+    """The PDF, where it was written anew."""
+
+    @property
+    def changed(self) -> bool:
+        """Whether model.toml was changed."""
+        return any(step.action in ("add", "remove") for step in self.steps)

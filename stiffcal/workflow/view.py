@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
+from stiffcal.documents import Origin
 from stiffcal.trust.outputs import chosen_output, write_output
 from stiffcal.workflow.command_results import ViewResult
 from stiffcal.workflow.identify import up_to_date_fit
@@ -37,6 +40,29 @@ def view_campaign(
     """
     context = context or RunContext()
     file = chosen_output(output, Path(folder) / VIEW_FILE, PAGES, context.overwrite)
+    page = page_of(folder, context, raw)
+    write_output(file, page.html, context.overwrite)
+    return ViewResult(
+        warnings=[], file=str(file), n_states=page.n_states, n_shown=page.n_shown, origin=cast(Origin, page.origin)
+    )
+
+
+@dataclass(frozen=True)
+class PageOfCampaign:
+    """The page, before it is written."""
+
+    html: str
+    """The file."""
+    n_states: int
+    """Load states of the campaign."""
+    n_shown: int
+    """Those that are drawn."""
+    origin: str
+    """From whom the results in it come."""
+
+
+def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampaign:
+    """Return the page of a campaign; arguments and errors as of `view_campaign`."""
     data = up_to_date_states(folder, context)
     identified = up_to_date_fit(data, context)
     validation = up_to_date_validation(data, identified, context)
@@ -46,7 +72,5 @@ def view_campaign(
 
     context.progress("collecting the results", None)
     content = view_content(data, identified, validation, raw)
-    write_output(file, build_page(content), context.overwrite)
     shown = 0 if content.states is None else len(content.states.run)
-    origin = data.store.origin_of(IDENTIFY)
-    return ViewResult(warnings=[], file=str(file), n_states=content.n_states, n_shown=shown, origin=origin)
+    return PageOfCampaign(build_page(content), content.n_states, shown, data.store.origin_of(IDENTIFY))

@@ -10,7 +10,7 @@ from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.experiments.drawn_rows import DrawnRows
+    from stiffcal.experiments.drawn_rows import DrawnRows, DrawnVariable
     from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.experiments.friction.simulation_settings import FrictionMotion
     from stiffcal.experiments.measured import MeasuredRuns
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
     from stiffcal.experiments.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
+    from stiffcal.model.effect import Effect
     from stiffcal.simulation.kinds import RunSimulation
 
 
@@ -73,6 +74,12 @@ class FrictionKind(ExperimentKind):
         from stiffcal.experiments.friction.drawn import drawn_friction
 
         return drawn_friction(data, identified)
+
+    def driver(self, data: MeasuredRuns, effect: Effect, joint: int) -> DrawnVariable | None:
+        """Return what an effect of a moving joint follows; NaN in the rows of other joints."""
+        from stiffcal.experiments.friction.drawn import driver_of_rows
+
+        return driver_of_rows(data, effect, joint)
 
     def problems(self, data: MeasuredRuns) -> tuple[RowProblem, ...]:
         """Return the joints' rows."""

@@ -19,6 +19,7 @@ from stiffcal.store import values_of
 
 if TYPE_CHECKING:
     from stiffcal.experiments.friction.rows import FrictionRows
+    from stiffcal.model.effect import Effect
 
 DEGREES = 180.0 / np.pi
 WAYS = ["backward", "forward"]
@@ -52,6 +53,17 @@ def drawn_friction(data: MeasuredRuns, identified: IdentifiedModel) -> DrawnRows
         heldout_table=FRICTION_HELDOUT, residual="residual_Nm", direction="direction",
         variables=_variables(data, rows), parts=parts, readings=_readings(data, rows),
     )  # fmt: skip
+
+
+def driver_of_rows(data: MeasuredRuns, effect: Effect, joint: int) -> DrawnVariable | None:
+    """Return what an effect at a joint follows over the rows; None where it is none of moving joints."""
+    from stiffcal.experiments.friction.evidence import driver_of
+
+    rows, chain = friction_rows(data), data.campaign.chain
+    if rows is None or not effect.in_motion or not (rows.joint == joint).any():
+        return None
+    place = next(place for place in effect.places(chain) if place.joints == (joint,))
+    return driver_of(rows, chain, effect, place)
 
 
 def _parts(data: MeasuredRuns, identified: IdentifiedModel, rows: FrictionRows) -> list[DrawnPart]:

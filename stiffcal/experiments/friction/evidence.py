@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.experiments.drawn_rows import DrawnVariable
 from stiffcal.experiments.friction.fitting import fit_friction
 from stiffcal.experiments.friction.rows import FrictionRows, together
 from stiffcal.experiments.presentation import Digits, Marks, Panel, Picture, Words
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Effect, Place
 
 HEIGHT_MM = 48.0
 # Pictures of a page: those of missing effects come first.
@@ -51,17 +53,13 @@ def _evidence_picture(
 ) -> Picture:
     joint = effect.place.joints[0]
     left = [_left_of(rows, chain, model, joint) for model in (others, (*others, effect))]
-    samples = rows.joint[rows.row] == joint
-    covariate = effect.effect.motion_covariate(effect.place, chain, rows.motion_of(joint))
-    count = np.bincount(rows.row[samples], minlength=len(rows))
-    mean = np.bincount(rows.row[samples], weights=covariate.value, minlength=len(rows)) / np.maximum(count, 1)
+    driver = driver_of(rows, chain, effect.effect, effect.place)
     of_joint = rows.joint == joint
     reach = 1.1 * max(float(np.abs(values).max(initial=0.0)) for values in left) or 1.0
-    # angles are read in degrees in all figures
-    in_degrees = covariate.unit == "rad"
-    drawn, unit = (np.degrees(mean), "°") if in_degrees else (mean, covariate.unit)
     panels = tuple(
-        _panel(title, f"{covariate.label} [{unit}]", drawn[of_joint], values, rows.velocity[of_joint], reach)
+        _panel(
+            title, f"{driver.label} [{driver.unit}]", driver.values[of_joint], values, rows.velocity[of_joint], reach
+        )
         for title, values in zip(("without it", f"with {effect.effect.name}"), left, strict=True)
     )
     before, after = (float(np.sqrt(np.mean(values**2))) for values in left)
@@ -71,6 +69,19 @@ def _evidence_picture(
         Digits(before), " and ", Digits(after), " N·m rms.",
     )  # fmt: skip
     return Picture(panels, columns=2, height=HEIGHT_MM, caption=caption)
+
+
+def driver_of(rows: FrictionRows, chain: Chain, effect: Effect, place: Place) -> DrawnVariable:
+    """Return what an effect at a joint follows, the mean of each row's samples; NaN in the rows of other joints."""
+    joint = place.joints[0]
+    samples = rows.joint[rows.row] == joint
+    covariate = effect.motion_covariate(place, chain, rows.motion_of(joint))
+    count = np.bincount(rows.row[samples], minlength=len(rows))
+    mean = np.bincount(rows.row[samples], weights=covariate.value, minlength=len(rows)) / np.maximum(count, 1)
+    mean[rows.joint != joint] = np.nan
+    # angles are read in degrees in all figures
+    values, unit = (np.degrees(mean), "°") if covariate.unit == "rad" else (mean, covariate.unit)
+    return DrawnVariable("driver", covariate.label, unit, values)
 
 
 def _left_of(rows: FrictionRows, chain: Chain, model: tuple[PlacedEffect, ...], joint: int) -> Floats:

@@ -1,0 +1,203 @@
+"""The steps of `improve`, one after another, as a notebook takes them."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable, Generator, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.measurements.rms import Rms
+from stiffcal.report.wording import measure_text
+from stiffcal.validation.schemes import held_out
+from stiffcal.wording import place_label
+from stiffcal.workflow.improve_results import ImproveResult, ImproveStep
+
+if TYPE_CHECKING:
+    from stiffcal.documents import Document
+    from stiffcal.model.summary import EffectAt
+    from stiffcal.workflow.improve import Reached
+
+Verdict = Literal["adequate", "missing", "undecided", "unexplained", "not judged"]
+
+
+@dataclass(frozen=True)
+class ImprovementStep:
+    """A change of the model, and what it did.
+
+    Errors are rms lengths in held-out data as ``validate`` states them, SI; None where they are not known.
+    """
+
+    step: ImproveStep
+    """The same as in the JSON document of ``improve``."""
+    error_before: Rms | None
+    """Before the change; None for the model as it was."""
+    verdict: Verdict
+    """What the diagnosis says of the model after it: "adequate" (what is left is noise), "missing" (an effect is),
+    "undecided" (between several), "unexplained" (by any effect); "not judged" where the noise is not known, in a dry
+    run, and of a step that others follow before the next diagnosis.
+    """
+    missing: tuple[EffectAt, ...] = ()
+    """What is missing then."""
+    summary: str = ""
+    """The diagnosis in a sentence or two."""
+
+    @property
+    def action(self) -> str:
+        """What was done: "start" (the model as it was), "add", "remove"; in a dry run "would add", "would remove"."""
+        return self.step.action
+
+    @property
+    def effect(self) -> str | None:
+        """What was added or removed."""
+        return self.step.effect
+
+    @property
+    def place(self) -> str:
+        """Where, as in names of parameters: ``j4``; "" of the set-up and of the model as it was."""
+        return place_label(self.step.where) if any(self.step.where.items()) else ""
+
+    @property
+    def error(self) -> Rms | None:
+        """After the change."""
+        return self.step.heldout_rms
+
+    @property
+    def noise(self) -> Rms | None:
+        """The error that is left when nothing is missing, in the same measure."""
+        return self.step.noise
+
+    def __str__(self) -> str:
+        error = "not done" if self.error is None else measure_text(self.error)
+        before = "" if self.error_before is None else f"{measure_text(self.error_before)} → "
+        noise = "not known" if self.noise is None else measure_text(self.noise)
+        in_what = "" if self.error is None else f" in {held_out(self.step.scheme)}, noise {noise}"
+        return f"{self._name}: {before}{error}{in_what}"
+
+    @property
+    def _name(self) -> str:
+        if self.effect is None:
+            return "present model"
+        return f"{self.action} {self.effect} {self.place}".rstrip()
+
+    def _repr_html_(self) -> str:
+        says = f"<div>{html.escape(self.summary)}</div>" if self.summary else ""
+        return f"<div><b>{html.escape(str(self))}</b></div>{says}"
+
+
+class ModelImprovement(Iterator[ImprovementStep]):
+    """The steps of ``improve``; each is taken when it is asked for.
+
+    Parameters
+    ----------
+    reached : of `stiffcal.workflow.improve.improvement`.
+    logged : has what the command line would write to standard error go to the logger.
+    """
+
+    def __init__(
+        self, reached: Generator[Reached, None, ImproveResult], logged: Callable[[], AbstractContextManager[None]]
+    ) -> None:
+        self._reached, self._logged = reached, logged
+        self._ahead: Reached | None = None
+        self._result: ImproveResult | None = None
+        self.steps: list[ImprovementStep] = []
+        """Those that were taken."""
+
+    def __next__(self) -> ImprovementStep:
+        """Take the next step: change the model, fit it, judge and diagnose it.
+
+        Raises
+        ------
+        InputError : the input is wrong.
+        """
+        with self._logged():
+            first, then = self._ahead or self._take(), None
+            self._ahead = None
+            if isinstance(first, DiagnoseResult):  # of a step that was skipped: nothing was changed
+                first = self._take()
+            if first is None or isinstance(first, DiagnoseResult):
+                raise StopIteration
+            then = self._take()
+        if not isinstance(then, DiagnoseResult):
+            self._ahead, then = then, None
+        step = self._step(first, then)
+        self.steps.append(step)
+        return step
+
+    def _take(self) -> Reached | None:
+        try:
+            return next(self._reached)
+        except StopIteration as ended:
+            self._result = ended.value or self._result
+            return None
+
+    def _step(self, step: ImproveStep, diagnosis: DiagnoseResult | None) -> ImprovementStep:
+        before = self.steps[-1].error if self.steps else None
+        if diagnosis is None:
+            return ImprovementStep(step, before, "not judged")
+        return ImprovementStep(step, before, _verdict(diagnosis), _effects(diagnosis), diagnosis.summary)
+
+    @property
+    def result(self) -> ImproveResult:
+        """What ``improve`` answers; the steps that are left are taken first.
+
+        Raises
+        ------
+        InputError : the input is wrong.
+        RuntimeError : an error or an interruption has ended the steps before.
+        """
+        for _ in self:
+            pass
+        if self._result is None:
+            raise RuntimeError("the steps ended before their time: begin again with improve()")
+        return self._result
+
+    def to_dict(self) -> Document:
+        """Return the document that ``stiffcal improve --json`` prints; the steps that are left are taken first."""
+        return self.result.to_document()
+
+    def __repr__(self) -> str:
+        if not self.steps:
+            return "<no step of improve is taken yet: for step in …, or .result for all>"
+        return "\n".join(map(str, self.steps))
+
+    def _repr_html_(self) -> str:
+        if not self.steps:
+            return f"<div>{html.escape(repr(self))}</div>"
+        last = self.steps[-1]
+        rows = [(step._name, step.error) for step in self.steps] + [("noise", last.noise)]
+        scale = max((_size(error) for _, error in rows), default=0.0) or 1.0
+        cells = "".join(
+            f"<tr><td>{html.escape(name)}</td><td style='text-align: right'>"
+            f"{html.escape('–' if error is None else measure_text(error))}</td>"
+            f"<td style='width: 24em; text-align: left'><div style='height: 0.8em; background: currentColor; "
+            f"width: {100.0 * _size(error) / scale:.1f}%'></div></td></tr>"
+            for name, error in rows
+        )
+        return f"<table>{cells}</table><div>{html.escape(last.summary)}</div>"
+
+
+def _size(error: Rms | None) -> float:
+    """Return the first measure that is known, from which bars are drawn."""
+    if error is None:
+        return 0.0
+    known = (error.translation, error.torque, error.motor_angle, error.length, error.rotation)
+    return next((value for value in known if value is not None and value == value), 0.0)
+
+
+def _verdict(diagnosis: DiagnoseResult) -> Verdict:
+    if diagnosis.missing:
+        return "missing"
+    if diagnosis.undecided or diagnosis.could_be:
+        return "undecided"
+    if diagnosis.adequate:
+        return "adequate"
+    return "not judged" if diagnosis.adequate is None else "unexplained"
+
+
+def _effects(diagnosis: DiagnoseResult) -> tuple[EffectAt, ...]:
+    from stiffcal.model.summary import EffectAt
+
+    return tuple(EffectAt(effect=effect.effect, where=effect.where) for effect in diagnosis.missing)

@@ -1,0 +1,58 @@
+"""Page and report of a model that `improve` has changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stiffcal.errors import InputError
+from stiffcal.trust.outputs import check_not_foreign
+from stiffcal.workflow.report import REPORT_FILE, report_campaign
+from stiffcal.workflow.view import VIEW_FILE, view_campaign
+
+if TYPE_CHECKING:
+    from stiffcal.workflow.improve_results import ImproveResult
+    from stiffcal.workflow.steps import RunContext
+
+
+def check_pages(folder: Path, context: RunContext) -> None:
+    """Refuse, before the work begins, where page or report would take the place of a file of somebody else's.
+
+    Raises
+    ------
+    InputError : DIR/view.html or DIR/report.pdf holds something stiffcal did not write.
+    """
+    for name in (VIEW_FILE, REPORT_FILE):
+        check_not_foreign(Path(folder) / name, context.overwrite)
+
+
+def with_pages(result: ImproveResult, folder: Path, context: RunContext) -> ImproveResult:
+    """Write page and report anew where the model was changed; return the result with their names.
+
+    What stiffcal did not write stays, with a warning.
+
+    Parameters
+    ----------
+    result : of `improve_campaign`. folder, context : as they were given to it.
+
+    Raises
+    ------
+    InputError : a file cannot be written.
+    """
+    if not result.changed:
+        return result
+    warnings = list(result.warnings)
+
+    def is_free(name: str) -> bool:
+        try:
+            check_not_foreign(Path(folder) / name, context.overwrite)
+        except InputError as error:
+            fault = error.faults[0]
+            warnings.append(f"{fault.file} is not written anew: {fault.reason}; {fault.mend}")
+            return False
+        return True
+
+    page = view_campaign(folder, context).file if is_free(VIEW_FILE) else None
+    report = report_campaign(folder, context).file if is_free(REPORT_FILE) else None
+    return replace(result, warnings=warnings, view=page, report=report)
