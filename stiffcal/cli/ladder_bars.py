@@ -20,6 +20,8 @@ WIDEST, NARROWEST = 40, 12
 """Columns of a bar: more show no more, in fewer a tenth cannot be told from nothing."""
 WIDEST_LADDER = 100
 """Columns of the whole where there is no terminal, or a wide one."""
+GAP = "   "
+"""Between columns, as in tables."""
 MARK, NOISE, EIGHTHS = "│", "░", " ▏▎▍▌▋▊▉"
 MEASURES = ("translation", "torque", "motor_angle", "length", "rotation")
 """The first that is known of all models is drawn."""
@@ -71,22 +73,22 @@ def ladder_lines(rungs: Sequence[Rung], scheme: str | None, width: int) -> list[
     --------
     >>> sizes = {"no model": 1e-3, "present model": 1e-4, "add backlash (joint 4)": 2.5e-5, "noise": 2.5e-5}
     >>> rungs = [Rung(name, Rms(size, None), f"{1e3 * size:.3f} mm", 5e-4 > size) for name, size in sizes.items()]
-    >>> for line in ladder_lines(rungs, None, 60)[2:]:
+    >>> for line in ladder_lines(rungs, None, 64)[2:]:
     ...     print(line)
-    no model                         1.000 mm  10.0 ×
-    present model                    0.100 mm  ████│████████████
-    add backlash (joint 4)           0.025 mm  ████│
-    noise                            0.025 mm  ░░░░│
+    no model                           1.000 mm   10.0 ×
+    present model                      0.100 mm   ████│█████████████
+    add backlash (joint 4)             0.025 mm   ████│
+    noise                              0.025 mm   ░░░░│
     """
     title = f"{held_out(scheme)}, rms"
     names = max(len(rung.name) for rung in rungs)
-    numbers = max(len(title) if names + 1 + len(title) < width else 0, *(len(rung.text) for rung in rungs))
-    room = min(WIDEST, width - names - numbers - 3)
-    lines = [f"{'step':<{names}} {title:>{numbers}}"]
-    lines.append("─" * min(width, max(names + 1 + numbers, len(lines[0]))))
+    numbers = max(len(title) if names + len(GAP) + len(title) < width else 0, *(len(rung.text) for rung in rungs))
+    room = min(WIDEST, width - names - numbers - 2 * len(GAP))
+    lines = [f"{'step':<{names}}{GAP}{title:>{numbers}}"]
+    lines.append("─" * min(width, len(lines[0])))
     bars = _bars(rungs, room) if room >= NARROWEST else [""] * len(rungs)
     for rung, bar in zip(rungs, bars, strict=True):
-        lines.append(f"{rung.name:<{names}} {rung.text:>{numbers}}  {bar}".rstrip())
+        lines.append(f"{rung.name:<{names}}{GAP}{rung.text:>{numbers}}{GAP}{bar}".rstrip())
     return lines
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -33,6 +34,9 @@ def view(
         bool,
         typer.Option("--live", help="Serve it on this machine: effects are ticked and refitted. Ctrl-C ends it."),
     ] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="As --live, while measuring: logs are followed, checked and fitted.")
+    ] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
@@ -42,12 +46,13 @@ def view(
 
     It shows the robot, residuals against any variable, every fit, the effects of the model, poses and readings; it
     needs no server and no network. With --live it is served on this machine alone, under an address that only this
-    terminal shows: tick an effect, and the model is fitted again.
+    terminal shows: tick an effect, and the model is fitted again. With --watch it follows the logs while they are
+    measured: runs appear as their logs come, with what `check` says of them.
 
     Example: stiffcal view demo -o view.html
     """
-    if live and output is not None:
-        reason, mend = "a page that is served is no file", "leave one of --live and -o out"
+    if (live or watch) and output is not None:
+        reason, mend = "a page that is served is no file", f"leave one of {'--watch' if watch else '--live'} and -o out"
         raise InputError.at(FaultCode.OPTION_INVALID, "command line", "-o", reason, mend)
     with answering(as_json) as answer:
         from stiffcal.workflow.steps import RunContext
@@ -55,8 +60,8 @@ def view(
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
         )
-        if live:
-            _serve(answer, folder, context, not no_raw, open_page)
+        if live or watch:
+            _serve(answer, folder, context, open_page, raw=not no_raw, watch=watch)
             return OK
         from stiffcal.workflow.view import view_campaign
 
@@ -70,13 +75,13 @@ def view(
     return OK
 
 
-def _serve(answer: Answer, folder: Path, context: RunContext, raw: bool, open_page: bool) -> None:
+def _serve(answer: Answer, folder: Path, context: RunContext, open_page: bool, *, raw: bool, watch: bool) -> None:
     """Serve the page until the user ends it."""
     from stiffcal.live.page import live_server
     from stiffcal.workflow.command_results import LiveResult
 
-    server = live_server(folder, context, raw)
-    answer.give(LiveResult(warnings=[], address=server.address), show_live)
+    server = live_server(folder, context, raw, watch)
+    answer.give(LiveResult(warnings=[], address=server.address), partial(show_live, watch=watch))
     if open_page:
         import webbrowser
 
@@ -85,9 +90,13 @@ def _serve(answer: Answer, folder: Path, context: RunContext, raw: bool, open_pa
         server.serve()
 
 
-def show_live(console: Console, result: LiveResult) -> None:
+def show_live(console: Console, result: LiveResult, watch: bool) -> None:
     """Name the address."""
     console.print(f"open {result.address}", soft_wrap=True)
+    if watch:
+        console.print(
+            "follows the logs while they are written; what is read of them is kept until it ends", soft_wrap=True
+        )
     console.print("Ctrl-C ends it; model.toml is changed only by the button on the page", soft_wrap=True)
 
 

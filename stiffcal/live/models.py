@@ -163,6 +163,17 @@ class LiveModels:
         """Take the campaign as it is now; what was tried is forgotten."""
         self._alone(lambda progress: self._begin_anew())
 
+    def take_runs(self, runs: frozenset[str], store: str) -> None:
+        """Work with these runs from now on, once what is being computed is done; what was tried is forgotten.
+
+        Parameters
+        ----------
+        runs : their names. store : that holds what was read of them.
+        """
+        with self._lock:
+            self._context = replace(self._context, runs=runs, store=store)
+            self._begin_anew()
+
     def stop(self) -> None:
         """Have what is being computed end at its next report of progress."""
         self._serial = next(self._serials)

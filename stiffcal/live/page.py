@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from http import HTTPStatus
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,28 +14,40 @@ from stiffcal.escapes.json_text import document_text
 from stiffcal.live.choice import ModelChoice
 from stiffcal.live.models import LiveModels, ModelChangedError, SupersededError
 from stiffcal.live.server import LiveServer, RefusedError
-from stiffcal.view.page import build_page, pack
+from stiffcal.live.watching import LogWatcher
+from stiffcal.view.page import build_page, build_waiting_page, pack
 
 if TYPE_CHECKING:
     from stiffcal.workflow.steps import RunContext
 
 
-def live_server(folder: Path, context: RunContext, raw: bool = True) -> LiveServer:
+def live_server(folder: Path, context: RunContext, raw: bool = True, watch: bool = False) -> LiveServer:
     """Return the server of a campaign's page; it answers once its `LiveServer.serve` is called.
 
     Parameters
     ----------
     folder : the campaign folder. context : store and so on. raw : whether readings and names of logs are shown.
+    watch : follow the logs while they are measured; some or all of them may still be missing.
 
     Raises
     ------
     InputError : the input is wrong.
     """
     models = LiveModels(folder, context, raw)
-    models.content(ModelChoice())  # what is wrong with the campaign is reported by the command, not by the page
+    watcher = LogWatcher(folder, models) if watch else None
+    if watcher is None:
+        models.content(ModelChoice())  # what is wrong with the campaign is reported by the command, not by the page
 
     def page() -> str:
-        return build_page(models.content(ModelChoice()), live=True)
+        if watcher is None:
+            return build_page(models.content(ModelChoice()), live=True)
+        version = watcher.seen.version
+        if not version:
+            return build_waiting_page("")
+        try:
+            return build_page(models.content(ModelChoice()), live=True, watched=version)
+        except InputError as error:  # too little has come for a fit
+            return build_waiting_page(str(error.faults[0]), version)
 
     answers: dict[str, Callable[[Document], str]] = {
         "content": lambda asked: pack(models.content(_choice(asked))),
@@ -45,7 +58,10 @@ def live_server(folder: Path, context: RunContext, raw: bool = True) -> LiveServ
         "reload": lambda asked: _reloaded(models),
         "progress": lambda asked: document_text(dict(zip(("doing", "share"), models.doing, strict=True))),
     }
-    return LiveServer(lambda: _answered(page), {name: _guarded(answer) for name, answer in answers.items()})
+    if watcher is not None:
+        answers["watched"] = lambda asked: document_text(asdict(watcher.seen))
+    guarded = {name: _guarded(answer) for name, answer in answers.items()}
+    return LiveServer(lambda: _answered(page), guarded, watcher)
 
 
 def _guarded(answer: Callable[[Document], str]) -> Callable[[Document], str]:

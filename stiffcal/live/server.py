@@ -13,7 +13,8 @@ import secrets
 from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
+from threading import Thread
+from typing import Any, Protocol
 from urllib.parse import parse_qs, urlsplit
 
 from stiffcal.documents import Document
@@ -21,7 +22,22 @@ from stiffcal.documents import Document
 HOST = "127.0.0.1"
 MOST_BYTES = 1_000_000
 """Of a request's body: a choice names effects and rows."""
+PATIENCE_S = 2.0
+"""How long a log that is being read may hold up the end."""
 TOKEN_HEADER = "X-Stiffcal-Token"
+
+
+class Beside(Protocol):
+    """What goes on in a thread of its own while a server answers."""
+
+    def run(self) -> None:
+        """Go on until `stop` is called."""
+
+    def stop(self) -> None:
+        """Have `run` end."""
+
+    def close(self) -> None:
+        """Give back what it holds."""
 
 
 class RefusedError(Exception):
@@ -44,11 +60,17 @@ class LiveServer:
     ----------
     page : returns the HTML of the page.
     answers : by the name of what the page asks for: takes the request's document, returns a text that is sent as it is.
+    beside : what goes on while it answers; None: nothing.
     """
 
-    def __init__(self, page: Callable[[], str], answers: dict[str, Callable[[Document], str]]) -> None:
+    def __init__(
+        self,
+        page: Callable[[], str],
+        answers: dict[str, Callable[[Document], str]],
+        beside: Beside | None = None,
+    ) -> None:
         self.token = secrets.token_urlsafe(32)
-        self.page, self.answers = page, answers
+        self.page, self.answers, self.beside = page, answers, beside
         self._http = ThreadingHTTPServer((HOST, 0), self._handler())
         self._http.daemon_threads = True
 
@@ -64,14 +86,22 @@ class LiveServer:
 
     def serve(self) -> None:
         """Answer until the process is interrupted or `stop` is called."""
+        beside = None if self.beside is None else Thread(target=self.beside.run, daemon=True)
+        if beside is not None:
+            beside.start()
         try:
             self._http.serve_forever(poll_interval=0.2)
         finally:
+            if self.beside is not None and beside is not None:
+                self.beside.stop()
+                beside.join(PATIENCE_S)
             self.close()
 
     def close(self) -> None:
         """Give the port back."""
         self._http.server_close()
+        if self.beside is not None:
+            self.beside.close()
 
     def stop(self) -> None:
         """End `serve`, which runs in another thread."""

@@ -147,6 +147,8 @@
     S.parts[0].live.forecasts = answer.forecasts;
   }
 
+  /** Fit what is shown again: other readings have come. */
+  S.refit = fitted;
   /** Begin, once the page is drawn. */
   S.startLive = prepare;
 })(stiffcal);

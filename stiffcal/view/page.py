@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from importlib.resources import files
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.documents import Document
+from stiffcal.escapes.html_text import escaped
 from stiffcal.view.content import ViewContent, ViewModel, ViewVariable
 from stiffcal.view.packing import NOISE_SHARE, Packer
 
@@ -25,37 +27,64 @@ SCRIPTS = (
 """In the order in which they are run; each adds to the one name ``stiffcal``."""
 LIVE_SCRIPT = "live.js"
 """Before the last of them where a server sends the page: nothing else asks for anything."""
+WATCH_SCRIPT = "watch.js"
+"""After all others where the server follows the logs: alone on the page until there is something to show."""
 
 _ROTATIONS = 3
 
 
-def build_page(content: ViewContent, live: bool = False) -> str:
+def build_page(content: ViewContent, live: bool = False, watched: int | None = None) -> str:
     """Return the HTML file as a text; the same content gives the same text.
 
     Parameters
     ----------
     content : what it shows. live : whether it may ask the server that it came from.
+    watched : the version of the logs that it shows, where the server follows them; None: it does not.
     """
-    folder = files("stiffcal.view")
-    style = (folder / "style.css").read_text("utf-8")
-    names = (*SCRIPTS[:-1], *([LIVE_SCRIPT] if live else []), SCRIPTS[-1])
-    script = "\n".join((folder / name).read_text("utf-8") for name in names)
-    data = pack(content)
+    follows = [] if watched is None else [WATCH_SCRIPT]
+    names = (*SCRIPTS[:-1], *([LIVE_SCRIPT] if live else []), SCRIPTS[-1], *follows)
+    data = f'<script type="text/plain" id="data">{pack(content)}</script>\n'
+    return _document(_read("body.html"), names, data, live, watched)
+
+
+def build_waiting_page(reason: str, version: int = 0) -> str:
+    """Return the page that a server sends until there is something to show: the logs alone.
+
+    Parameters
+    ----------
+    reason : why what has come cannot be shown, "" where nothing has. version : of the logs.
+    """
+    text = escaped(reason) if reason else "No log has come yet; this page follows them."
+    body = (
+        '<main id="page" tabindex="-1">\n<header>\n<h1 id="title">stiffcal view</h1>\n'
+        f'<p id="verdict">{text}</p>\n</header>\n<div id="panels"></div>\n</main>\n'
+    )
+    return _document(body, (WATCH_SCRIPT,), "", True, version)
+
+
+def _document(body: str, scripts: Sequence[str], data: str, live: bool, watched: int | None) -> str:
+    """Return the HTML of a page with our scripts, and with a policy that allows nothing else."""
+    style = _read("style.css") + (_read("watch.css") if watched is not None else "")
+    script = "\n".join(map(_read, scripts))
     connect = "; connect-src 'self'" if live else ""
     policy = (
         f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; img-src data: blob:; "
         f"base-uri 'none'; form-action 'none'{connect}"
     )
-    body = (folder / "body.html").read_text("utf-8")
+    version = "" if watched is None else f'<meta name="watched" content="{watched}">\n'
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="referrer" content="no-referrer">\n'
-        '<link rel="icon" href="data:,">\n'
+        f'<link rel="icon" href="data:,">\n{version}'
         f"<title>stiffcal view</title>\n<style>{style}</style>\n</head>\n<body>\n{body}"
-        f'<script type="text/plain" id="data">{data}</script>\n<script>{script}</script>\n</body>\n</html>\n'
+        f"{data}<script>{script}</script>\n</body>\n</html>\n"
     )
+
+
+def _read(name: str) -> str:
+    return (files("stiffcal.view") / name).read_text("utf-8")
 
 
 def _hash(text: str) -> str:

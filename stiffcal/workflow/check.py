@@ -52,6 +52,21 @@ def check_campaign(
         With every fault of every file, each with file, line and column.
     """
     from stiffcal.campaign.loading import load_campaign
+
+    campaign = load_campaign(Path(folder), check_files=False)
+    _check_run(campaign, run)
+    return check_loaded(campaign, quick, run, progress)
+
+
+def check_loaded(
+    campaign: Campaign, quick: bool = False, run: str | None = None, progress: Progress = no_progress
+) -> CheckResult:
+    """Do as `check_campaign` with a campaign that was read, all its runs or some of them.
+
+    Raises
+    ------
+    InputError : as `check_campaign`.
+    """
     from stiffcal.ingest.data_quality import DataQuality, check_load_states
     from stiffcal.ingest.non_load_runs import NonLoadRuns
     from stiffcal.ingest.reducing import ReadingOptions, collect_raw_states, placed_states
@@ -59,8 +74,6 @@ def check_campaign(
     from stiffcal.reduction.outliers import reject_outliers
     from stiffcal.workflow.suspects import suspects_in
 
-    campaign = load_campaign(Path(folder), check_files=False)
-    _check_run(campaign, run)
     any_table = any(source.is_states for source in campaign.manifest.sources.values())
     faults: list[Fault] = []
     quality = DataQuality(campaign)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -87,6 +87,10 @@ class RunContext:
     """Also write to files that hold something stiffcal did not write."""
     trial: TrialModel | None = None
     """A model to work with instead of model.toml; nothing is written then."""
+    runs: frozenset[str] | None = None
+    """Only these runs, where the logs of others are still being written: the store holds what was read of them, and is
+    used as it is; None: all runs, as their logs are now.
+    """
 
 
 @dataclass(frozen=True)
@@ -261,17 +265,22 @@ def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
 
     campaign = load_campaign(Path(folder), check_files=False)
     store = open_store(campaign.folder, context)
-    campaign = with_stored_runs(campaign, store)
-    fresh = freshness_of(campaign, store, context.thorough)
-    if fresh.missing:
-        warn_missing_sources(fresh, context.notify)
+    missing: tuple[str, ...] = ()
+    if context.runs is not None:
+        campaign = with_runs(campaign, context.runs)
     else:
-        reason = fresh.reason or without_damaged(store, context.notify)
-        if reason:
-            # Logs that are not there are named before anything is announced.
-            campaign = load_campaign(campaign.folder)
-            announce("ingest", reason, campaign.folder, context)
-            ingest_now(campaign, store, "" if fresh.first else reason, context.progress)
+        campaign = with_stored_runs(campaign, store)
+        fresh = freshness_of(campaign, store, context.thorough)
+        missing = fresh.missing
+        if missing:
+            warn_missing_sources(fresh, context.notify)
+        else:
+            reason = fresh.reason or without_damaged(store, context.notify)
+            if reason:
+                # Logs that are not there are named before anything is announced.
+                campaign = load_campaign(campaign.folder)
+                announce("ingest", reason, campaign.folder, context)
+                ingest_now(campaign, store, "" if fresh.first else reason, context.progress)
     if context.trial is not None:
         campaign, store = _on_trial(campaign, store, context.trial, context.progress)
     table, states = stored_table(store)
@@ -282,7 +291,13 @@ def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
     if origin != OWN:  # in a place that several people write, too
         use_foreign_results(store.display_name)
     states = without_commands(states, campaign.chain)
-    return Ingested(campaign, store, table, states, non_load, origin, fresh.missing)
+    return Ingested(campaign, store, table, states, non_load, origin, missing)
+
+
+def with_runs(campaign: Campaign, runs: Collection[str]) -> Campaign:
+    """Return the campaign with some of its runs alone."""
+    kept = tuple(run for run in campaign.manifest.runs if run.id in runs)
+    return replace(campaign, manifest=campaign.manifest.model_copy(update={"runs": kept}))
 
 
 def with_trial_model(campaign: Campaign, context: RunContext) -> Campaign:

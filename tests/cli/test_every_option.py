@@ -55,7 +55,12 @@ CALLS: dict[str, list[str]] = {
     "history": ["small --restore 1 --yes"],
     "plot": ["small --run pose1 -o plot.png --no-update", "small --against torque:2 --output residual.svg"],
     "report": ["small -o small.pdf --no-update", "small --output small.pdf"],
-    "view": ["small -o small.html --no-raw --no-update", "small --output small.html --open", "small --live"],
+    "view": [
+        "small -o small.html --no-raw --no-update",
+        "small --output small.html --open",
+        "small --live",
+        "small --watch",
+    ],
     "run": ["small"],
     "batch": [
         "small --jobs 1 --idle-timeout 99 --no-report --reports pages --junit junit.xml --markdown a.md",

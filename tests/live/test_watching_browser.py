@@ -1,0 +1,59 @@
+"""The page while logs come, in a real browser: it waits, shows the first runs, then others, and what is broken."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stiffcal.live.page import live_server
+from stiffcal.live.watching import LogWatcher
+from stiffcal.workflow.steps import RunContext
+from tests.laboratory.browser import chromium
+from tests.live.test_watching import Measuring
+
+pytestmark = pytest.mark.browser
+PATIENCE_MS = 60_000
+
+
+def test_runs_appear_on_the_page_by_themselves(tmp_path: Path) -> None:
+    measuring = Measuring(tmp_path / "c")
+    measuring.watcher.close()
+    measuring.now = 0.0  # long ago: nobody writes what lies there
+    server = live_server(measuring.folder, RunContext(), watch=True)
+    watcher = server.beside
+    assert isinstance(watcher, LogWatcher)
+    thread = threading.Thread(target=server._http.serve_forever)  # the test itself looks at the logs
+    thread.start()
+    complaints: list[str] = []
+
+    def look(page: Any, text: str) -> None:
+        watcher.look()
+        page.get_by_text(text, exact=False).first.wait_for(timeout=PATIENCE_MS)
+
+    try:
+        with chromium() as browser:
+            page = browser.new_context().new_page()
+            page.on("pageerror", lambda error: complaints.append(str(error)))
+            page.goto(server.address)
+            look(page, "0 read, 0 waiting, 0 not used")
+            for run in ("pose1", "pose2"):
+                measuring.write(run, measuring.logs[run])
+            look(page, "2 read, 0 waiting")
+            page.wait_for_selector("body[data-ready]", timeout=PATIENCE_MS)
+            page.get_by_text("pose1 read: 25 load states").wait_for(timeout=PATIENCE_MS)
+            measuring.write("pose3", "<script>alert(1)</script>\n")
+            look(page, "1 not used")
+            page.get_by_text("raw/pose3.csv").first.wait_for(timeout=PATIENCE_MS)
+            measuring.write("pose4", measuring.logs["pose4"])
+            look(page, "3 read")
+            page.locator("#error").wait_for(timeout=PATIENCE_MS)
+            page.wait_for_selector("body[data-ready]", timeout=PATIENCE_MS)
+            assert page.evaluate("stiffcal.fault") == ""
+    finally:
+        server._http.shutdown()
+        thread.join()
+        server.close()
+    assert complaints == []
