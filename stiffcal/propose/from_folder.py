@@ -1,4 +1,4 @@
-"""`init --from FOLDER`: a campaign proposed from a folder of logs, a source for each device that wrote them.
+"""`init --from FOLDER`: a campaign proposed from logs, a source for each device that wrote them.
 
 Files whose columns are the same come from one device; what their names share with those of the other devices is the
 run's (`run_names`). What no log states, as where the target sits, is a line to write, and asked for at a terminal.
@@ -6,15 +6,19 @@ run's (`run_names`). What no log states, as where the target sits, is a line to 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stiffcal.campaign.file_formats import format_of
+from stiffcal.campaign.file_patterns import RUN
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.reach import leads_outside
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.column_roles import Roles
 from stiffcal.propose.from_table import Proposal, arm_of_given, check_robot_fits, robot_text, write_proposal
 from stiffcal.propose.lines import (
     FORCE_SENSOR,
@@ -25,9 +29,21 @@ from stiffcal.propose.lines import (
     Question,
     as_text,
 )
-from stiffcal.propose.log_devices import LoggingDevice, of_use, runs_of, sorted_files, together, with_patterns
+from stiffcal.propose.log_devices import (
+    MOST_NAMED,
+    JointsOf,
+    LoggingDevice,
+    files_in,
+    of_use,
+    runs_of,
+    sorted_files,
+    together,
+    with_patterns,
+)
+from stiffcal.propose.log_kind import log_kind, unfilled_time
+from stiffcal.propose.table_purpose import serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn
-from stiffcal.propose.urdf_arm import UrdfArm
+from stiffcal.propose.templates import chosen_robot, robot_template
 
 LOAD_POINT, TARGET, RAW = "load_point", "target", "raw"
 
@@ -69,6 +85,31 @@ def propose_from_folder(
     return write_proposal(folder, draft, overwrite=overwrite)
 
 
+def propose_of_logs(
+    folder: Path,
+    logs: Sequence[Path],
+    *,
+    urdf: Path | None = None,
+    robot: str | None = None,
+    tool: Sequence[float] | None = None,
+    ask: Ask | None = None,
+    overwrite: bool = False,
+) -> Proposal:
+    """Write a proposed campaign folder of single logs, copied into ``raw/``; as `propose_from_folder`.
+
+    Raises
+    ------
+    InputError
+        As `draft_of_logs`; two logs have one name, or the folder holds a campaign already.
+    """
+    files = {f"{RAW}/{path.name}": path for path in logs}
+    if len(files) < len(logs):
+        reason, mend = "two logs have the same name", "give each log a unique name, or give their folder"
+        raise InputError.at(FaultCode.OPTION_CONFLICT, "command line", "--from", reason, mend)
+    draft = draft_of_logs(files, urdf=urdf, robot=robot, tool=tool, ask=ask)
+    return write_proposal(folder, draft, overwrite=overwrite)
+
+
 def draft_from_folder(
     logs: Path,
     place: str = RAW,
@@ -92,47 +133,152 @@ def draft_from_folder(
     Raises
     ------
     InputError
-        No logs of joints, forces and displacements are there, their names hold no run, or they do not fit the robot.
+        As `draft_of_logs`.
+    """
+    files, links = {}, []
+    for file in files_in(logs):
+        if leads_outside(logs, file) is not None:
+            links.append(f"{file}: a link out of the folder: not used")
+        else:
+            files[f"{place}/{file}" if place else file] = logs / file
+    draft = draft_of_logs(files, place, urdf=urdf, robot=robot, tool=tool, ask=ask)
+    return replace(draft, remarks=(*draft.remarks, *links))
+
+
+def are_logs(tables: Sequence[Path], urdf: Path | None = None, robot: str | None = None) -> bool:
+    """Return whether files are logs over time that no load state can be made of without those of other instruments."""
+    kinds = [log_kind(path, path.name, _frame_names(None), _joints_of(urdf, robot)) for path in tables]
+    if any(kind.why_not or kind.time is None for kind in kinds):
+        return False
+    roles = together([LoggingDevice(kind) for kind in kinds])
+    return bool(_lacking(roles)) and not serves_absolute(roles)
+
+
+def draft_of_logs(
+    files: Mapping[str, Path],
+    place: str = RAW,
+    *,
+    urdf: Path | None = None,
+    robot: str | None = None,
+    tool: Sequence[float] | None = None,
+    ask: Ask | None = None,
+) -> Proposal:
+    """Propose a campaign of load runs from logs; what the logs of further instruments have to hold is left to be added.
+
+    Parameters
+    ----------
+    files : name in the campaign folder to the file, in natural order. Others as in `draft_from_folder`.
+
+    Raises
+    ------
+    InputError
+        There is no log, the files' names hold no run, or the joints do not fit the robot.
     """
     names = _frame_names(tool)
+    found = sorted_files(files, _joints_of(urdf, robot), names)
+    devices, unused = with_patterns(*of_use(found, names), place)
+    if not devices:
+        reason = "; ".join(unused[:MOST_NAMED]) or "there is no file"
+        mend = "give logs with a line of column names: A1 … A6, Fx, Fy, Fz, X, Y, Z"
+        raise InputError.at(FaultCode.FILE_MISSING, place or "the folder", "", f"no log is recognised: {reason}", mend)
+    runs, unpaired = runs_of(devices)
+    roles = together(devices)
+    missing = [signal for signal in _FURTHER if signal.name in _lacking(roles)]
+    lines = [
+        *map(ProposedLine, ('schema = "stiffcal/campaign/1"', 'robot = "robot.toml"')),
+        *_frame_lines(devices, missing, tool),
+        *(line for device in devices for line in _source_lines(device)),
+        *(ProposedLine(line) for signal in missing for line in signal.lines),
+    ]
+    lines = _answered(lines, ask)
+    if not any(device.pattern for device in devices):
+        named = {device.name: device.files[0] for device in devices}
+        lines += [
+            *map(ProposedLine, ("", "[[runs]]", toml_text.pair("id", runs[0]))),
+            ProposedLine(f"files = {{ {', '.join(toml_text.pair(*entry) for entry in named.items())} }}"),
+        ]
+    text, extra, rows = _robot(roles, urdf, robot)
+    marked = [(MANIFEST_FILE, line) for line in lines] + [("robot.toml", line) for line in rows]
+    used = {file for device in devices for file in device.files}
+    proposal = Proposal(
+        as_text(lines),
+        text,
+        {file: path for file, path in files.items() if file in used} | extra,
+        tuple(f"{file}: {line}" for file, line in marked if line.doubt is not None and line.question is None),
+        tuple(column.header for device in devices for column in device.kind.roles.unused),
+        roles=roles,
+        to_write=_to_write(lines, missing, urdf is not None or robot is not None),
+        runs=tuple(runs),
+        remarks=(*unpaired, *unused),
+    )
+    if roles.joints is not None:
+        check_robot_fits(proposal, roles, urdf)
+    return proposal
 
+
+def _joints_of(urdf: Path | None, robot: str | None) -> JointsOf:
     def joints_of(columns: Sequence[SniffedColumn]) -> Sequence[SniffedColumn]:
         try:
             return arm_of_given(urdf, robot, columns).columns
         except InputError:  # of another device: whether the joints fit is judged when all devices are known
             return ()
 
-    devices, unused = with_patterns(*of_use(sorted_files(logs, place, joints_of, names), names), place)
-    runs, unpaired = runs_of(devices)
-    lines = [
-        *map(ProposedLine, ('schema = "stiffcal/campaign/1"', 'robot = "robot.toml"')),
-        *_answered(_frame_lines(devices, tool), ask),
-        *(line for device in devices for line in _source_lines(device)),
-    ]
-    if not any(device.pattern for device in devices):
-        files = {device.name: device.files[0] for device in devices}
-        lines += [
-            *map(ProposedLine, ("", "[[runs]]", 'id = "run1"')),
-            ProposedLine(f"files = {{ {', '.join(toml_text.pair(*entry) for entry in files.items())} }}"),
-        ]
-    roles = together(devices)
-    arm = arm_of_given(urdf, robot, roles.joints.columns) if roles.joints is not None else UrdfArm((), ())
-    text, extra, rows = robot_text(roles, urdf, robot, arm)
-    marked = [(MANIFEST_FILE, line) for line in lines] + [("robot.toml", line) for line in rows]
-    used = {file for device in devices for file in device.files}
-    proposal = Proposal(
-        as_text(lines),
-        text,
-        {file: logs / _within(file, place) for file in sorted(used)} | extra,
-        tuple(f"{file}: {line}" for file, line in marked if line.doubt is not None and line.question is None),
-        tuple(column.header for device in devices for column in device.kind.roles.unused),
-        roles=roles,
-        to_write=_to_write(lines, urdf is not None or robot is not None),
-        runs=tuple(runs),
-        remarks=(*unpaired, *unused),
-    )
-    check_robot_fits(proposal, roles, urdf)
-    return proposal
+    return joints_of
+
+
+def _robot(roles: Roles, urdf: Path | None, robot: str | None) -> tuple[str, dict[str, Path], Sequence[ProposedLine]]:
+    if roles.joints is None:  # a URDF's chain is chosen by the columns of the joints
+        return (robot_template() if robot is None else chosen_robot(robot)), {}, []
+    return robot_text(roles, urdf, robot, arm_of_given(urdf, robot, roles.joints.columns))
+
+
+@dataclass(frozen=True)
+class _Further:
+    """A signal that the log of a further instrument has to hold."""
+
+    name: str
+    what: str
+    frames: tuple[str, ...]
+    source: str
+    signal: str
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The lines of its source, as comments."""
+        return (
+            "",
+            f"# {self.what}: no log here holds them. Add the logs and begin again with --overwrite, or fill in:",
+            f"# [sources.{self.source}]",
+            f"# {toml_text.pair('file', f'raw/{RUN}_{self.source}.csv')}",
+            '# time = { column = "t", unit = "s" }',
+            f"# {self.signal}",
+        )
+
+
+_FURTHER = (
+    _Further(
+        "joints", "joint angles", (), "controller",
+        'joints = { position = ["A1", "A2", "A3", "A4", "A5", "A6"], units = { position = "deg" } }',
+    ),
+    _Further(
+        "load", "forces", (LOAD_POINT, FORCE_SENSOR), "ft",
+        'wrench = { columns = ["Fx", "Fy", "Fz"], units = { force = "N" }, axes = "ft_sensor", point = "load_point" }',
+    ),
+    _Further(
+        "moved", "positions of the target", (TARGET, TRACKER), "tracker",
+        'pose = { frame = "tracker", body = "target", position = ["X", "Y", "Z"], units = { position = "mm" } }',
+    ),
+)  # fmt: skip
+
+
+def _lacking(roles: Roles) -> list[str]:
+    """Return which of joint angles, load and displacement are not logged, as `_FURTHER` names them."""
+    given = {
+        "joints": roles.joints is not None,
+        "load": roles.force is not None or roles.mass is not None,
+        "moved": roles.deflection is not None or roles.position is not None,
+    }
+    return [name for name, there in given.items() if not there]
 
 
 def _place_in(folder: Path, logs: Path) -> str | None:
@@ -142,10 +288,6 @@ def _place_in(folder: Path, logs: Path) -> str | None:
     except ValueError:
         return None
     return "" if inside == "." else inside
-
-
-def _within(file: str, place: str) -> str:
-    return file[len(place) + 1 :] if place else file
 
 
 def _frame_names(tool: Sequence[float] | None) -> FrameNames:
@@ -160,25 +302,26 @@ def _source_lines(device: LoggingDevice) -> list[ProposedLine]:
         lines.append(ProposedLine(toml_text.pair("file", device.pattern)))
     if format_of(device.files[0]) != kind.format:
         lines.append(ProposedLine(toml_text.pair("format", kind.format)))
-    stated = sorted(device.encodings - {""})
-    options = {key: value for key, value in kind.options.items() if key != "encoding"}
-    if stated:
-        options["encoding"] = stated[0]
-    lines += replace(kind, options=options).options_line
+    lines += kind.options_line
     states = kind.roles.deflection is not None and kind.roles.time is None
-    lines += [ProposedLine('sampling = "states"')] if states else [kind.time] if kind.time is not None else []
+    lines.append(ProposedLine('sampling = "states"') if states else kind.time or unfilled_time(device.name))
     return [*lines, *kind.signals]
 
 
-def _frame_lines(devices: Sequence[LoggingDevice], tool: Sequence[float] | None) -> list[ProposedLine]:
+def _frame_lines(
+    devices: Sequence[LoggingDevice], missing: Sequence[_Further], tool: Sequence[float] | None
+) -> list[ProposedLine]:
     """Return the frames that the sources name."""
     named = {frame for device in devices for line in device.kind.signals for frame in line.frames}
+    named |= {
+        TOOL if tool and frame in (LOAD_POINT, TARGET) else frame for signal in missing for frame in signal.frames
+    }
     roles = together(devices)
     known = None if tool is None else f"xyz_m = [{', '.join(map(repr, tool))}]"
     lines: list[ProposedLine] = []
     for frame in (TOOL, LOAD_POINT, TARGET):
         if frame in named:
-            where = _WHERE[frame if roles.force is not None else TARGET]
+            where = _WHERE[TARGET if frame == TOOL and roles.mass is None and roles.force is None else frame]
             lines += [*_table(frame, "flange"), ProposedLine(known) if known else _question(frame, "xyz_m", where)]
     if FORCE_SENSOR in named:
         where = "origin of the force sensor's axes, from which it counts moments, x, y, z in m in the flange frame"
@@ -214,38 +357,43 @@ def _answered(lines: Sequence[ProposedLine], ask: Ask | None) -> list[ProposedLi
     for line in lines:
         text = ask(line.question) if ask is not None and line.question is not None else ""
         if text and line.question is not None:
-            line = ProposedLine(f"{line.question.key} = [{', '.join(map(repr, three_numbers(text)))}]")
+            line = ProposedLine(line.question.line(numbers_of(text, len(line.question.numbers))))
         answered.append(line)
     return answered
 
 
-def three_numbers(text: str) -> tuple[float, ...]:
-    """Read ``X,Y,Z``.
+def numbers_of(text: str, count: int) -> tuple[float, ...]:
+    """Read ``X,Y,Z``, or one number.
 
     Raises
     ------
-    InputError : these are not three numbers.
+    InputError : these are not so many numbers.
 
     Examples
     --------
-    >>> three_numbers("0, 0 0.2")
-    (0.0, 0.0, 0.2)
+    >>> numbers_of("0, 0 0.2", 3), numbers_of("50", 1)
+    ((0.0, 0.0, 0.2), (50.0,))
     """
     try:
         numbers = tuple(float(word) for word in text.replace(",", " ").replace(";", " ").split())
     except ValueError:
         numbers = ()
-    if len(numbers) != 3:
-        raise InputError.at(FaultCode.VALUE_INVALID, "answer", "", f"found {text!r}", "give three numbers: X, Y, Z")
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        mend = "give three numbers: X, Y, Z" if count == 3 else "give one number"
+        raise InputError.at(FaultCode.VALUE_INVALID, "answer", "", f"found {text!r}", mend)
     return numbers
 
 
-def _to_write(lines: Sequence[ProposedLine], has_robot: bool) -> tuple[str, ...]:
+def _to_write(lines: Sequence[ProposedLine], missing: Sequence[_Further], has_robot: bool) -> tuple[str, ...]:
     """Return what a person has to write: each line with its file and table."""
     written = [
-        f"{MANIFEST_FILE} [{line.question.table}] {line.question.key} = [x, y, z]  # {line.question.text}"
+        f"{MANIFEST_FILE} [{line.question.table}] {line.question.line(line.question.numbers)}  # {line.question.text}"
         for line in lines
         if line.question is not None
+    ]
+    written += [
+        f"{MANIFEST_FILE} [sources.{signal.source}] {signal.signal}  # {signal.what}: no log here holds them"
+        for signal in missing
     ]
     return tuple(written if has_robot else [*written, _ROWS])
 

@@ -38,14 +38,28 @@ _SIGMA_DOUBT = "sigma: one standard uncertainty of each reading"
 
 @dataclass(frozen=True)
 class Question:
-    """A value of three numbers that no log states."""
+    """A value that no log states."""
 
     table: str
     """The table of the line, as ``frames.tool``."""
     key: str
     """Of the line."""
     text: str
-    """What the numbers are, in words."""
+    """What the value is, in words."""
+    numbers: tuple[str, ...] = ("x", "y", "z")
+    """Of which numbers it is made."""
+    form: str = "[{}]"
+    """How they are written, by `str.format`."""
+
+    def line(self, numbers: Sequence[float | str]) -> str:
+        """Return the line with numbers in it.
+
+        Examples
+        --------
+        >>> Question("frames.tool", "xyz_m", "where it is").line([0.0, 0.0, 0.2])
+        'xyz_m = [0.0, 0.0, 0.2]'
+        """
+        return f"{self.key} = {self.form.format(', '.join(map(str, numbers)))}"
 
 
 @dataclass(frozen=True)

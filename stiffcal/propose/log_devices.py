@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, files_of_runs, natural_key
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.reach import leads_outside
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.lines import FrameNames, signal_lines
 from stiffcal.propose.log_kind import LogKind, log_kind
 from stiffcal.propose.run_names import patterns_of_devices, shape_of
-from stiffcal.propose.table_purpose import check_purpose, serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn
 
 OF_A_CAMPAIGN = frozenset({MANIFEST_FILE, "robot.toml", "model.toml", "simulate.toml", "plan.toml", "truth.json"})
@@ -34,8 +32,6 @@ class LoggingDevice:
 
     kind: LogKind
     files: list[str] = field(default_factory=list)
-    encodings: set[str] = field(default_factory=set)
-    """Of the files that were opened, where the manifest has to state one."""
     name: str = ""
     pattern: str = ""
 
@@ -67,58 +63,44 @@ def files_in(logs: Path) -> list[str]:
     return sorted(found, key=lambda file: (natural_key(file), file))
 
 
-def sorted_files(logs: Path, place: str, joints_of: JointsOf, names: FrameNames) -> SortedFiles:
-    """Put the files of a folder to the devices that wrote them.
+def sorted_files(files: Mapping[str, Path], joints_of: JointsOf, names: FrameNames) -> SortedFiles:
+    """Put files to the devices that wrote them.
 
     Of files whose names differ in numbers alone the first, the middle and the last are opened; where these differ in
     their columns, all are.
 
     Parameters
     ----------
-    logs : the folder.
-    place : where it lies in the campaign folder.
+    files : name in the campaign folder to the file, in natural order.
     joints_of : finds the columns of joints. names : the frames that the lines of signals name.
-
-    Raises
-    ------
-    InputError : the folder holds no file.
     """
     found = SortedFiles([], [])
     by_shape: dict[tuple[str, ...], list[str]] = {}
-    for file in files_in(logs):
-        if leads_outside(logs, file) is not None:
-            found.unused.append(f"{file}: a link out of the folder")
-        else:
-            by_shape.setdefault(shape_of(file), []).append(file)
-    if not by_shape:
-        raise InputError.at(
-            FaultCode.FILE_MISSING, str(logs), "", "the folder holds no file", "give the folder of the logs"
-        )
+    for file in files:
+        by_shape.setdefault(shape_of(file), []).append(file)
 
     def kind_of(file: str) -> LogKind:
-        return log_kind(logs / file, file, names, joints_of)
+        return log_kind(files[file], file, names, joints_of)
 
     devices: dict[tuple[object, ...], LoggingDevice] = {}
-    for files in by_shape.values():
-        opened = {file: kind_of(file) for file in dict.fromkeys((files[0], files[len(files) // 2], files[-1]))}
+    for alike in by_shape.values():
+        opened = {file: kind_of(file) for file in dict.fromkeys((alike[0], alike[len(alike) // 2], alike[-1]))}
         if len({_layout(kind) for kind in opened.values()}) > 1:
-            opened = {file: opened.get(file) or kind_of(file) for file in files}
+            opened = {file: opened.get(file) or kind_of(file) for file in alike}
         usual = next(iter(opened.values()))
-        for file in files:
+        for file in alike:
             kind = opened.get(file, usual)
             if kind.why_not:
                 found.unused.append(f"{file}: {kind.why_not}")
                 continue
             device = devices.setdefault(_layout(kind), LoggingDevice(kind))
-            device.files.append(f"{place}/{file}" if place else file)
-            device.encodings |= {str(kind.options.get("encoding", ""))}
+            device.files.append(file)
     return SortedFiles(list(devices.values()), found.unused)
 
 
 def _layout(kind: LogKind) -> tuple[object, ...]:
     """Return what the files of one device have in common."""
-    options = sorted((key, value) for key, value in kind.options.items() if key != "encoding")
-    return (kind.why_not, kind.format, kind.headers, *options)
+    return (kind.why_not, kind.format, kind.headers, *sorted(kind.options.items()))
 
 
 def of_use(found: SortedFiles, names: FrameNames) -> tuple[list[LoggingDevice], list[str]]:
@@ -191,14 +173,8 @@ def with_patterns(devices: list[LoggingDevice], unused: list[str], place: str) -
 
     Raises
     ------
-    InputError : signals are missing, or the names of the files hold no run.
+    InputError : the names of the files hold no run.
     """
-    roles = together(devices)
-    files = ", ".join(device.files[0] for device in devices) or "the folder"
-    check_purpose(roles, files)
-    if serves_absolute(roles):
-        reason, mend = "no force columns recognised", "name them Fx, Fy, Fz; for places without loads give one table"
-        raise InputError.at(FaultCode.COLUMN_MISSING, files, "header", reason, mend)
     patterns = patterns_of_devices({str(k): device.files for k, device in enumerate(devices)}, place)
     most = max((len(_names(device.files, patterns.get(str(k)))) for k, device in enumerate(devices)), default=0)
     kept = []
@@ -243,7 +219,8 @@ def runs_of(devices: Sequence[LoggingDevice]) -> tuple[list[str], list[str]]:
     """Return the names of the runs, and a sentence on every file that is none."""
     patterns = {device.name: FilePattern(device.pattern) for device in devices if device.pattern}
     if not patterns:
-        return ["run1"], []
+        names = {PurePosixPath(device.files[0]).stem for device in devices}
+        return [names.pop() if len(names) == 1 else "run1"], []
     everything = [file for device in devices for file in device.files]
     matches = {
         source: [(file, name) for file in everything if (name := pattern.run_of(file)) is not None]

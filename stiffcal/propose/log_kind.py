@@ -14,13 +14,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from stiffcal.campaign.file_formats import format_of
+from stiffcal.campaign.source import TIMES_IN_WORDS
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.log_columns import WantedColumns
 from stiffcal.propose.column_roles import Roles, recognise
-from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, signal_lines
+from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, Question, signal_lines
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, sniff_table
 from stiffcal.readers import Reader, find_reader
 
@@ -56,13 +57,9 @@ FRAMES: dict[str, tuple[ProposedLine, ...]] = {
 }
 # Repetitions are bounded: these are searched in a log's first lines, which anybody may have written
 _NUMBER = r"[^0-9\n]{0,30}([0-9]{1,30}(?:[.,][0-9]{1,30})?)"
-_RATE = re.compile(
-    r"(?:sampl\w{0,12}[ _-]?rate|data ?rate|abtastrate|frequenc\w{0,12}|frequenz)" + _NUMBER, re.IGNORECASE
-)
-_PERIOD = re.compile(r"(?:sample ?time|abtastzeit|cycle ?time)\s{0,9}\[?\s{0,9}(ms|us|s)\]?" + _NUMBER, re.IGNORECASE)
 _LARGEST_FORCE = 1e5
 _COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORECASE)
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+_SECONDS = ("s", "ms", "us")
 _FROM_HEADER = "as stated in its first lines"
 _NO_NAMES = "export it with one header line, one time column and names like A1 … A6, Fx, X"
 
@@ -80,7 +77,7 @@ class LogKind:
     options: Mapping[str, str | int | bool] = field(default_factory=dict)
     """What the format has to be given for the file to be read."""
     time: ProposedLine | None = None
-    """The line of its time."""
+    """The line of its time; None where the log shows none."""
     signals: tuple[ProposedLine, ...] = ()
     """The lines of its signals."""
     roles: Roles = field(default_factory=Roles)
@@ -99,10 +96,10 @@ class LogKind:
     @property
     def lines(self) -> tuple[ProposedLine, ...]:
         """The lines of a source, or a comment on why there are none."""
-        if self.why_not or self.time is None:
+        if self.why_not:
             return (ProposedLine(f"# {self.why_not}"),)
         layout = (ProposedLine(toml_text.pair("format", self.format)), *self.options_line)
-        return (*layout, ProposedLine('sampling = "time"'), self.time, *self.signals)
+        return (*layout, ProposedLine('sampling = "time"'), self.time or unfilled_time(self.name), *self.signals)
 
 
 def no_joints(columns: Sequence[SniffedColumn]) -> Sequence[SniffedColumn]:
@@ -148,7 +145,7 @@ def log_kind(
     if counts is not None and force > _LARGEST_FORCE:
         doubt = f"up to {force:.3g}: counts, {counts[2]} per unit? Log or write units, not counts"
         signals.append(ProposedLine("", doubt))
-    time = _time_line(roles, text if reader.name == TEXT else "")
+    time = _time_line(roles, table.rate_hz)
     return LogKind(device, name, reader.name, table.options, time, tuple(signals), roles, headers)
 
 
@@ -201,20 +198,18 @@ def _first_values(reader: Reader, path: Path, display_name: str, names: Sequence
     return {} if batch is None else {name: tuple(batch.numbers[name].tolist()) for name in names}
 
 
-def _time_line(roles: Roles, text: str) -> ProposedLine:
+def unfilled_time(source: str) -> ProposedLine:
+    """Return the line of the time of a log that has no column of it and states no rate."""
+    what = 'rows per second; or the column of the time, { column = "…", unit = "s" }'
+    question = Question(f"sources.{source}", "time", what, ("rate",), "{{ rate_hz = {} }}")
+    return ProposedLine("time = {}", "to be filled in: rate_hz, rows per second, or column and unit", question=question)
+
+
+def _time_line(roles: Roles, rate_hz: float | None) -> ProposedLine | None:
+    """Return the line of a log's time, None where neither a column of it nor a rate is known."""
     time = roles.time
     if time is not None:
-        known = time.unit in (*_SECONDS, "ns", "iso8601")
+        known = time.unit in (*_SECONDS, "ns", *TIMES_IN_WORDS)
         column = {"column": time.header, "unit": (time.unit or "s") if known else "s"}
-        return ProposedLine(toml_text.pair("time", column), None if known else "seconds")
-    if (rate := _RATE.search(text)) is not None:
-        return _rate_line(float(rate[1].replace(",", ".")), _FROM_HEADER)
-    if (period := _PERIOD.search(text)) is not None:
-        step = float(period[2].replace(",", ".")) * _SECONDS[period[1].lower()]
-        if step > 0:
-            return _rate_line(1.0 / step, _FROM_HEADER)
-    return _rate_line(1000.0, "no time column recognised: write the logging rate")
-
-
-def _rate_line(hertz: float, doubt: str) -> ProposedLine:
-    return ProposedLine(f"time = {{ rate_hz = {hertz:g} }}", doubt)
+        return ProposedLine(toml_text.pair("time", column), time.doubt if known else "seconds")
+    return None if rate_hz is None else ProposedLine(f"time = {{ rate_hz = {rate_hz:g} }}", _FROM_HEADER)

@@ -13,6 +13,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.propose.from_logs import KINDS_OF_LOGS
+from stiffcal.propose.from_table import Proposal
 from stiffcal.propose.lines import Question
 from stiffcal.propose.log_devices import files_in
 from stiffcal.wording import unused_columns
@@ -94,6 +95,16 @@ def init_campaign(
         if not of_logs:
             return _from_folder(folder, Path(tables[0]), urdf, robot, tool, ask=ask, overwrite=overwrite)
         tables = [Path(tables[0]) / file for file in files_in(Path(tables[0]))]
+    elif tables and not of_logs and kind != "absolute":
+        from stiffcal.propose.from_folder import are_logs, propose_of_logs
+
+        with _at_rest(tables) as files_at_rest:
+            if all(path.is_file() for path in files_at_rest) and are_logs(files_at_rest, urdf, robot):
+                return _result(
+                    propose_of_logs(
+                        folder, files_at_rest, urdf=urdf, robot=robot, tool=tool, ask=ask, overwrite=overwrite
+                    )
+                )
     if not tables:
         from stiffcal.propose.templates import write_template
 
@@ -143,6 +154,11 @@ def _from_folder(
     from stiffcal.propose.from_folder import propose_from_folder
 
     proposal = propose_from_folder(folder, logs, urdf=urdf, robot=robot, tool=tool, ask=ask, overwrite=overwrite)
+    return _result(proposal)
+
+
+def _result(proposal: Proposal) -> InitResult:
+    """Return the answer on a campaign of logs."""
     return InitResult(
         warnings=[*proposal.remarks, *unused_columns(proposal.unused)],
         files=[str(file) for file in proposal.files],

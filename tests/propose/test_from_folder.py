@@ -15,7 +15,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.propose.from_folder import draft_from_folder, propose_from_folder, three_numbers
+from stiffcal.propose.from_folder import draft_from_folder, numbers_of, propose_from_folder
 from stiffcal.propose.lines import Question
 from stiffcal.workflow.init import init_campaign
 
@@ -140,7 +140,7 @@ def test_what_no_log_states_is_asked_for(tmp_path: Path) -> None:
     assert manifest["frames"]["target"]["xyz_m"] == [0.1, 0.0, 0.2]
     assert manifest["frames"]["ft_sensor"]["rpy_deg"] == []
     with pytest.raises(InputError):
-        three_numbers("12")
+        numbers_of("12", 3)
 
 
 def test_a_tool_point_leaves_less_to_write(tmp_path: Path) -> None:
@@ -155,14 +155,36 @@ def test_one_run_without_a_name_is_listed(tmp_path: Path) -> None:
     assert len(manifest["runs"][0]["files"]) == 3
 
 
-@pytest.mark.parametrize("gone", ["force", "joints"])
-def test_a_device_that_is_missing_is_named(tmp_path: Path, gone: str) -> None:
+@pytest.mark.parametrize(("gone", "source"), [("force", "ft"), ("joints", "controller"), ("tracker", "tracker")])
+def test_an_instrument_that_is_missing_is_left_to_be_added(tmp_path: Path, gone: str, source: str) -> None:
     folder_of(tmp_path)
     for path in tmp_path.glob(f"*_{gone}*"):
         path.unlink()
-    with pytest.raises(InputError) as caught:
-        draft_from_folder(tmp_path, robot="irb4400")
-    assert caught.value.faults[0].code is FaultCode.COLUMN_MISSING
+    draft = draft_from_folder(tmp_path, robot="irb4400")
+    assert len(draft.runs) == 3
+    assert [line for line in draft.to_write if f"[sources.{source}]" in line]
+    assert len(draft.to_write) == 4
+
+
+@pytest.mark.parametrize("device", list(ENDING))
+def test_one_log_of_one_instrument(tmp_path: Path, device: str) -> None:
+    log = tmp_path / f"take{ENDING[device]}"
+    write_log(log, device, 1)
+    result = init_campaign(tmp_path / "campaign", tables=[log], robot="irb4400")
+    assert result.runs == ["take"]
+    assert len([line for line in result.to_write or [] if "[sources." in line]) == 2
+    assert (tmp_path / "campaign" / "raw" / log.name).exists()
+
+
+def test_a_rate_that_nothing_states_is_left_to_be_written(tmp_path: Path) -> None:
+    folder_of(tmp_path)
+    for k in range(1, 4):
+        rows = "".join(f"{k + 0.1 * n},2,3\n" for n in range(20))
+        (tmp_path / f"pose{k:02d}_tracker.txt").write_text(f"X [mm],Y [mm],Z [mm]\n{rows}")
+    draft = draft_from_folder(tmp_path, robot="irb4400")
+    assert tomllib.loads(draft.manifest)["sources"]["tracker"]["time"] == {}
+    answered = draft_from_folder(tmp_path, robot="irb4400", ask=lambda question: "50" if question.key == "time" else "")
+    assert tomllib.loads(answered.manifest)["sources"]["tracker"]["time"] == {"rate_hz": 50.0}
 
 
 def test_nothing_to_read(tmp_path: Path) -> None:
