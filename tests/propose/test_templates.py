@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign, load_robot
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector
 from stiffcal.propose.templates import bundled_robot, bundled_robots, write_template
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.simulate import simulate_campaign
@@ -79,8 +81,11 @@ def flange(chain: Chain, logged_deg: list[float]) -> NDArray[np.float64]:
 def test_bundled_robot_loads(tmp_path: Path, name: str) -> None:
     (tmp_path / "robot.toml").write_text(bundled_robot(name), encoding="utf-8")
     chain = chain_of(load_robot(tmp_path / "robot.toml"), tmp_path)
-    assert chain.n_joints == 6
-    assert {"swing", "arm"} <= set(chain.beams)
+    assert chain.n_joints == (7 if name == "panda" else 6)
+    if name in ("irb4400", "kr125", "r2000ic"):
+        assert {"swing", "arm"} <= set(chain.beams)
+    # of whom the maker publishes masses
+    assert bool(np.all(chain.link_mass > 0.0)) == name.startswith("ur")
 
 
 def test_bundled_robots_stand_as_their_data_sheets_draw_them(tmp_path: Path) -> None:
@@ -94,6 +99,112 @@ def test_bundled_robots_stand_as_their_data_sheets_draw_them(tmp_path: Path) -> 
         found = flange(chain_of(load_robot(tmp_path / "robot.toml"), tmp_path), [float(angle) for angle in logged])
         np.testing.assert_allclose(found[:3, 3], place, atol=1e-12, err_msg=name)
         np.testing.assert_allclose(found[:3, 2], [1, 0, 0], atol=1e-12, err_msg=f"{name}: the flange looks forward")
+
+
+@dataclass(frozen=True)
+class Described:
+    """An arm as a ROS description of it states it."""
+
+    joints: tuple[tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]], ...]
+    """By joint: xyz, m, and roll, pitch, yaw, rad, of its frame in the one before, and its axis."""
+    flange: tuple[tuple[float, float, float], tuple[float, float, float]] = ((0, 0, 0), (0, 0, 0))
+    """In the last frame."""
+    on_axis_3: float = 0.0
+    """Share of axis 2 that joint 3 of the description has, where the controller shows it against the horizontal."""
+
+    def place(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the flange by homogeneous transforms, for joint angles, rad, as the controller shows them."""
+        turned = joints.copy()
+        turned[2] += self.on_axis_3 * joints[1]
+        here = np.eye(4)
+        for (xyz, rpy, axis), angle in zip(self.joints, turned, strict=True):
+            here = here @ moved(xyz, rotation_from_rpy(np.array(rpy)))
+            here = here @ moved((0, 0, 0), rotation_from_vector(angle * np.array(axis, dtype=np.float64)))
+        return here @ moved(self.flange[0], rotation_from_rpy(np.array(self.flange[1])))
+
+
+def moved(xyz: tuple[float, float, float], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    result = np.eye(4)
+    result[:3, :3], result[:3, 3] = rotation, xyz
+    return result
+
+
+RIGHT = np.pi / 2
+X, Y, Z, STRAIGHT = (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0)
+BACK_X, BACK_Y = (-1, 0, 0), (0, -1, 0)
+
+
+def ur(shoulder: float, upper_arm: float, forearm: float, wrist_1: float, wrist_2: float, wrist_3: float) -> Described:
+    return Described(
+        (
+            ((0, 0, shoulder), STRAIGHT, Z),
+            ((0, 0, 0), (RIGHT, 0, 0), Z),
+            ((upper_arm, 0, 0), STRAIGHT, Z),
+            ((forearm, 0, wrist_1), STRAIGHT, Z),
+            ((0, wrist_2, 0), (RIGHT, 0, 0), Z),
+            ((0, wrist_3, 0), (RIGHT, np.pi, np.pi), Z),
+        )
+    )
+
+
+# ur_description (config/*/default_kinematics.yaml), franka_description (panda_arm.xacro), and of ROS-Industrial
+# abb_irb4400_support (irb4400_macro.xacro) and fanuc_r2000ic_support (r2000ic165f_macro.xacro)
+DESCRIBED = {
+    "ur5e": ur(0.1625, -0.425, -0.3922, 0.1333, -0.0997, 0.0996),
+    "ur10e": ur(0.1807, -0.6127, -0.57155, 0.17415, -0.11985, 0.11655),
+    "panda": Described(
+        (
+            ((0, 0, 0.333), STRAIGHT, Z),
+            ((0, 0, 0), (-RIGHT, 0, 0), Z),
+            ((0, -0.316, 0), (RIGHT, 0, 0), Z),
+            ((0.0825, 0, 0), (RIGHT, 0, 0), Z),
+            ((-0.0825, 0.384, 0), (-RIGHT, 0, 0), Z),
+            ((0, 0, 0), (RIGHT, 0, 0), Z),
+            ((0.088, 0, 0), (RIGHT, 0, 0), Z),
+        ),
+        ((0, 0, 0.107), STRAIGHT),
+    ),
+    "irb4400": Described(
+        (
+            ((0, 0, 0), STRAIGHT, Z),
+            ((0.2, 0, 0.68), STRAIGHT, Y),
+            ((0, 0, 0.89), STRAIGHT, Y),
+            ((0, 0, 0.15), STRAIGHT, X),
+            ((0.88, 0, 0), STRAIGHT, Y),
+            ((0, 0, 0), STRAIGHT, X),
+        ),
+        ((0.14, 0, 0), (0, RIGHT, 0)),
+        on_axis_3=-1.0,
+    ),
+    "r2000ic": Described(
+        (
+            ((0, 0, 0.67), STRAIGHT, Z),
+            ((0.312, 0, 0), STRAIGHT, Y),
+            ((0, 0, 1.075), STRAIGHT, BACK_Y),
+            ((0, 0, 0.225), STRAIGHT, BACK_X),
+            ((1.28, 0, 0), STRAIGHT, BACK_Y),
+            ((0.215, 0, 0), STRAIGHT, BACK_X),
+        ),
+        ((0, 0, 0), (np.pi, -RIGHT, 0)),
+        on_axis_3=1.0,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DESCRIBED)
+def test_bundled_robots_reach_where_a_second_source_says(tmp_path: Path, name: str) -> None:
+    """In random poses, within a millimetre and a milliradian."""
+    (tmp_path / "robot.toml").write_text(bundled_robot(name), encoding="utf-8")
+    chain = chain_of(load_robot(tmp_path / "robot.toml"), tmp_path)
+    rng = np.random.default_rng(7)
+    for _ in range(5):
+        low, high = np.clip(chain.limits, -np.pi, np.pi).T
+        joints = np.asarray(rng.uniform(low, high, chain.n_joints))
+        found, there = flange(chain, np.rad2deg(joints).tolist()), DESCRIBED[name].place(joints)
+        assert np.abs(found[:3, 3] - there[:3, 3]).max() < 1e-3
+        assert np.abs(found[:3, 2] - there[:3, 2]).max() < 1e-3
+        # FANUC's own flange is turned about its axis against the description's
+        assert name == "r2000ic" or np.abs(found[:3, :3] - there[:3, :3]).max() < 1e-3
 
 
 def test_unknown_robot() -> None:
