@@ -7,6 +7,7 @@ EXTRAS = {
     "section": "scikit-fem>=10",
     "tdms": "npTDMS>=1.9",
     "ros": "rosbags>=0.11.9",
+    "c3d": "ezc3d>=1.6",
     "postgres": "adbc-driver-postgresql>=1.3",
 }
 """By the extra's name in `pyproject.toml`, which states the same."""

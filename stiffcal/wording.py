@@ -338,8 +338,10 @@ def unused_columns(names: Sequence[str]) -> list[str]:
     return [words] if names else []
 
 
-def lines_in_words(lines: Iterable[int], limit: int = 5) -> str:
+def lines_in_words(lines: Iterable[int], word: str = "line", limit: int = 5) -> str:
     """Return numbers of lines of a file, in ascending order, as a place in a message; of many stretches the first ones.
+
+    `word`: what is counted.
 
     Examples
     --------
@@ -354,4 +356,4 @@ def lines_in_words(lines: Iterable[int], limit: int = 5) -> str:
             stretches.append([line, line])
     words = [f"{start}" if start == end else f"{start} to {end}" for start, end in stretches]
     many = "s" if len(stretches) > 1 or stretches[0][0] < stretches[0][1] else ""
-    return f"line{many} {', '.join(words[:limit])}{', …' if len(words) > limit else ''}"
+    return f"{word}{many} {', '.join(words[:limit])}{', …' if len(words) > limit else ''}"

@@ -26,7 +26,7 @@ PathFile = Annotated[
     typer.Option(
         "--path",
         metavar="FILE",
-        help="CSV: a column per joint (degrees), or X, Y, Z (mm) with qw … qz or roll, pitch, yaw (degrees); "
+        help="CSV, xlsx, …: a column per joint (degrees), or X, Y, Z (mm) with qw … qz or roll, pitch, yaw (degrees); "
         "optionally Fx … Tz (N, N·m), t (s), segment.",
         show_default=False,
     ),

@@ -46,6 +46,9 @@ def show_doctor(console: Console, result: DoctorResult) -> None:
     for library in result.libraries:
         table.add_row(library.name, library.version or "missing", library.required, library.purpose or "everything")
     console.print(table)
+    console.print(
+        f"reads logs of the formats {', '.join(result.formats)}", soft_wrap=True, markup=False, highlight=False
+    )
     missing = [library for library in result.libraries if library.version is None]
     for command in dict.fromkeys(library.install for library in missing):
         names = ", ".join(library.name for library in missing if library.install == command)

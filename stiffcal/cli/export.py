@@ -26,8 +26,8 @@ def export(
             "-o",
             "--output",
             metavar="FILE",
-            help="Output file (default: DIR/states.csv). *.csv, *.parquet: states; *.json: the model; *.urdf, *.toml: "
-            "the calibrated robot; *.xml: the robot for MuJoCo; *.c, *.st: code for a controller.",
+            help="Output file (default: DIR/states.csv). *.csv, *.xlsx, *.parquet: states; *.json: the model; *.urdf, "
+            "*.toml: the calibrated robot; *.xml: the robot for MuJoCo; *.c, *.st: code for a controller.",
             show_default=False,
         ),
     ] = None,
@@ -100,9 +100,9 @@ def export(
 
     The file is DIR/states.csv, or that of -o.
 
-    States with measured, predicted and residual as CSV or Parquet; the model as JSON; the robot with the geometry
-    that absolute places gave as URDF or robot file, with its springs as XML for MuJoCo; its compensation, from a
-    sensor sample to joint offsets, as C99 with a header or as Structured Text. In CSV, text that a spreadsheet
+    States with measured, predicted and residual as CSV, workbook or Parquet; the model as JSON; the robot with the
+    geometry that absolute places gave as URDF or robot file, with its springs as XML for MuJoCo; its compensation,
+    from a sensor sample to joint offsets, as C99 with a header or as Structured Text. In CSV, text that a spreadsheet
     would read as a formula (first character = + - @) gets a leading ', which stiffcal removes when it reads the
     file.
 

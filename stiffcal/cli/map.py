@@ -60,7 +60,7 @@ def map(  # noqa: A001  (the command's name)
     ] = None,
     output: Output = None,
     table: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="*.csv, *.parquet: every point.", show_default=False)
+        Path | None, typer.Option(metavar="FILE", help="*.csv, *.xlsx, *.parquet: every point.", show_default=False)
     ] = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,

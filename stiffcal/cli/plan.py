@@ -74,7 +74,7 @@ def plan(
     """Plan which poses and loads to measure.
 
     The limits are those of DIR/plan.toml: joint limits, boxes, position of the tracker, loads, minutes. -o writes a
-    run sheet (.csv or .pdf), --campaign a folder for the logs that `check` reads while you measure.
+    run sheet (.csv, .xlsx or .pdf), --campaign a folder for the logs that `check` reads while you measure.
 
     Example: stiffcal plan campaigns/irb4400 --force 450 --runs 8 -o runs.csv
     """

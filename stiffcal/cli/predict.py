@@ -30,7 +30,7 @@ def predict(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="CSV: a column per joint (degrees), Fx … Tz (N, N·m); one state a row.",
+            help="CSV, xlsx, …: a column per joint (degrees), Fx … Tz (N, N·m); one state a row.",
             show_default=False,
         ),
     ] = None,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.column_names import bare_unit, is_unit_row
-from stiffcal.campaign.reach import read_given
+from stiffcal.campaign.reach import check_given, read_given
 from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.compensation.table_columns import (
     AXES,
@@ -34,7 +34,13 @@ from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.limits import TABLE
+from stiffcal.log_columns import WantedColumns
+from stiffcal.propose.other_tables import reader_of
+from stiffcal.readers import Reader
 from stiffcal.wording import unused_columns
+
+DATA_ROW = "data row"
+"""What is counted in files without lines: rows below the names, in sheets without the blank ones."""
 
 
 @dataclass(frozen=True)
@@ -64,14 +70,22 @@ class WrittenTable:
     words: Mapping[str, tuple[str, ...]]
     """Column name to n words."""
     lines: NDArray[np.int64]
-    """(n,) line of each row in the file."""
+    """(n,) line of each row in the file, or its number among the rows of data."""
     stated: frozenset[str] = frozenset()
     """Columns whose unit stands in the table."""
     unused: tuple[str, ...] = ()
     """Headers of the columns that were not read."""
+    remarks: tuple[str, ...] = ()
+    """What a person should know of the file, in words: rows that a spreadsheet hides."""
+    line_word: str = "line"
+    """What `lines` counts."""
 
     def __len__(self) -> int:
         return len(self.lines)
+
+    def place(self, row: int) -> str:
+        """Return where a row (from 0) stands in the file."""
+        return f"{self.line_word} {self.lines[row]}"
 
     def has(self, names: Iterable[str]) -> bool:
         """Return whether all these columns of numbers stand in the table."""
@@ -84,8 +98,8 @@ class WrittenTable:
 
     @property
     def unused_words(self) -> list[str]:
-        """One sentence on the columns that were not read; none where all were."""
-        return [f"{self.file}: {words}" for words in unused_columns(self.unused)]
+        """Sentences on what a spreadsheet hides, and on the columns that were not read; none where all were."""
+        return [f"{self.file}: {words}" for words in (*self.remarks, *unused_columns(self.unused))]
 
 
 def read_load_table(
@@ -186,11 +200,12 @@ def read_table(
     words: Sequence[str] = (),
     prismatic: Collection[str] = (),
 ) -> WrittenTable:
-    """Read a CSV of named columns; the names of those that are not asked for are kept.
+    """Read a table of named columns; the names of those that are not asked for are kept.
 
     Parameters
     ----------
-    file : the table: commas, semicolons or tabs between the cells; the second line may hold units.
+    file : the table: commas, semicolons or tabs between the cells, and the second line may hold units; or a workbook
+        or another file that names its columns itself.
     joint_names : the L joints of the robot, whose columns are in degrees where no unit is stated.
     asked : names of columns of numbers: joints, and names of `table_columns`.
     words : names of columns of words. prismatic : as of `read_load_table`.
@@ -200,6 +215,12 @@ def read_table(
     InputError : the file is missing, a column or a cell is wrong.
     """
     display_name = str(file)
+    if not is_given(file):
+        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the path")
+    check_given(file)
+    reader = reader_of(file) if file.is_file() else None
+    if reader is not None:
+        return _read_other(reader, file, joint_names, asked, words, prismatic)
     numbered = _numbered_lines(file)
     lines = [line for _, line in numbered]
     if len(lines) < 2:
@@ -231,13 +252,48 @@ def read_table(
             )
         for column, cell in zip(columns, row, strict=True):
             if column.name in numbers:
-                value = _number(cell, display_name, int(at[number]), column.header, delimiter)
+                value = _number(cell, display_name, f"line {at[number]}", column.header, delimiter)
                 numbers[column.name][number] = column.factor * value
             elif column.name in texts:
                 texts[column.name].append(csv_cell.original(cell.strip()))
     # a delimiter at the end of every line makes a column without a name and without a cell
     held = [k for k, column in enumerate(columns) if column.header.strip() or any(row[k].strip() for row in rows)]
     return _written(display_name, numbers, texts, at, [columns[k] for k in held])
+
+
+def _read_other(
+    reader: Reader,
+    file: Path,
+    joint_names: Sequence[str],
+    asked: Sequence[str],
+    words: Sequence[str],
+    prismatic: Collection[str],
+) -> WrittenTable:
+    """Read the table in a file of another format than text; the parameters and errors are those of `read_table`."""
+    display_name = str(file)
+    header = reader.read_header(file, {}, display_name)
+    units = [header.units.get(name, "") for name in header.columns]
+    place = f"{reader.name} {header.options['sheet']}" if "sheet" in header.options else "columns"
+    columns = columns_of(header.columns, units, joint_names, (*asked, *words), display_name, place, prismatic)
+    in_file = {column.name: column for column in columns if column.name is not None}
+    of_numbers = {name: column for name, column in in_file.items() if name in asked}
+    of_words = {name: column for name, column in in_file.items() if name in words}
+    wanted = WantedColumns(
+        tuple(column.header for column in of_numbers.values()), tuple(column.header for column in of_words.values())
+    )
+    parts = list(reader.read_batches(file, {}, wanted, display_name)) if in_file else []
+    count = sum(map(len, parts))
+    numbers = {}
+    for name, column in of_numbers.items():
+        values = np.concatenate([part.numbers[column.header] for part in parts])
+        if np.any(large := np.abs(values) > LARGEST):
+            row = int(np.argmax(large))
+            raise _too_large(values[row], display_name, f"{DATA_ROW} {row + 1}, column {column.header}")
+        numbers[name] = column.factor * values
+    texts = {name: [word for part in parts for word in part.texts[column.header]] for name, column in of_words.items()}
+    named = [column for column in columns if column.header]
+    table = _written(display_name, numbers, texts, np.arange(1, count + 1), named)
+    return replace(table, remarks=header.remarks, line_word=DATA_ROW)
 
 
 def _written(
@@ -255,8 +311,6 @@ def _written(
 
 def _numbered_lines(file: Path) -> list[tuple[int, str]]:
     """Return the lines of a file that hold something, each with its number."""
-    if not is_given(file):
-        raise InputError.at(FaultCode.FILE_MISSING, str(file), "", "no such file", "correct the path")
     try:
         text = read_given(file, TABLE).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -266,17 +320,21 @@ def _numbered_lines(file: Path) -> list[tuple[int, str]]:
     return [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
 
 
-def _number(cell: str, display_name: str, line: int, header: str, delimiter: str) -> float:
+def _number(cell: str, display_name: str, line: str, header: str, delimiter: str) -> float:
     text = cell.strip().replace(",", ".") if delimiter != "," else cell.strip()
     try:
         value = float(text)
     except ValueError:
         value = float("nan")
-    place = f"line {line}, column {header.strip()}"
+    place = f"{line}, column {header.strip()}"
     if not np.isfinite(value):
         reason = f"{cell!r} is not a number"
         raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, "correct the cell")
     if abs(value) > LARGEST:
-        reason = f"{value:g} is larger than any plausible value"
-        raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, "correct the cell")
+        raise _too_large(value, display_name, place)
     return value
+
+
+def _too_large(value: float, display_name: str, place: str) -> InputError:
+    reason = f"{value:g} is larger than any plausible value"
+    return InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, "correct the cell")

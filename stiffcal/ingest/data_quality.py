@@ -24,7 +24,7 @@ from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.force_zero_faults import force_zero_faults
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
-from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, place_of_row, units_in_file
+from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, header_of_file, place_of_row
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.reading_bounds import check_displacements
 from stiffcal.reduction.repeated_rows import repeated_rows
@@ -47,6 +47,7 @@ class DataQuality:
         self._unit_conflicts: dict[tuple[str, str], tuple[str, ...]] = {}
         self._compared: set[str] = set()
         """Sources whose units were compared with those that a log states."""
+        self._of_files: list[str] = []
 
     def update(self, source: str, file: str, rows: Rows, run: str = "") -> None:
         """Look at rows as they stream past; raises `InputError` at what cannot be.
@@ -56,7 +57,7 @@ class DataQuality:
         key = (source, file, run)
         if key not in self.logs:
             settings = self._campaign.manifest.sources[source]
-            self._compare_units(source, file)
+            self._look_at_header(source, file)
             place = partial(partial, place_of_row, self._campaign.folder, settings)
             files = files_of_signals(settings, source)
             elsewhere = {signal: (own, place(own)) for signal, own in files.items()}
@@ -76,15 +77,16 @@ class DataQuality:
             factors = {column: unit.factor for column, unit in declared_units(settings).items()}
             self._copies.update(file, rows.number, rows.signals, self.logs[key].columns, factors)
 
-    def _compare_units(self, source: str, file: str) -> None:
-        """Compare the units that a log states with the manifest's; in the first log alone where that takes long."""
+    def _look_at_header(self, source: str, file: str) -> None:
+        """Compare a log's units with the manifest's, in the first log alone where that takes long; keep its remarks."""
         settings, folder = self._campaign.manifest.sources[source], self._campaign.folder
         for own in {file, *files_of_signals(settings, source).values()} if settings.in_files else ():
             if (source, own) not in self._unit_conflicts:
                 later = source in self._compared
                 self._compared.add(source)
-                stated = units_in_file(folder, settings, own, at_once=later)
-                self._unit_conflicts[source, own] = unit_conflicts(settings, stated)
+                header = header_of_file(folder, settings, own, at_once=later)
+                self._unit_conflicts[source, own] = unit_conflicts(settings, header.units)
+                self._of_files += [f"{own}: {remark}" for remark in header.remarks]
 
     def stuck_channel_faults(self) -> list[Fault]:
         """Return a fault for every channel that does not change: the cause where load and motion contradict."""
@@ -103,7 +105,7 @@ class DataQuality:
         """Return warnings: doubts that are no faults."""
         remarks = [remark for watch in self.logs.values() for remark in watch.remarks()]
         remarks += constant_signals(self.logs)[1]
-        remarks += self._copies.warnings()
+        remarks += self._copies.warnings() + self._of_files
         remarks += conflict_warnings((file, found) for (_, file), found in self._unit_conflicts.items())
         dead = {key: watch.dead() for key, watch in self.logs.items()}
         n_logs = Counter(source for source, _, _ in self.logs)

@@ -1,4 +1,4 @@
-"""Parsing a log in the child process: its header, or its rows."""
+"""Parsing a log in the child process: its header, its rows, or the first of them."""
 
 from __future__ import annotations
 
@@ -27,10 +27,14 @@ def answers(values: Document) -> Generator[tuple[bytes, int], None, None]:
     request = LogRequest.of(values)
     open_log: Parser = _module_of(values).open_log
     with open_log(request.path, request.options, request.display_name) as log:
+        if request.asked == "first rows" and request.wanted is not None:
+            for batch in log.first_rows(request.wanted.names):
+                yield batch_message(batch), log.unpacked
+            return
         if request.wanted is not None:
             log.check(request.wanted)
-        if request.wanted is None or not request.with_rows:
-            yield header_message(log.columns, log.units, log.n_rows), log.unpacked
+        if request.wanted is None or request.asked == "header":
+            yield header_message(log.header()), log.unpacked
             return
         for batch in log.batches(request.wanted):
             yield batch_message(batch), log.unpacked

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from stiffcal.arrays import Floats
 from stiffcal.bounded_work.client import Work
 from stiffcal.limits import COLUMNS, LINE, ROWS, check_unpacked
 from stiffcal.log_columns import Batch, Options, WantedColumns
 from stiffcal.parsers import answering
-from stiffcal.parsers.messages import LogRequest, batch_of
-
-
-@dataclass(frozen=True)
-class LogHeader:
-    """What a log states of itself."""
-
-    columns: tuple[str, ...]
-    units: dict[str, str]
-    n_rows: int | None
+from stiffcal.parsers.messages import Asked, LogHeader, LogRequest, batch_of, header_of
 
 
 @dataclass(frozen=True)
@@ -40,10 +32,9 @@ class ParsedFile:
 
     def header(self, wanted: WantedColumns | None) -> LogHeader:
         """Return what it states; with `wanted`, check that these columns are there."""
-        ((head, _),) = self._work(wanted, with_rows=False).answers()
+        ((head, _),) = self._work(wanted, "header").answers()
         COLUMNS.check(len(head["columns"]), self.display_name)
-        units = {str(name): str(unit) for name, unit in head["units"].items()}
-        return LogHeader(tuple(map(str, head["columns"])), units, head["n_rows"])
+        return header_of(head)
 
     def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
         """Yield its rows as they come.
@@ -53,7 +44,7 @@ class ParsedFile:
         InputError
             As the format's parser raises it; and where it takes more than is allowed, or ends the process.
         """
-        work, sent = self._work(wanted, with_rows=True), 0
+        work, sent = self._work(wanted, "rows"), 0
         with closing(work.answers()) as answers:
             for head, rest in answers:
                 batch = batch_of(head, rest)
@@ -65,8 +56,17 @@ class ParsedFile:
                 check_unpacked(sent, work.size, self.display_name)
                 yield batch
 
-    def _work(self, wanted: WantedColumns | None, *, with_rows: bool) -> Work:
-        request = LogRequest(self.log_format, self.path, self.options, self.display_name, wanted, with_rows)
+    def first_rows(self, names: Sequence[str]) -> dict[str, Floats | list[str]]:
+        """Return the first rows of columns of unknown kind: (n,) numbers, NaN for gaps, or n words."""
+        found: dict[str, Floats | list[str]] = {}
+        with closing(self._work(WantedColumns(tuple(names)), "first rows").answers()) as answers:
+            for head, rest in answers:
+                batch = batch_of(head, rest)
+                found |= {**batch.numbers, **batch.texts}
+        return found
+
+    def _work(self, wanted: WantedColumns | None, asked: Asked) -> Work:
+        request = LogRequest(self.log_format, self.path, self.options, self.display_name, wanted, asked)
         mend = "copy it again from its origin, or log again"
         return Work(answering.__name__, request.values(), _size_of(self.path), self.display_name, mend)
 

@@ -3,16 +3,35 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from stiffcal.bounded_work.messages import Document, joined
 from stiffcal.log_columns import Batch, Options, WantedColumns
 
+Asked: TypeAlias = Literal["header", "rows", "first rows"]
+"""Of a log: what it states, all rows, or the first ones of columns of unknown kind."""
 CODES, NUMBERS = np.dtype("<i4"), np.dtype("<f8")
+
+
+@dataclass(frozen=True)
+class LogHeader:
+    """What a log states of itself.
+
+    Attributes
+    ----------
+    columns, units, n_rows, remarks : as `OpenLog` has them. options : as understood, found ones included.
+    """
+
+    columns: tuple[str, ...]
+    units: Mapping[str, str]
+    n_rows: int | None
+    options: Mapping[str, object] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -25,8 +44,7 @@ class LogRequest:
     display_name: str
     wanted: WantedColumns | None
     """Columns that must be there; None: whichever there are."""
-    with_rows: bool
-    """False: the header alone."""
+    asked: Asked
 
     def values(self) -> Document:
         """Return it as a document."""
@@ -37,7 +55,7 @@ class LogRequest:
             "options": dict(self.options),
             "name": self.display_name,
             "wanted": None if wanted is None else _wanted_parts(wanted),
-            "rows": self.with_rows,
+            "asked": self.asked,
         }
 
     @classmethod
@@ -48,7 +66,7 @@ class LogRequest:
             *names, order = given["wanted"]
             numbers, texts, times, gaps, unjudged = map(tuple, names)
             wanted = WantedColumns(numbers, texts, times, frozenset(gaps), frozenset(unjudged), str(order))
-        return cls(given["format"], Path(given["path"]), given["options"], given["name"], wanted, given["rows"])
+        return cls(given["format"], Path(given["path"]), given["options"], given["name"], wanted, given["asked"])
 
 
 def _wanted_parts(wanted: WantedColumns) -> list[object]:
@@ -56,9 +74,20 @@ def _wanted_parts(wanted: WantedColumns) -> list[object]:
     return [*names, wanted.date_order]
 
 
-def header_message(columns: Sequence[str], units: Mapping[str, str], n_rows: int | None) -> bytes:
+def header_message(header: LogHeader) -> bytes:
     """Return the message of a log's header."""
-    return joined({"kind": "header", "columns": list(columns), "units": dict(units), "n_rows": n_rows})
+    return joined({"kind": "header", **asdict(header)})
+
+
+def header_of(head: Document) -> LogHeader:
+    """Return the header of a message."""
+    return LogHeader(
+        tuple(map(str, head["columns"])),
+        {str(name): str(unit) for name, unit in head["units"].items()},
+        head["n_rows"],
+        dict(head["options"]),
+        tuple(map(str, head["remarks"])),
+    )
 
 
 def batch_message(batch: Batch) -> bytes:

@@ -23,7 +23,14 @@ from stiffcal.propose.drive_columns import (
     as_roles,
     drive_columns,
 )
-from stiffcal.propose.from_table import Proposal, arm_of_given, check_robot_fits, robot_text, write_proposal
+from stiffcal.propose.from_table import (
+    Proposal,
+    arm_of_given,
+    check_robot_fits,
+    remarks_of_tables,
+    robot_text,
+    write_proposal,
+)
 from stiffcal.propose.lines import (
     FORCE_SENSOR,
     LARGEST_RADIAN,
@@ -33,7 +40,8 @@ from stiffcal.propose.lines import (
     signal_lines,
     unit_of_role,
 )
-from stiffcal.propose.table_sniffing import SniffedTable, sniff_table
+from stiffcal.propose.other_tables import table_of
+from stiffcal.propose.table_sniffing import SniffedTable
 
 CLAMPED, FRICTION = "clamped", "friction"
 KINDS_OF_LOGS = (CLAMPED, FRICTION)
@@ -129,7 +137,7 @@ def draft_from_logs(
     position = ["angle [deg]"]
     """
     tables = list(tables)
-    sniffed = [sniff_table(path) for path in tables]
+    sniffed = [table_of(path) for path in tables]
     arm = arm_of_given(urdf, robot, [column for table in sniffed for column in table.columns])
     logs = [
         _Log(path, table, drive_columns(table.columns, [c for c in arm.columns if c in table.columns]))
@@ -164,7 +172,9 @@ def draft_from_logs(
     unused = tuple(column.header for log in firsts.values() for column in log.drives.unused)
     measured = sorted({joint for joints in moved for joint in joints}) or list(range(1, count + 1))
     model = _model_text(kind, measured)
-    proposal = Proposal(as_text(lines), text, copies | extra, tuple(marked), unused, model=model)
+    proposal = Proposal(
+        as_text(lines), text, copies | extra, tuple(marked), unused, model=model, remarks=remarks_of_tables(sniffed)
+    )
     check_robot_fits(proposal, roles, urdf)
     return proposal
 
@@ -264,8 +274,7 @@ def _missing(display_name: str, reason: str, mend: str) -> InputError:
 def _source_lines(name: str, log: _Log) -> list[ProposedLine]:
     lines = [ProposedLine(""), ProposedLine(f"[sources.{name}]")]
     if log.table.options:
-        options = ", ".join(f"{key} = {toml_text.value(value)}" for key, value in log.table.options.items())
-        lines.append(ProposedLine(f"csv = {{ {options} }}"))
+        lines.append(ProposedLine(log.table.options_text))
     lines.append(_time_line(log.drives))
     if log.drives.temperature:
         role = Role(log.drives.temperature)

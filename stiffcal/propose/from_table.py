@@ -25,9 +25,10 @@ from stiffcal.propose.lines import (
     source_lines,
 )
 from stiffcal.propose.noise import with_noise_lines
+from stiffcal.propose.other_tables import table_of
 from stiffcal.propose.robot import robot_lines
 from stiffcal.propose.table_purpose import check_purpose, serves_absolute
-from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, sniff_table
+from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.templates import chosen_robot, write_folder
 from stiffcal.propose.urdf_arm import UrdfArm, arm_of_table
 from stiffcal.table_layout.layout import NAMELESS
@@ -60,7 +61,7 @@ class Proposal:
     runs: tuple[str, ...] = ()
     """The names of the runs that files make by patterns."""
     remarks: tuple[str, ...] = ()
-    """A sentence on every file that is not used."""
+    """Sentences on files: on each that is not used, on what a spreadsheet hides."""
 
 
 def draft_campaign(
@@ -94,7 +95,7 @@ def draft_campaign(
     >>> print(draft_campaign([path]).manifest.splitlines()[7][:67])
     wrench = { columns = ["Fx", "Fy", "Fz"], units = { force = "N" }, a
     """
-    sniffed = [sniff_table(path) for path in tables]
+    sniffed = [table_of(path) for path in tables]
     _check_together(sniffed)
     columns = [column for table in sniffed for column in table.columns]
     arm = arm_of_given(urdf, robot, columns)
@@ -116,9 +117,18 @@ def draft_campaign(
     marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
     unused = tuple(column.header for column in roles.unused)
     lacks_tool = tool is None and not serves_absolute(roles)
-    proposal = Proposal(manifest, text, copies | extra, tuple(marked), unused, lacks_tool=lacks_tool, roles=roles)
+    files = copies | extra
+    remarks = remarks_of_tables(sniffed)
+    proposal = Proposal(
+        manifest, text, files, tuple(marked), unused, remarks=remarks, lacks_tool=lacks_tool, roles=roles
+    )
     check_robot_fits(proposal, roles, urdf)
     return proposal
+
+
+def remarks_of_tables(tables: Sequence[SniffedTable]) -> tuple[str, ...]:
+    """Return what a person should know of the files, each remark with its file."""
+    return tuple(f"{table.path.name}: {remark}" for table in tables for remark in table.remarks)
 
 
 def arm_of_given(urdf: Path | None, robot: str | None, columns: Sequence[SniffedColumn]) -> UrdfArm:
@@ -205,7 +215,7 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
                 reason,
                 "tables that belong together have the same number of rows",
             )
-        if table.options != first.options:
+        if (table.log_format, table.options) != (first.log_format, first.options):
             reason = f"its format differs from that of {first.path.name}"
             raise InputError.at(
                 FaultCode.SHAPE_MISMATCH,

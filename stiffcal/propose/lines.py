@@ -120,8 +120,7 @@ def source_lines(
     else:
         texts.append(f"files = {{ {', '.join(_file_of_signals(tables, roles))} }}")
     if tables[0].options:
-        options = ", ".join(f"{key} = {toml_text.value(value)}" for key, value in tables[0].options.items())
-        texts.append(f"csv = {{ {options} }}")
+        texts.append(tables[0].options_text)
     absolute = serves_absolute(roles)
     lines = [*map(ProposedLine, texts), ProposedLine('sampling = "states"') if absolute else _run_line(roles)]
     if roles.time is not None and not (absolute and _stands_still(roles.time)):

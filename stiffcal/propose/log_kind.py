@@ -7,7 +7,6 @@ marked with ``# ?``.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,16 +16,14 @@ from stiffcal.campaign.file_formats import format_of
 from stiffcal.campaign.source import TIMES_IN_WORDS
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
-from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
-from stiffcal.log_columns import WantedColumns
 from stiffcal.propose.column_roles import Roles, recognise
 from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, Question, signal_lines
-from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, sniff_table
-from stiffcal.readers import Reader, find_reader
+from stiffcal.propose.other_tables import TEXT, other_table
+from stiffcal.propose.table_sniffing import SniffedColumn, sniff_table
+from stiffcal.readers import find_reader
 
 FIRST_BYTES = 1 << 14
-TEXT = "csv"
 
 # Words of a maker in the name or the first lines, what it is called here, and the name of the source.
 MAKERS: tuple[tuple[str, str, str], ...] = (
@@ -127,7 +124,7 @@ def log_kind(
     device, name = _maker(path.name.replace("_", " ") + "\n" + (text if found_format == TEXT else ""))
     try:
         reader = find_reader(path, found_format, display_name)
-        table = sniff_table(path) if reader.name == TEXT else _other_table(reader, path, display_name)
+        table = sniff_table(path) if reader.name == TEXT else other_table(reader, path, display_name)
     except InputError as error:
         fault = error.faults[0]
         return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
@@ -168,34 +165,6 @@ def _maker(text: str) -> tuple[str, str]:
         if re.search(words, text):
             return device, name
     return "", ""
-
-
-def _other_table(reader: Reader, path: Path, display_name: str) -> SniffedTable:
-    """Return the columns that a file of another format names itself, with the first values of those that are used.
-
-    Raises
-    ------
-    InputError : the file is damaged, or holds no columns that can be found without an option.
-    """
-    header = reader.read_header(path, {}, display_name)
-    named = tuple(SniffedColumn(name, name, header.units.get(name), (math.nan,)) for name in header.columns)
-    if not named:
-        reason, mend = "it has no columns at its top", f"state where they lie: {reader.name} = {{ … }}"
-        raise InputError.at(FaultCode.LOG_PART_MISSING, display_name, "", reason, mend)
-    unused = {column.header for column in recognise(named).unused}
-    wanted = [name for name in header.columns if name not in unused]
-    values = _first_values(reader, path, display_name, wanted)
-    columns = tuple(replace(column, values=values.get(column.header, column.values)) for column in named)
-    return SniffedTable(path, columns, header.n_rows or 0, {})
-
-
-def _first_values(reader: Reader, path: Path, display_name: str, names: Sequence[str]) -> dict[str, tuple[float, ...]]:
-    """Return the first values of columns; none where the file cannot be read, which `check` reports with the place."""
-    try:
-        batch = next(iter(reader.read_batches(path, {}, WantedColumns(tuple(names)), display_name)), None)
-    except InputError:
-        return {}
-    return {} if batch is None else {name: tuple(batch.numbers[name].tolist()) for name in names}
 
 
 def unfilled_time(source: str) -> ProposedLine:

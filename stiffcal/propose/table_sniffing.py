@@ -11,7 +11,7 @@ from pathlib import Path
 
 from stiffcal.campaign.column_names import header_parts
 from stiffcal.errors import InputError
-from stiffcal.escapes import csv_cell
+from stiffcal.escapes import csv_cell, toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.scope_export import TIME, TIME_UNIT
 from stiffcal.measurements.timestamps import DAY_FIRST, seconds_of_times, unit_of_times
@@ -66,6 +66,14 @@ class SniffedTable:
     """Rows per second, where the file states it."""
     left_out: tuple[tuple[str, str], ...] = ()
     """Columns that no manifest can name, each with the reason."""
+    remarks: tuple[str, ...] = ()
+    """What a person should know of the file, in words."""
+
+    @property
+    def options_text(self) -> str:
+        """The manifest's line of the options, "" where the defaults hold."""
+        options = ", ".join(f"{key} = {toml_text.value(value)}" for key, value in self.options.items())
+        return f"{self.log_format} = {{ {options} }}" if options else ""
 
 
 def sniff_table(path: Path) -> SniffedTable:

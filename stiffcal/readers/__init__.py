@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, cast
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.file_formats import format_names, log_format, log_formats
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
@@ -79,6 +80,8 @@ class Header:
     """The number of data rows where the format states it without reading them, else None."""
     options: dict[str, object] = field(default_factory=dict)
     """The options as understood, detected ones included (a delimiter that was not given)."""
+    remarks: tuple[str, ...] = ()
+    """What a person should know of the log, in words: rows that a spreadsheet hides."""
 
 
 class NoOptions(TomlTable):
@@ -126,6 +129,8 @@ class Reader(ABC):
     """The table of options of a source, ``csv = {…}``; its fields are what `read_batches` is given."""
     header_at_once: ClassVar[bool] = False
     """True where names and units are the first lines of a file, and need no library to be read."""
+    has_remarks: ClassVar[bool] = False
+    """True where a header may hold remarks, so that every file's is read."""
     in_files: ClassVar[bool] = True
     """False where the logs are no files: `file` of a source is then a table or a query; see `DatabaseReader`."""
     fuzz_inputs: ClassVar[tuple[FuzzInput, ...]] = ()
@@ -155,6 +160,23 @@ class Reader(ABC):
     ) -> Iterator[Batch]:
         """Yield the rows in order, streamed. Raises `InputError` at the first fault, with its place."""
 
+    def first_rows(
+        self, path: Path, options: Options, names: Sequence[str], display_name: str = ""
+    ) -> dict[str, Floats | list[str]]:
+        """Return the first rows of columns of unknown kind: (n,) numbers, NaN for gaps, or n words.
+
+        A column that is neither is left out.
+        """
+        found: dict[str, Floats | list[str]] = {}
+        for name in names:
+            for wanted in (WantedColumns((name,), gaps=frozenset((name,))), WantedColumns((), (name,))):
+                with suppress(InputError):
+                    batch = next(iter(self.read_batches(path, options, wanted, display_name)), None)
+                    found |= {} if batch is None else {**batch.numbers, **batch.texts}
+                if name in found:
+                    break
+        return found
+
     @abstractmethod
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return the place of data row `row` (from 1) in the file, e.g. ``line 12``."""
@@ -172,7 +194,7 @@ class ParsedReader(Reader):
     ) -> Header:
         """Return the columns, and the units and number of rows that the file states."""
         found = self._file(path, options, display_name or str(path)).header(wanted)
-        return Header(found.columns, found.units, found.n_rows)
+        return Header(found.columns, dict(found.units), found.n_rows, dict(found.options), found.remarks)
 
     def read_batches(
         self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
@@ -186,6 +208,12 @@ class ParsedReader(Reader):
             cell that is no finite number; for one whose parsing takes more than is allowed.
         """
         yield from self._file(path, options, display_name or str(path)).batches(wanted)
+
+    def first_rows(
+        self, path: Path, options: Options, names: Sequence[str], display_name: str = ""
+    ) -> dict[str, Floats | list[str]]:
+        """Return the first rows of columns of unknown kind, as the parser finds them."""
+        return self._file(path, options, display_name or str(path)).first_rows(names)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``row n``."""

@@ -17,7 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import unit
-from stiffcal.readers import Batch, DatabaseReader, RawRows, WantedColumns, find_reader
+from stiffcal.readers import Batch, DatabaseReader, Header, RawRows, WantedColumns, find_reader
 from stiffcal.reduction.excluded_rows import RowExclusions
 from stiffcal.reduction.instrument_readings import instrument_readings
 from stiffcal.reduction.kept_rows import (
@@ -233,18 +233,18 @@ def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
     return str(reader.place_of_row(folder / file, reader_options(source, reader.name, file), row))
 
 
-def units_in_file(folder: Path, source: Source, file: str, at_once: bool) -> dict[str, str]:
-    """Return the units that a file states next to its columns' names, by column; empty where it states none.
+def header_of_file(folder: Path, source: Source, file: str, at_once: bool) -> Header:
+    """Return what a file states of itself: the units next to its columns' names, and remarks.
 
     Parameters
     ----------
-    at_once : leave out a file whose header is not read at once.
+    at_once : an empty header of a file whose own is not read at once, and would hold no remark.
     """
     path = folder / file
     reader = find_reader(path, source.format_for(file), file)
-    if at_once and not reader.header_at_once:
-        return {}
-    return dict(reader.read_header(path, reader_options(source, reader.name, file), file).units)
+    if at_once and not (reader.header_at_once or reader.has_remarks):
+        return Header(())
+    return reader.read_header(path, reader_options(source, reader.name, file), file)
 
 
 def raw_rows_of(folder: Path, source: Source, file: str, rows: Collection[int]) -> RawRows:

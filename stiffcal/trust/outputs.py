@@ -25,7 +25,7 @@ from stiffcal.trust.state import fault_of_owner, make_private
 OUTPUTS = "outputs"
 MOST_OUTPUTS = 10_000
 """As many as generations of stores; of more the oldest are forgotten, and their files count as not written."""
-PICTURES, TABLES = (".svg", ".png", ".pdf"), (".csv", ".parquet")
+PICTURES, TABLES = (".svg", ".png", ".pdf"), (".csv", ".xlsx", ".parquet")
 """Endings of what most commands write."""
 CHUNK = 1 << 20
 _of_this_process: set[str] = set()

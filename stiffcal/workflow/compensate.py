@@ -72,8 +72,8 @@ def compensate_campaign(
     folder : a campaign folder with a fit, with logs to fit, or with a model file that values every parameter.
     options : path, forces, and what is to be reached.
     context : store, progress and so on.
-    output : CSV or Parquet for the corrected joints with the predicted deflection and what the model's uncertainty
-        leaves of it.
+    output : CSV, workbook or Parquet for the corrected joints with the predicted deflection and what the model's
+        uncertainty leaves of it.
     picture : SVG, PNG or PDF of the error along the path, with and without the correction.
 
     Returns
@@ -193,7 +193,7 @@ def _check_reached(path: CompensationPath, corrected: Corrected) -> None:
         rows = np.flatnonzero(missed & of_kind)
         if rows.size:
             left_mm = 1e3 * float(np.linalg.norm(corrected.after[rows, :3], axis=1).max())
-            place = lines_in_words(path.table.lines[rows])
+            place = lines_in_words(path.table.lines[rows], path.table.line_word)
             reason = f"{reason}: {'up to ' if rows.size > 1 else ''}{left_mm:.3g} mm remain"
             faults.append(Fault(FaultCode.POSE_UNREACHABLE, path.table.file, place, reason, mend))
     raise_faults(faults)
@@ -280,7 +280,7 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
     only = corrected.position_reached & ~corrected.reached
     if options.orientation and only.any():
         worst = 1e3 * float(np.abs(corrected.after[only, 3:]).max())
-        lines = lines_in_words(path.table.lines[only])
+        lines = lines_in_words(path.table.lines[only], path.table.line_word)
         limited = sorted({name for names in corrected.held for name in names})
         why = f"{', '.join(limited)} at its limit" if limited else "near a singular pose"
         sentences.append(f"{lines}: the position is reached, the orientation differs by up to {worst:.2g} mrad ({why})")

@@ -146,7 +146,7 @@ def read_path(
         raise InputError.at(
             FaultCode.TIME_ORDER,
             table.file,
-            f"line {table.lines[row]}, column t",
+            f"{table.place(row)}, column t",
             "time decreases",
             "sort the rows by time",
         )
@@ -169,7 +169,7 @@ def _check_limits(fitted: FittedRobot, table: WrittenTable, joints: Floats) -> N
             Fault(
                 FaultCode.POSE_UNREACHABLE,
                 table.file,
-                f"line {table.lines[row]}",
+                table.place(row),
                 reason,
                 f"keep it within {low:g}{mark} … {high:g}{mark}",
             )
@@ -201,11 +201,11 @@ def _from_poses(
         quaternion = table.block(QUATERNION)
         wrong = np.abs(np.linalg.norm(quaternion, axis=1) - 1.0) > 0.01
         if wrong.any():
-            line = table.lines[int(np.argmax(wrong))]
+            place = table.place(int(np.argmax(wrong)))
             raise InputError.at(
                 FaultCode.NUMBER_INVALID,
                 table.file,
-                f"line {line}",
+                place,
                 "qw, qx, qy, qz is not a unit quaternion",
                 "correct the row",
             )
@@ -229,8 +229,8 @@ def _from_poses(
         raise_faults(
             shortened(
                 [
-                    Fault(FaultCode.POSE_UNREACHABLE, table.file, f"line {k}", reason, mend)
-                    for k in table.lines[~reached]
+                    Fault(FaultCode.POSE_UNREACHABLE, table.file, table.place(row), reason, mend)
+                    for row in np.flatnonzero(~reached).tolist()
                 ]
             )
         )
@@ -357,11 +357,11 @@ def _segment_loads(table: WrittenTable, file: Path) -> _Loads:
         Fault(
             FaultCode.DATA_MISSING,
             table.file,
-            f"line {line}",
+            table.place(row),
             f"no force for the segment {word}",
             f"add it to {listed.file}",
         )
-        for line, word in zip(table.lines, table.words[SEGMENT], strict=True)
+        for row, word in enumerate(table.words[SEGMENT])
         if word not in names
     ]
     doubled = sorted({name for name in names if names.count(name) > 1})
@@ -396,7 +396,7 @@ def _logged(
     steps = np.diff(moments)
     if len(moments) < 2 or np.any(steps <= 0.0):
         row = int(np.argmax(steps <= 0.0)) + 1 if len(moments) > 1 else 0
-        place = f"line {log.lines[row]}, column t"
+        place = f"{log.place(row)}, column t"
         raise InputError.at(FaultCode.TIME_ORDER, log.file, place, "time does not increase", "sort the rows by time")
     period = float(np.median(steps))
     if at[0] < moments[0] - period or at[-1] > moments[-1] + period:

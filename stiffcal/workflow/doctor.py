@@ -10,6 +10,7 @@ from importlib import metadata
 from typing import Literal
 
 from stiffcal import __version__
+from stiffcal.campaign.file_formats import format_names
 from stiffcal.documents import CommandResult
 from stiffcal.trust.state import fault_of_place, state_folder
 
@@ -18,6 +19,7 @@ PURPOSES = {
     "section": "stiffness of links from drawn sections",
     "tdms": "logs of LabVIEW (TDMS)",
     "ros": "logs of ROS 1, ROS 2 and MCAP",
+    "c3d": "logs of motion capture (C3D)",
     "postgres": "logs in a PostgreSQL database",
 }
 """What each extra of the package is for."""
@@ -59,6 +61,8 @@ class DoctorResult(CommandResult):
     """Whether every library without which stiffcal does not run is installed."""
     libraries: list[LibraryStatus]
     """Those without which stiffcal does not run, then those of the extras."""
+    formats: list[str]
+    """The formats of logs that are read, those whose library is missing included."""
     plugins: list[str]
     """Effects and log formats of other installed packages."""
     state_folder: str | None
@@ -78,6 +82,7 @@ def examine_installation() -> DoctorResult:
         platform=f"{platform.system()} {platform.machine()}",
         complete=all(library.version is not None for library in libraries if not library.extra),
         libraries=libraries,
+        formats=list(format_names()),
         plugins=sorted(f"{point.group.rpartition('.')[2]}: {point.name} ({point.value})" for point in points),
         state_folder=None if folder is None else str(folder),
         state_fault="" if folder is None or not folder.exists() else fault_of_place(folder),

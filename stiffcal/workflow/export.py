@@ -1,4 +1,4 @@
-"""The numbers for other programs: states as CSV or Parquet, the model as JSON, the robot as URDF or robot file."""
+"""The numbers for other programs: states as CSV, workbook or Parquet, the model as JSON, the robot as URDF or rows."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from stiffcal.workflow.command_results import ExportResult
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import HELDOUT_STATES, Ingested, RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.workflow.workbook import ENDING, check_size, write_workbook
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -76,10 +77,10 @@ def export_campaign(
     folder : the campaign folder.
     context : store, progress and so on.
     output : default DIR/states.csv.
-        ``*.csv`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit with its
-        model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own; ``*.toml``: the
-        calibrated robot as a robot file; ``*.xml``: the robot for MuJoCo, with its springs; ``*.c``: the compensation
-        of a controller's loop as C99, with its header; ``*.st``: the same as Structured Text (IEC 61131-3).
+        ``*.csv``, ``*.xlsx`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit
+        with its model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own; ``*.toml``:
+        the calibrated robot as a robot file; ``*.xml``: the robot for MuJoCo, with its springs; ``*.c``: the
+        compensation of a controller's loop as C99, with its header; ``*.st``: the same as Structured Text (IEC 61131-3).
     raw_text : leave texts in a CSV file as they are, also those that a spreadsheet takes for formulas.
     loop : how the loop runs, for code; None: as `ControllerOptions` is.
     rows : of a robot file; None: in the convention of the campaign's own.
@@ -183,7 +184,7 @@ def _readings(data: Ingested) -> pa.Table:
 def write_table(
     table: pa.Table | Mapping[str, Any], output: Path, *, raw_text: bool = False, overwrite: bool = False
 ) -> None:
-    """Write a table as CSV or Parquet, by the file's ending.
+    """Write a table as CSV, workbook or Parquet, by the file's ending.
 
     Parameters
     ----------
@@ -200,12 +201,17 @@ def write_table(
     from stiffcal.store import table_of
 
     whole = table if isinstance(table, pa.Table) else table_of(dict(table))
+    if output.suffix.lower() == ENDING:
+        check_size(str(output), whole.num_rows, whole.num_columns)
     with written(output, overwrite) as temporary:
         if output.suffix.lower() == ".parquet":
             import pyarrow.parquet as parquet
 
             with temporary.open("wb") as file:  # as a path pyarrow takes no name that is not UTF-8
                 parquet.write_table(whole, file)
+        elif output.suffix.lower() == ENDING:
+            rows = (row for batch in whole.to_batches() for row in zip(*(c.to_pylist() for c in batch), strict=True))
+            write_workbook(temporary, whole.column_names, rows, "stiffcal")
         else:
             from pyarrow import csv
 

@@ -127,7 +127,7 @@ def init_campaign(
                 )
         written, guessed = proposal.files, list(proposal.guessed)
         lacks_tool = proposal.lacks_tool
-        unused = unused_columns(proposal.unused)
+        unused = [*proposal.remarks, *unused_columns(proposal.unused)]
         if not of_logs and (urdf is not None or robot is not None):
             from stiffcal.workflow.robot_remarks import remarks_of
 

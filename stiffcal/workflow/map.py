@@ -73,7 +73,7 @@ def map_campaign(
     folder : a campaign folder with a fit, with logs to fit, or with a model file that values every parameter.
     request : load, plane and what is wanted.
     context : store, progress and so on.
-    picture : SVG, PNG or PDF. table : CSV or Parquet with every point.
+    picture : SVG, PNG or PDF. table : CSV, workbook or Parquet with every point.
 
     Returns
     -------

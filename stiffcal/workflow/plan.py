@@ -32,6 +32,7 @@ from stiffcal.workflow.plan_remedies import remedies_of
 from stiffcal.workflow.plan_rivals import NamedRival, named_rival, rival_models, rivals_of_diagnosis
 from stiffcal.workflow.plan_sheet import CSV, PDF, write_sheet
 from stiffcal.workflow.steps import RunContext, with_trial_model
+from stiffcal.workflow.workbook import ENDING
 
 if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
@@ -54,7 +55,7 @@ class PlanRequest:
     force: float | None = None
     """Largest force, N; None: as plan.toml has it."""
     sheet: Path | None = None
-    """CSV or PDF file to write the run sheet to; None: nothing is written."""
+    """CSV, workbook or PDF file to write the run sheet to; None: nothing is written."""
     rivals: tuple[str, ...] = ()
     """Effects with their places that the runs are to distinguish, as "backlash j4"; empty: as ``purpose`` has it."""
     program: Path | None = None
@@ -91,7 +92,7 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
         check_program(request.program, campaign, kind_of(campaign, plan))
         check_output(request.program, overwrite=context.overwrite)
     if request.sheet is not None:
-        check_output(request.sheet, (CSV, PDF), context.overwrite)
+        check_output(request.sheet, (CSV, ENDING, PDF), context.overwrite)
     goals = wanted_goals(request.purpose, bool(request.rivals))
     model = planned_model(campaign, plan, context)
     result, candidates = _planned(campaign, plan, model, goals, request, context)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,8 +13,11 @@ import numpy as np
 from stiffcal.documents import Vector
 from stiffcal.escapes import csv_cell
 from stiffcal.trust.outputs import written
+from stiffcal.workflow.workbook import ENDING, write_workbook
 
 CSV, PDF = ".csv", ".pdf"
+WORDS = ("run", "state", "log")
+"""Columns of words in the run sheet; all others are of numbers."""
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -21,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def write_sheet(file: Path, campaign: Campaign, plan: PlanResult, *, overwrite: bool = False) -> None:
-    """Write the run sheet, as CSV or as PDF by the file's ending.
+    """Write the run sheet, as CSV, workbook or PDF by the file's ending.
 
     Raises
     ------
@@ -30,6 +34,10 @@ def write_sheet(file: Path, campaign: Campaign, plan: PlanResult, *, overwrite: 
     with written(file, overwrite) as temporary:
         if file.suffix.lower() == CSV:
             write_run_sheet(temporary, plan, _logs(campaign))
+            return
+        if file.suffix.lower() == ENDING:
+            head, rows = run_sheet(plan, _logs(campaign))
+            write_workbook(temporary, head, (_with_numbers(head, row) for row in rows), "runs")
             return
         from stiffcal.report.run_sheet import build_run_sheet
 
@@ -47,7 +55,26 @@ def _logs(campaign: Campaign) -> tuple[str, ...]:
 
 
 def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> None:
-    """Write the run sheet as CSV: run, rank, row in the run, state, joint angles (degrees), forces (N, base axes).
+    """Write the run sheet as CSV, text that a spreadsheet takes for a formula marked.
+
+    Parameters
+    ----------
+    file : to write. plan, sources : as in `run_sheet`.
+
+    Raises
+    ------
+    OSError : the file cannot be written.
+    """
+    head, rows = run_sheet(plan, sources)
+    with file.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow([csv_cell.escaped(name) for name in head])
+        for row in rows:
+            writer.writerow([csv_cell.escaped(cell) if isinstance(cell, str) else cell for cell in row])
+
+
+def run_sheet(plan: PlanResult, sources: tuple[str, ...]) -> tuple[list[str], list[list[str | int]]]:
+    """Return the run sheet, names and rows: run, rank, row in the run, state, joint angles (degrees), forces (N, base).
 
     Forces of clamped robots are those to be expected at the fixture. Then follow the minutes that the state takes, and
     what to log. The first and the last row of every load run are unloaded. Rows with number 0 are the warm-up and
@@ -55,20 +82,15 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
 
     Parameters
     ----------
-    file : to write.
     plan : its runs.
     sources : names of the logging devices, or of their files.
-
-    Raises
-    ------
-    OSError : the file cannot be written.
     """
     from stiffcal.planning.information import UNLOADED_READINGS
 
-    head = ["run", "rank", "row", "state", *(f"{csv_cell.escaped(name)} [deg]" for name in plan.joint_names)]
+    head = ["run", "rank", "row", "state", *(f"{name} [deg]" for name in plan.joint_names)]
     head += [f"{axis} [N]" for axis in ("Fx", "Fy", "Fz")] + ["minutes", "log"]
-    log = csv_cell.escaped(" ".join(sources))
-    rows: list[list[object]] = []
+    log = " ".join(sources)
+    rows: list[list[str | int]] = []
     if plan.warm_up_minutes:
         nothing = [""] * (len(plan.joint_names) + 3)
         rows.append(["", "", 0, "warm-up: move all joints", *nothing, f"{plan.warm_up_minutes:g}", ""])
@@ -84,8 +106,13 @@ def write_run_sheet(file: Path, plan: PlanResult, sources: tuple[str, ...]) -> N
             rows.append(
                 [run.id, run.rank, number, state, *_degrees(run.joints), *forces, f"{run.minutes_per_state:g}", log]
             )
-    with file.open("w", encoding="utf-8", newline="") as stream:
-        csv.writer(stream, lineterminator="\n").writerows([head, *rows])
+    return head, rows
+
+
+def _with_numbers(head: Sequence[str], row: Sequence[str | int]) -> list[str | float]:
+    """Return a row of the run sheet with numbers in place of their texts."""
+    named = zip(head, row, strict=True)
+    return [cell if name in WORDS or cell == "" else float(cell) for name, cell in named]
 
 
 def _degrees(joints: Vector) -> list[str]:

@@ -60,7 +60,7 @@ def predict_campaign(
     poses : CSV with a column per joint (degrees) and Fx … Tz (N, N·m): base axes, on the robot, at the manifest's load
         point; one state a row. Or the same as arrays.
     load_path : instead of ``poses``.
-    output : CSV or Parquet to write the result to.
+    output : CSV, workbook or Parquet to write the result to.
 
     Returns
     -------

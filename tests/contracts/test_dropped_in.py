@@ -99,7 +99,7 @@ def test_a_log_of_a_new_format_is_read_by_its_ending_by_its_name_and_with_its_op
 @pytest.mark.usefixtures("reader")
 def test_faults_of_the_manifest_know_a_new_format(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = in_json(tmp_path / "c")
-    rewrite(folder, ("[sources.table]\n", '[sources.table]\nformat = "json"\njsonrows = { kee = "x" }\nxml = { }\n'))
+    rewrite(folder, ("[sources.table]\n", '[sources.table]\nformat = "cbor"\njsonrows = { kee = "x" }\ncbor = { }\n'))
     *others, last = (f'"{name}"' for name in format_names())
     names = f"{', '.join(others)} or {last}"
     keys = "format, sampling, file, files, run, time, rows"
@@ -107,9 +107,9 @@ def test_faults_of_the_manifest_know_a_new_format(tmp_path: Path, capsys: pytest
     wrong = "campaign.toml: sources.table"
     signals = "joints, wrench, dead_weight, pose, poses, deflection, displacement, lengths, temperature, hold"
     assert refusal(capsys, "check", folder).splitlines() == [
-        f'{wrong}.format: "json" is not one of the choices; write one of {names} [value-invalid]',
+        f'{wrong}.format: "cbor" is not one of the choices; write one of {names} [value-invalid]',
         f'{wrong}.jsonrows.kee: unknown key "kee"; did you mean "key"? The keys here are key [key-unknown]',
-        f'{wrong}.xml: unknown key "xml"; remove it; the keys here are {keys}, {formats}, {signals} [key-unknown]',
+        f'{wrong}.cbor: unknown key "cbor"; remove it; the keys here are {keys}, {formats}, {signals} [key-unknown]',
     ]
 
 

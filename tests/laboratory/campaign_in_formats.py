@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import gzip
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.quaternions import quaternion_from_rotation
+from stiffcal.readers.ods import write_ods
 from tests.laboratory.bags import joint_state, pose, wrench, write_bag
 from tests.laboratory.database import VARIABLE, Database
 from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
+from tests.laboratory.workbooks import write_xlsx
 
 Columns = dict[str, NDArray[np.float64]]
 START_NS = 1_795_248_930_000_000_000
@@ -25,8 +28,14 @@ HELD = 6  # samples of one load state
 DEVICES = {"controller": "/joint_states", "ft": "/ft", "tracker": "/tool"}
 FORMATS = (
     *("csv", "csv.gz", "csv.bz2", "csv.xz", "csv.zst", "hdf5", "parquet"),
+    *("xlsx", "ods", "npz", "jsonl", "rsi"),
     *("tdms", "mat", "mat73", "mcap", "rosbag1", "rosbag2", "postgres"),
 )
+# each reading an attribute of an element of one letter
+RSI = {
+    name: f"R.{name}"
+    for name in ("t", *(f"A{k}" for k in range(1, 7)), *("Fx", "Fy", "Fz"), *"XYZ", *(f"q{c}" for c in "wxyz"))
+}
 BAGS = {"mcap": ".mcap", "rosbag1": ".bag", "rosbag2": ""}
 FIELDS = {
     "t": "header.stamp",
@@ -81,7 +90,7 @@ def _write_holds(path: Path, count: int) -> None:
 
 def _sources(log_format: str) -> str:
     ros = log_format in BAGS
-    name = FIELDS.__getitem__ if ros else str
+    name = FIELDS.__getitem__ if ros else RSI.__getitem__ if log_format == "rsi" else str
     said = log_format.split(".")[0].replace("mat73", "mat")
 
     def source(device: str, *signals: str) -> str:
@@ -112,7 +121,7 @@ def _write_run(
     if log_format == "postgres":
         assert database is not None
         return {device: _fill(database, run, device, columns) for device, columns in logs.items()}
-    ending = {"hdf5": "h5", "mat73": "mat"}.get(log_format, log_format)
+    ending = {"hdf5": "h5", "mat73": "mat", "rsi": "xml"}.get(log_format, log_format)
     files = {device: f"raw/{run}_{device}.{ending}" for device in logs}
     for device, columns in logs.items():
         WRITERS[log_format](folder / files[device], columns)
@@ -173,8 +182,41 @@ def _write_mat73(path: Path, columns: Columns) -> None:
             file["log"].create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
 
 
+def _write_xlsx(path: Path, columns: Columns) -> None:
+    write_xlsx(path, {"log": [list(columns), *zip(*(values.tolist() for values in columns.values()), strict=True)]})
+
+
+def _write_ods(path: Path, columns: Columns) -> None:
+    rows: list[list[str | float]] = [list(columns)]
+    write_ods(path, [*rows, *map(list, zip(*(values.tolist() for values in columns.values()), strict=True))])
+
+
+def _write_npz(path: Path, columns: Columns) -> None:
+    with path.open("wb") as file:
+        np.savez(file, **columns)  # type: ignore[arg-type]
+
+
+def _rows(columns: Columns) -> Iterator[dict[str, float]]:
+    for row in zip(*(values.tolist() for values in columns.values()), strict=True):
+        yield dict(zip(columns, row, strict=True))
+
+
+def _write_jsonl(path: Path, columns: Columns) -> None:
+    path.write_text("".join(json.dumps(row) + "\n" for row in _rows(columns)), encoding="utf-8")
+
+
+def _write_rsi(path: Path, columns: Columns) -> None:
+    lines = (" ".join(f'{name}="{value!r}"' for name, value in row.items()) for row in _rows(columns))
+    path.write_text("".join(f'<Rob TYPE="KUKA"><R {line}/></Rob>\n' for line in lines), encoding="utf-8")
+
+
 WRITERS: dict[str, Callable[[Path, Columns], None]] = {
     **dict.fromkeys(("csv", "csv.gz", "csv.bz2", "csv.xz", "csv.zst"), _write_csv),
+    "xlsx": _write_xlsx,
+    "ods": _write_ods,
+    "npz": _write_npz,
+    "jsonl": _write_jsonl,
+    "rsi": _write_rsi,
     "hdf5": _write_hdf5,
     "parquet": _write_parquet,
     "tdms": _write_tdms,

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.parsers.client import LogHeader, ParsedFile
+from stiffcal.parsers.client import ParsedFile
+from stiffcal.parsers.messages import LogHeader
 from stiffcal.parsers.open_log import OpenLog, Parser
 from stiffcal.readers import Batch, Reader, WantedColumns
 
@@ -45,7 +46,7 @@ def parse_here(monkeypatch: pytest.MonkeyPatch, rows: int) -> None:
         with _parser(file)(file.path, file.options, file.display_name) as log:
             if wanted is not None:
                 log.check(wanted)
-            return LogHeader(log.columns, log.units, log.n_rows)
+            return log.header()
 
     def batches(file: ParsedFile, wanted: WantedColumns) -> Iterator[Batch]:
         with _parser(file)(file.path, file.options, file.display_name) as log:

@@ -14,6 +14,12 @@ from stiffcal.reduction.logs import reader_options
 @pytest.mark.parametrize(
     ("name", "options"),
     [
+        ("c3d", {"data"}),
+        ("jsonl", set()),
+        ("npz", {"array", "columns"}),
+        ("ods", {"sheet", "skip_rows", "unit_row", "decimal"}),
+        ("rsi", set()),
+        ("xlsx", {"sheet", "skip_rows", "unit_row", "decimal"}),
         ("csv", {"delimiter", "decimal", "encoding", "skip_rows", "unit_row"}),
         ("hdf5", {"group", "dataset"}),
         ("mat", {"variable", "columns"}),

@@ -1,0 +1,339 @@
+"""Sheets of workbooks: the cells of one sheet as a table. calamine gives their values, `outlines` what it leaves out.
+
+A library of values alone would give a cell that was never computed, or that holds an error, as an empty one, and rows
+that the person has hidden like all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import date, datetime, time, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.files import open_regular
+from stiffcal.limits import COLUMNS
+from stiffcal.log_columns import (
+    Batch,
+    Options,
+    WantedColumns,
+    check_columns,
+    damaged_file_errors,
+    first_not_finite,
+    nearest_name,
+)
+from stiffcal.measurements.timestamps import seconds_of_times
+from stiffcal.parsers.open_log import OpenLog
+from stiffcal.parsers.sheets.outlines import Outline, OutlineOf, cell_name
+from stiffcal.table_layout.cells import is_gap, number
+from stiffcal.table_layout.layout import Layout, layout_of_rows
+
+if TYPE_CHECKING:
+    from python_calamine import CalamineSheet, CalamineWorkbook
+
+LIBRARIES = ("python_calamine",)
+"""Imported before the limits of a log hold."""
+Cell: TypeAlias = str | float | bool | datetime | date | time | timedelta
+_NUMBERED_ROWS = 4
+"""Rows of which a remark names each; of more it names the first and says how many."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The cells of one sheet.
+
+    Attributes
+    ----------
+    name : of the sheet. rows : of its cells, from the first row and column on. outline : what the values do not show.
+    """
+
+    name: str
+    rows: list[list[Cell]]
+    outline: Outline
+
+    def texts(self) -> list[list[str]]:
+        """Return the cells as text; what was merged stands in each cell that it covers."""
+        texts = [[text_of_cell(cell) for cell in row] for row in self.rows]
+        for top, left, bottom, right in self.outline.merged:
+            for row in texts[top : bottom + 1]:
+                row[left : right + 1] = [texts[top][left]] * len(row[left : right + 1])
+        return texts
+
+
+class OpenSheet(OpenLog):
+    """The table in a sheet."""
+
+    def __init__(self, sheet: Sheet, options: Options, display_name: str, hidden_sheets: Sequence[str]) -> None:
+        self.display_name, self.place = display_name, f"sheet {sheet.name!r}"
+        self._sheet, self._given = sheet, options
+        self._texts = sheet.texts()
+        layout = self._layout(())
+        self.columns, self.units = layout.columns, dict(layout.units)
+        self.n_rows = len(self._data_rows(layout))
+        self.options = {**options, "sheet": sheet.name}
+        self.remarks = tuple(self._remarks(layout, hidden_sheets))
+
+    def _layout(self, wanted: Sequence[str]) -> Layout:
+        skip, decimal, unit_row = (self._given.get(key) for key in ("skip_rows", "decimal", "unit_row"))
+        return layout_of_rows(
+            self._texts,
+            wanted=wanted,
+            header_row=skip if isinstance(skip, int) else None,
+            unit_row=unit_row if isinstance(unit_row, bool) else None,
+            decimal=str(decimal) if decimal else None,
+        )
+
+    def _data_rows(self, layout: Layout) -> list[int]:
+        """Return the numbers of the rows, from 0, that hold something under the names."""
+        count = len(layout.columns)
+        return [
+            row
+            for row in range(layout.first_data_row, len(self._texts))
+            if any(map(str.strip, self._texts[row][:count]))
+        ]
+
+    def _remarks(self, layout: Layout, hidden_sheets: Sequence[str]) -> Iterator[str]:
+        outline, place = self._sheet.outline, self.place
+        hidden = [row for row in self._data_rows(layout) if row in outline.hidden_rows]
+        if hidden:
+            listed = ", ".join(str(row + 1) for row in hidden[:_NUMBERED_ROWS])
+            more = f" and {len(hidden) - _NUMBERED_ROWS} more" if len(hidden) > _NUMBERED_ROWS else ""
+            rows = f"row {listed} is" if len(hidden) == 1 else f"rows {listed}{more} are"
+            yield f"{place}: {rows} hidden in the spreadsheet, and read like all others"
+        columns = [name for k, name in enumerate(layout.columns) if name and (k in outline.hidden_columns)]
+        if columns:
+            listed = ", ".join(map(repr, columns))
+            plural = "s" * (len(columns) > 1)
+            yield f"{place}: hidden in the spreadsheet, and read where wanted: column{plural} {listed}"
+        others = [name for name in hidden_sheets if name != self._sheet.name]
+        if others:
+            listed = ", ".join(map(repr, others))
+            yield f"not read, as hidden in the spreadsheet: sheet{'s' * (len(others) > 1)} {listed}"
+        if self._sheet.name in hidden_sheets:
+            yield f"{place} is hidden in the spreadsheet"
+
+    def check(self, wanted: WantedColumns) -> None:
+        """Raise an `InputError` for each wanted column that is not there."""
+        check_columns(wanted, self._layout(wanted.names).columns, self.display_name, self.place)
+
+    def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
+        """Yield the rows in batches.
+
+        Raises
+        ------
+        InputError
+            A cell is empty, merged with others, an error, not computed, or not of the column's kind.
+        """
+        layout = self._layout(wanted.names)
+        rows = self._data_rows(layout)
+        if not rows:
+            raise InputError.at(
+                FaultCode.FILE_EMPTY, self.display_name, self.place, "no data below the names", "fill the table in"
+            )
+        at = {name: layout.columns.index(name) for name in wanted.names}
+        merged = {
+            (row, column)
+            for top, left, bottom, right in self._sheet.outline.merged
+            for row in range(max(top, layout.first_data_row), min(bottom + 1, len(self._texts)))
+            for column in set(at.values()) & set(range(left, right + 1))
+            if (row, column) != (top, left)
+        }
+        for start in range(0, len(rows), self.BATCH_ROWS):
+            yield self._batch(rows[start : start + self.BATCH_ROWS], start, wanted, at, layout, merged)
+
+    def _batch(
+        self,
+        rows: list[int],
+        start: int,
+        wanted: WantedColumns,
+        at: dict[str, int],
+        layout: Layout,
+        merged: set[tuple[int, int]],
+    ) -> Batch:
+        numbers: dict[str, Floats] = {}
+        texts: dict[str, list[str]] = {}
+        for name in wanted.names:
+            column = at[name]
+            for row in rows:
+                self._check_cell(row, column, name)
+            if name in wanted.numbers:
+                gaps = name in wanted.gaps
+                numbers[name] = np.array(
+                    [self._number(row, column, name, layout, gaps, (row, column) in merged) for row in rows]
+                )
+                continue
+            words = [self._texts[row][column].strip() if column < len(self._texts[row]) else "" for row in rows]
+            if "" in words:
+                raise self._fault(
+                    FaultCode.CELL_EMPTY, rows[words.index("")], column, name, "the cell is empty", "fill it in"
+                )
+            if name in wanted.times:
+                numbers[name] = seconds_of_times(words, self.display_name, name, start + 1)
+            else:
+                texts[name] = words
+        bad = first_not_finite(numbers, wanted, 0)
+        if bad is not None:
+            reason = f"{bad[2]} is not a finite number"
+            mend = "give the reading, or leave the row out with [[exclude]]"
+            raise self._fault(FaultCode.NUMBER_INVALID, rows[bad[0]], at[bad[1]], bad[1], reason, mend)
+        return Batch(start + 1, numbers, texts)
+
+    def _check_cell(self, row: int, column: int, name: str) -> None:
+        """Refuse a cell that the spreadsheet has not computed, or could not."""
+        outline = self._sheet.outline
+        if (row, column) in outline.errors:
+            reason, mend = "the cell holds an error of the spreadsheet, as #DIV/0!", "mend its formula"
+            raise self._fault(FaultCode.NUMBER_INVALID, row, column, name, reason, mend)
+        if (row, column) in outline.formulas and not self._text(row, column):
+            reason = "the cell holds a formula whose value is not in the file"
+            mend = "open the file in a spreadsheet program and save it, which computes it, or paste the values"
+            raise self._fault(FaultCode.CELL_EMPTY, row, column, name, reason, mend)
+
+    def _text(self, row: int, column: int) -> str:
+        cells = self._sheet.rows[row]
+        return text_of_cell(cells[column]) if column < len(cells) else ""
+
+    def _number(self, row: int, column: int, name: str, layout: Layout, gaps: bool, merged: bool) -> float:
+        cells = self._sheet.rows[row]
+        cell = cells[column] if column < len(cells) else ""
+        if merged:
+            reason = "the cell is merged with another: one reading does not count for several rows"
+            raise self._fault(FaultCode.CELL_EMPTY, row, column, name, reason, "unmerge the cells and fill each in")
+        if isinstance(cell, bool):
+            reason, mend = f"{text_of_cell(cell)} is not a number", "use a column of numbers"
+            raise self._fault(FaultCode.NUMBER_INVALID, row, column, name, reason, mend)
+        if isinstance(cell, float | int):
+            return float(cell)
+        if isinstance(cell, time | timedelta):
+            return seconds_of_day(cell)
+        if isinstance(cell, date):
+            reason = f"the cell holds a date, {cell.isoformat()}"
+            mend = 'a spreadsheet takes 1.5 or 1/2 for one: enter the number again; of times the unit is "iso8601"'
+            raise self._fault(FaultCode.NUMBER_INVALID, row, column, name, reason, mend)
+        text = cell.strip()
+        if gaps and is_gap(text):
+            return float("nan")
+        if not text:
+            raise self._fault(FaultCode.CELL_EMPTY, row, column, name, "the cell is empty", "fill it in")
+        found = number(text, layout.decimal, layout.thousands)
+        if found is None:
+            reason = f"{text!r} is not a number"
+            raise self._fault(FaultCode.NUMBER_INVALID, row, column, name, reason, "correct the cell")
+        return found
+
+    def _fault(self, code: FaultCode, row: int, column: int, name: str, reason: str, mend: str) -> InputError:
+        place = f"{self.place}, cell {cell_name(row, column)}, column {name}"
+        return InputError.at(code, self.display_name, place, reason, mend)
+
+
+@contextmanager
+def open_sheet(
+    path: Path, options: Options, display_name: str, log_format: str, outline_of: OutlineOf
+) -> Iterator[OpenSheet]:
+    """Open a sheet of a workbook.
+
+    Parameters
+    ----------
+    path : of the file. options : checked. display_name : how to call it in a fault.
+    log_format : whose options they are. outline_of : reads what the values of a sheet do not show.
+
+    Raises
+    ------
+    InputError
+        For a damaged file, a sheet that is not there, several that may be meant.
+    """
+    from python_calamine import CalamineWorkbook, SheetVisibleEnum
+
+    mend = "open it in a spreadsheet program, and save it again"
+    with damaged_file_errors("workbook", display_name, mend), open_regular(path, display_name) as file:
+        _check_kind(file.read(8), display_name)
+        file.seek(0)
+        outlines = outline_of(file, path.stat().st_size, display_name)
+        for name, outline in outlines.items():
+            outline.check_size(display_name, f"sheet {name!r}")
+        file.seek(0)
+        with CalamineWorkbook.from_filelike(file) as book:
+            hidden = [sheet.name for sheet in book.sheets_metadata if sheet.visible != SheetVisibleEnum.Visible]
+            sheet = _chosen(book, outlines, hidden, options, display_name, log_format)
+            yield OpenSheet(sheet, options, display_name, hidden)
+
+
+def _check_kind(first_bytes: bytes, display_name: str) -> None:
+    if first_bytes.startswith(b"\xd0\xcf\x11\xe0"):
+        reason = "a workbook of Excel 97 to 2003, or one that is protected by a password"
+        mend = "save it as .xlsx without a password"
+        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, "", reason, mend)
+
+
+def _chosen(
+    book: CalamineWorkbook,
+    outlines: dict[str, Outline],
+    hidden: Sequence[str],
+    options: Options,
+    display_name: str,
+    log_format: str,
+) -> Sheet:
+    """Return the sheet that the options name, else the only visible one that holds numbers."""
+    requested = options.get("sheet")
+    if requested is not None:
+        if str(requested) not in outlines:
+            mend = nearest_name(str(requested), list(outlines))
+            place = f"{log_format}.sheet"
+            raise InputError.at(FaultCode.LOG_PART_MISSING, display_name, place, f"no sheet {requested!r}", mend)
+        return _sheet(book, str(requested), outlines, display_name)
+    sheets = [_sheet(book, name, outlines, display_name) for name in outlines if name not in hidden]
+    with_numbers = [sheet for sheet in sheets if any(isinstance(cell, float) for row in sheet.rows for cell in row)]
+    if len(with_numbers) == 1:
+        return with_numbers[0]
+    if not with_numbers:
+        reason = "no visible sheet holds numbers"
+        raise InputError.at(FaultCode.FILE_EMPTY, display_name, "", reason, "fill the table in, or leave the file out")
+    reason = f"{len(with_numbers)} sheets hold numbers"
+    listed = ", ".join(repr(sheet.name) for sheet in with_numbers[:12])
+    raise InputError.at(
+        FaultCode.LOG_PART_AMBIGUOUS, display_name, f"{log_format}.sheet", reason, f"state which: {listed}"
+    )
+
+
+def _sheet(book: CalamineWorkbook, name: str, outlines: dict[str, Outline], display_name: str) -> Sheet:
+    COLUMNS.check(outlines[name].n_columns, display_name, f"sheet {name!r}")
+    return Sheet(name, _rows(book.get_sheet_by_name(name)), outlines[name])
+
+
+def _rows(sheet: CalamineSheet) -> list[list[Cell]]:
+    """Return the rows of a sheet, from its first row and column on."""
+    rows: Any = sheet.to_python(skip_empty_area=False)
+    return list(rows)
+
+
+def text_of_cell(cell: Cell) -> str:
+    """Return what a cell holds as text: numbers as Python writes them, whole ones without a point, moments ISO 8601.
+
+    Examples
+    --------
+    >>> text_of_cell(3.0), text_of_cell(0.1), text_of_cell(timedelta(minutes=1.5)), text_of_cell(" Fx ")
+    ('3', '0.1', '90', 'Fx')
+    """
+    if isinstance(cell, str):
+        return cell.strip()
+    if isinstance(cell, bool):
+        return str(cell).upper()
+    if isinstance(cell, time | timedelta):
+        cell = seconds_of_day(cell)
+    if isinstance(cell, date):
+        return cell.isoformat()
+    return str(int(cell)) if float(cell).is_integer() and abs(cell) < 1e15 else repr(float(cell))
+
+
+def seconds_of_day(cell: time | timedelta) -> float:
+    """Return a time of day, or a duration, in s."""
+    if isinstance(cell, timedelta):
+        return cell.total_seconds()
+    return cell.hour * 3600.0 + cell.minute * 60.0 + cell.second + 1e-6 * cell.microsecond

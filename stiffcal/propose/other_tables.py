@@ -1,0 +1,76 @@
+"""Tables of formats that name their columns themselves: workbooks, HDF5, Parquet, arrays, bags and the like."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from stiffcal.campaign.column_names import header_parts
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.column_roles import recognise
+from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, sniff_table
+from stiffcal.readers import Reader, find_reader
+
+TEXT = "csv"
+
+
+def table_of(path: Path) -> SniffedTable:
+    """Read the columns of a table of any format, with proposals for their units.
+
+    Raises
+    ------
+    InputError
+        Not there, empty, damaged, no table, or one of several that are in the file.
+    """
+    reader = reader_of(path)
+    return sniff_table(path) if reader is None else other_table(reader, path, path.name)
+
+
+def reader_of(path: Path) -> Reader | None:
+    """Return the reader of a file that is no text, by its ending, else by its first bytes; None for all others."""
+    try:
+        reader = find_reader(path, display_name=path.name)
+    except InputError:
+        return None
+    return None if reader.name == TEXT else reader
+
+
+def other_table(reader: Reader, path: Path, display_name: str) -> SniffedTable:
+    """Return the columns that a file names itself, with the first values of those that are used.
+
+    Raises
+    ------
+    InputError : the file is damaged, or holds no columns that can be found without an option.
+    """
+    header = reader.read_header(path, {}, display_name)
+    count = Counter(header.columns)
+    own = [name for name in header.columns if name and count[name] == 1]
+    named = tuple(SniffedColumn(name, *_name_and_unit(name, header.units), (math.nan,)) for name in own)
+    if not named:
+        reason, mend = "it has no columns at its top", f"state where they lie: {reader.name} = {{ … }}"
+        raise InputError.at(FaultCode.LOG_PART_MISSING, display_name, "", reason, mend)
+    unused = {column.header for column in recognise(named).unused}
+    used = [column.header for column in named if column.header not in unused]
+    first = reader.first_rows(path, {}, used, display_name)
+    columns = []
+    for column in named:
+        values = first.get(column.header)
+        if isinstance(values, list):
+            column = replace(column, values=())
+        elif values is not None:
+            column = replace(column, values=tuple(values.tolist()))
+        columns.append(column)
+    options = {key: value for key, value in header.options.items() if isinstance(value, str | int | bool)}
+    n_rows = header.n_rows if header.n_rows is not None else max(map(len, first.values()), default=0)
+    repeated = tuple((name, f'{n} columns have the name "{name}"') for name, n in count.items() if name and n > 1)
+    return SniffedTable(path, tuple(columns), n_rows, options, reader.name, left_out=repeated, remarks=header.remarks)
+
+
+def _name_and_unit(header: str, units: Mapping[str, str]) -> tuple[str, str | None]:
+    """Return a column's name without its unit, and the unit that stands there or next to it."""
+    parts = header_parts(header)
+    return parts.name, units.get(header) or parts.unit
