@@ -80,7 +80,8 @@ def export_campaign(
         ``*.csv``, ``*.xlsx`` or ``*.parquet``: load states with measured, predicted and residual; ``*.json``: the fit
         with its model; ``*.urdf``: the robot, with the stiffness of its joints in an element of its own; ``*.toml``:
         the calibrated robot as a robot file; ``*.xml``: the robot for MuJoCo, with its springs; ``*.c``: the
-        compensation of a controller's loop as C99, with its header; ``*.st``: the same as Structured Text (IEC 61131-3).
+        compensation of a controller's loop as C99, with its header; ``*.st``: the same as Structured Text (IEC
+        61131-3).
     raw_text : leave texts in a CSV file as they are, also those that a spreadsheet takes for formulas.
     loop : how the loop runs, for code; None: as `ControllerOptions` is.
     rows : of a robot file; None: in the convention of the campaign's own.

@@ -47,7 +47,7 @@ def test_the_ending_shows_the_format(file: str, name: str) -> None:
 def test_unknown_formats_are_named() -> None:
     with pytest.raises(InputError, match="no reader for format 'cvs'; did you mean 'csv'"):
         find_reader(Path("a.csv"), "cvs")
-    reason = "the format cannot be determined from the file; write format = one of csv, hdf5"
+    reason = "the format cannot be determined from the file; write format = one of c3d, csv, hdf5"
     with pytest.raises(InputError, match=reason):
         find_reader(Path("a.xyz"))
 
