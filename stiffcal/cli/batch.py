@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stiffcal.cli.answers import Answer, NextLine, answering
+from stiffcal.cli.ended_in_order import ended_in_order
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson, Overwrite, StoreAt, Thresholds
 from stiffcal.cli.tables import plain_table
@@ -103,24 +100,6 @@ def batch(
                 write_summary(text(result), file, overwrite=overwrite)
         answer.give(result, show_batch, _next(result, store))
     return OK if result.passed else NOT_HELD
-
-
-@contextmanager
-def ended_in_order() -> Iterator[None]:
-    """Have whatever asks this process to end do what Ctrl-C does: the workers take away what they were writing."""
-    asked = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.getsignal(number) for number in asked}
-    # only where nobody else has chosen: nohup has SIGHUP ignored, and threads may not choose
-    chosen = [number for number, action in before.items() if action is signal.SIG_DFL]
-    if threading.current_thread() is not threading.main_thread():
-        chosen = []
-    for number in chosen:
-        signal.signal(number, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        for number in chosen:
-            signal.signal(number, before[number])
 
 
 class _BatchPrinter:

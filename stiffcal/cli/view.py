@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stiffcal.cli.answers import Answer, answering
+from stiffcal.cli.ended_in_order import ended_in_order
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
@@ -86,7 +87,7 @@ def _serve(answer: Answer, folder: Path, context: RunContext, open_page: bool, *
         import webbrowser
 
         webbrowser.open(server.address)
-    with suppress(KeyboardInterrupt):
+    with suppress(KeyboardInterrupt), ended_in_order():
         server.serve()
 
 
@@ -94,9 +95,7 @@ def show_live(console: Console, result: LiveResult, watch: bool) -> None:
     """Name the address."""
     console.print(f"open {result.address}", soft_wrap=True)
     if watch:
-        console.print(
-            "follows the logs while they are written; what is read of them is kept until it ends", soft_wrap=True
-        )
+        console.print("it follows the logs; what it reads of them is kept until it ends", soft_wrap=True)
     console.print("Ctrl-C ends it; model.toml is changed only by the button on the page", soft_wrap=True)
 
 

@@ -19,7 +19,15 @@ from stiffcal.view.content import ViewContent, ViewLive, ViewModel
 from stiffcal.workflow.diagnose import current_diagnosis, diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.steps import Ingested, RunContext, TrialModel, model_text, open_store, up_to_date_states
+from stiffcal.workflow.steps import (
+    Ingested,
+    RunContext,
+    TrialModel,
+    ignore_note,
+    model_text,
+    open_store,
+    up_to_date_states,
+)
 from stiffcal.workflow.validate import up_to_date_validation
 from stiffcal.workflow.view_change import LastAdded
 from stiffcal.workflow.view_content import EarlierVerdict, view_content
@@ -171,7 +179,8 @@ class LiveModels:
         runs : their names. store : that holds what was read of them.
         """
         with self._lock:
-            self._context = replace(self._context, runs=runs, store=store)
+            # that other readings are fitted anew is what the page is there for
+            self._context = replace(self._context, runs=runs, store=store, notify=ignore_note)
             self._begin_anew()
 
     def stop(self) -> None:

@@ -25,7 +25,7 @@ from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWor
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
 from stiffcal.cli.app import main
-from stiffcal.cli.batch import ended_in_order
+from stiffcal.cli.ended_in_order import ended_in_order
 from stiffcal.documents import document_of, result_from_values
 from stiffcal.errors import InputError, Progress
 from stiffcal.fault_codes import FaultCode

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -16,9 +17,13 @@ SCHEMAS = Path(__file__).parents[2] / "schemas"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent in another way there")
-def test_the_page_is_served_until_it_is_interrupted(campaign: Path) -> None:
-    words = [sys.executable, "-P", "-m", "stiffcal", "view", str(campaign), "--live", "--json"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+@pytest.mark.parametrize(("option", "number"), [("--live", "SIGINT"), ("--watch", "SIGHUP")])
+def test_the_page_is_served_until_it_is_interrupted(campaign: Path, tmp_path: Path, option: str, number: str) -> None:
+    words = [sys.executable, "-P", "-m", "stiffcal", "view", str(campaign), option, "--json"]
+    place = tmp_path / "temporary"
+    place.mkdir()
+    own = {**os.environ, "TMPDIR": str(place)}
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own) as process:
         assert process.stdout is not None
         decoder, text = json.JSONDecoder(), ""
         while True:
@@ -34,6 +39,7 @@ def test_the_page_is_served_until_it_is_interrupted(campaign: Path) -> None:
         jsonschema.Draft202012Validator(schema).validate(document)
         with urllib.request.urlopen(document["address"], timeout=60) as answer:
             assert b"stiffcal view" in answer.read()
-        process.send_signal(signal.SIGINT)
+        process.send_signal(getattr(signal, number))
         assert process.communicate(timeout=60)[1] == ""
         assert process.returncode == 0
+    assert list(place.iterdir()) == []  # what was read of the logs goes with the server
