@@ -290,6 +290,8 @@ class ViewContent:
     """Why candidates cannot be shown, "" where they can."""
     candidates: list[ViewCandidate] = field(default_factory=list)
     """What the diagnosis says could be added, the most likely first."""
+    is_diagnosed: bool = False
+    """Whether there is a diagnosis, of the present model or of another."""
     diagnosis_of: str = ""
     """Of which model the verdict and the candidates are, where it is not the present one; "" where it is."""
     live: ViewLive | None = None

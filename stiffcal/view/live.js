@@ -114,9 +114,12 @@
     S.wanted = before;
     fitted();
   };
-  /** Diagnose the model that is shown. */
+  /** Diagnose the model that is shown, and show what is read of the first effect that it lacks. */
   S.diagnose = async function () {
-    if (await askForContent("diagnose", "diagnosing")) prepare();
+    if (!(await askForContent("diagnose", "diagnosing"))) return;
+    const missing = S.data.evidence.findIndex((one) => one.standing === "missing");
+    if (missing >= 0) S.set({ x: S.data.evidence[missing].variable, y: `r.e${missing + 1}` });
+    prepare();
   };
   /** Write what is ticked into model.toml. @param {boolean} [anyway] also where somebody else has changed it */
   S.writeModel = async function (anyway = false) {

@@ -85,7 +85,7 @@
     Object.assign(S.state, before, { model: present ? present.id : before.model, off: [], mode: "part" });
     S.repair();
     for (const entry of panels.querySelectorAll("details")) entry.open = open.includes(entry.closest("section").id + entry.className);
-    document.getElementById("verdict").textContent = S.visible(data.verdict);
+    showVerdict(data);
     if (ghost && S.n) {
       const places = statesIn(old);
       S.moveFrom({ ...ghost, move: inOrder(ghost.move, places), turn: inOrder(ghost.turn, places) });
@@ -93,6 +93,10 @@
     S.redraw();
     sheet.scrollTop = scrollTop;
   };
+  /** A live page has a button for what the verdict of a page by itself names a command for. */
+  function showVerdict(data) {
+    document.getElementById("verdict").textContent = S.visible(data.live && !data.is_diagnosed ? "Not diagnosed yet: Diagnose, above, finds what is missing." : data.verdict);
+  }
   const partOfHash = () => Number(new URLSearchParams(location.hash.slice(1)).get("part")) || 0;
 
   try {
@@ -102,7 +106,7 @@
     const data = S.parts[0];
     document.title = S.visible(`${data.campaign}: stiffcal view`);
     document.getElementById("title").textContent = S.visible(`${data.robot}, campaign ${data.campaign}`);
-    document.getElementById("verdict").textContent = S.visible(data.verdict);
+    showVerdict(data);
     build(partOfHash());
     addEventListener("hashchange", () => { if (partOfHash() !== S.part) build(partOfHash()); else if (S.n) S.readHash(); S.redraw(); });
     addEventListener("resize", S.redraw);

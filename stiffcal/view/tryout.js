@@ -135,7 +135,7 @@
   function list() {
     const { data } = S, live = S.isLive(), own = data.effects.map((effect) => effect.name);
     const inModel = live ? [...new Set([...own.filter((name) => !S.wanted.added.includes(name)), ...S.wanted.removed])] : own;
-    const key = JSON.stringify([inModel, ticked(), out(), S.part, data.diagnosis_of, data.candidates.map((entry) => entry.name), S.waitsFor !== ""]);
+    const key = JSON.stringify([inModel, ticked(), out(), S.part, data.diagnosis_of, data.is_diagnosed, data.candidates.map((entry) => entry.name), S.waitsFor !== ""]);
     if (key === listed) return;
     const focus = bar.contains(document.activeElement) ? document.activeElement.dataset?.effect : undefined;
     listed = key;
@@ -146,7 +146,7 @@
     }))));
     const offered = data.candidates.filter((entry) => !inModel.includes(entry.name)), nRejected = offered.filter((entry) => entry.standing === "rejected").length;
     const shown = groupsOf(offered, candidates.isOpen());
-    const none = data.candidates.length ? "no candidate is supported" : data.refits_missing || "not diagnosed yet";
+    const none = data.candidates.length ? "no candidate is supported" : data.is_diagnosed ? "nothing" : live ? "Diagnose finds what is missing" : data.refits_missing;
     candidates.chips.replaceChildren(...(shown.length ? shown : [S.make("span", { className: "quiet" }, none)]),
       ...(data.diagnosis_of ? [S.make("span", { className: "quiet" }, `(diagnosis of ${data.diagnosis_of})`)] : []));
     for (const element of [candidates.chips, document.getElementById("verdict")]) element.classList.toggle("stale", Boolean(data.diagnosis_of));
@@ -188,7 +188,10 @@
     noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; noise ${S.error(S.data.noise)}`);
     fillHint();
     undo.disabled = !S.canUndo();
-    again.disabled = Boolean(S.waitsFor) || !S.data.diagnosis_of;
+    const isDue = !S.data.is_diagnosed || Boolean(S.data.diagnosis_of);
+    again.textContent = S.data.is_diagnosed ? "Diagnose again" : "Diagnose";
+    again.classList.toggle("due", isDue);
+    again.disabled = Boolean(S.waitsFor) || !isDue;
     write.disabled = S.wanted.added.length + S.wanted.removed.length === 0 || Boolean(S.waitsFor);
     list();
   };

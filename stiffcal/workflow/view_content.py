@@ -125,6 +125,7 @@ def view_content(
         pages=pages,
         refits_missing="",
         candidates=view_candidates(diagnosis),
+        is_diagnosed=diagnosis is not None,
         diagnosis_of=diagnosis_of,
     )
     if len(data.states):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +30,18 @@ WATCH_FORECASTS = """(() => {
 
 @pytest.fixture
 def live_page(browser: Any, tmp_path: Path) -> Iterator[tuple[Any, Path]]:
-    """A campaign whose model lacks a joint, served and opened."""
+    """A campaign whose model lacks a joint, diagnosed, served and opened."""
     folder = write_small_campaign(tmp_path / "small", poses=4)
     model = folder / "model.toml"
     model.write_text(model.read_text("utf-8").replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
     diagnose_campaign(folder)
+    with served(browser, folder) as opened:
+        yield opened, folder
+
+
+@contextmanager
+def served(browser: Any, folder: Path) -> Iterator[Any]:
+    """Serve and open the page of a campaign, and wait until forecasts can be made."""
     server = live_server(folder, RunContext())
     thread = threading.Thread(target=server.serve)
     thread.start()
@@ -46,7 +54,7 @@ def live_page(browser: Any, tmp_path: Path) -> Iterator[tuple[Any, Path]]:
         opened.goto(server.address)
         opened.wait_for_selector("body[data-ready], body[data-failed]")
         _until(opened, "stiffcal.parts[0].live.forecasts")
-        yield opened, folder
+        yield opened
     finally:
         opened.context.close()
         server.stop()
@@ -100,6 +108,21 @@ def test_an_effect_is_ticked_and_the_error_falls(live_page: tuple[Any, Path]) ->
     assert "6" in (folder / "model.toml").read_text("utf-8")
     assert shown.evaluate("stiffcal.wanted.added.length") == 0
     assert shown.evaluate("stiffcal.data.effects.map((effect) => effect.name)").count(EFFECT) == 1
+
+
+def test_a_campaign_that_was_never_diagnosed_is_diagnosed_on_the_page(browser: Any, tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=4)
+    model = folder / "model.toml"
+    model.write_text(model.read_text("utf-8").replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
+    with served(browser, folder) as shown:
+        assert shown.locator("#candidates input").count() == 0
+        shown.get_by_role("button", name="Diagnose", exact=True).click()
+        _waited(shown)
+        candidate = shown.locator(f"#candidates input[data-effect='{EFFECT}']")
+        candidate.wait_for()
+        assert shown.get_by_role("button", name="Diagnose again").is_disabled()
+        # what the diagnosis reads of the missing effect is shown
+        assert shown.evaluate("[stiffcal.state.x, stiffcal.state.y]") == ["torque6", "r.e1"]
 
 
 def test_states_are_left_out_and_taken_back(live_page: tuple[Any, Path]) -> None:
