@@ -147,7 +147,7 @@
     }
 
     function title(g, box, word, { model, heldout }) {
-      const text = `${word}: ${model.label}, ${S.error(heldout ? model.heldout_rms : model.fit_rms)}`;
+      const text = `${word}: ${S.error(heldout ? model.heldout_rms : model.fit_rms)}, ${model.label}`;
       g.fillStyle = S.theme.ink; g.textAlign = "left"; g.textBaseline = "bottom";
       g.fillText(S.shortened(g, S.visible(text), box.w), box.x, box.y - 5);
     }

@@ -125,6 +125,8 @@ class ViewEffect:
     """Its joint, or the joint that moves its link, from 1; None for the set-up and couplings."""
     part_of: Literal["joint", "bearing", "link", "setup"]
     """What gives: a drive about its joint's axis, a joint's bearing, a link, or none of them."""
+    removable: bool
+    """True of effects of model.toml; False of frames, which the measurement brings with it."""
     share: float
     """Of the squares of the predicted deflection."""
     part: Floats

@@ -48,7 +48,8 @@ def view_effects(robot: CompliantRobot, states: LoadStates, pick: Integers, widt
         elif placed.place.kind == "links":
             joint = robot.chain.joint_of_link[placed.place.link]
         name = f"{placed.effect.name} {placed.place.label}"
-        effects.append(ViewEffect(name=name, joint=joint, part_of=part_of, share=share, part=part))
+        removable = placed.place.kind != "frames"
+        effects.append(ViewEffect(name=name, joint=joint, part_of=part_of, removable=removable, share=share, part=part))
     return effects
 
 

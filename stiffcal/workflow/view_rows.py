@@ -108,6 +108,7 @@ def content_of_rows(
                 name=part.effect,
                 joint=part.joint,
                 part_of="joint",
+                removable=True,
                 share=float(np.nansum((part.values * rows.measured)[rows.judged])) / total if total > 0.0 else 0.0,
                 part=_as_states(part.values)[pick],
             )

@@ -118,6 +118,9 @@ def test_absolute_places_are_judged_states_and_their_frames_are_parameters(tmp_p
         assert rms == pytest.approx(model["heldout_rms"]["translation"], rel=0.02)
     units = {value["name"]: value["unit"] for value in candidates[0]["values"]}
     assert (units["frame.tracker.x"], units["frame.tracker.rx"]) == ("m", "rad")
+    # frames come with the measurement: no page offers to take them out
+    for effect in document["effects"]:
+        assert effect["removable"] == (not effect["name"].startswith("frame ")), effect["name"]
 
 
 def test_a_clamped_page_draws_the_motor_of_the_fit_and_of_candidates(tmp_path: Path) -> None:
