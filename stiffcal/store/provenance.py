@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
+import os
 import sys
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cache
@@ -155,10 +157,7 @@ class SourceHashes:
 
     def _run(self) -> None:
         try:
-            for file in self._files:
-                if self._stop.is_set():
-                    return
-                self._found.append(_hash_file(self._folder, file, self._stop))
+            self._found = _hash_files(self._folder, self._files, self._stop)
         except BaseException as error:  # it belongs to the thread that waits for the result
             self._error = error
 
@@ -279,12 +278,11 @@ def changed_sources(
     changed = [name for name, digest in outside.items() if name in known and known[name].sha256 != digest]
     settled = not thorough and known_state != "" and known_state == sources_state(folder, named)
     state = known_state if settled else sources_state(folder, named, settle=True)
-    for file in named:
-        if file in missing or file not in known or (settled and not _is_small(folder, file)):
-            continue
-        size, _ = _state(folder, file)
-        if size != known[file].bytes or _hash_file(folder, file).sha256 != known[file].sha256:
-            changed.append(file)
+    compared = [file for file in named if file in known and file not in missing]
+    compared = [file for file in compared if not settled or _is_small(folder, file)]
+    resized = {file for file in compared if _state(folder, file)[0] != known[file].bytes}
+    found = {source.file: source for source in _hash_files(folder, [file for file in compared if file not in resized])}
+    changed += [file for file in compared if file in resized or found[file].sha256 != known[file].sha256]
     if not settled and state != sources_state(folder, named):  # a source has changed since it was hashed
         state = ""
     return SourceChanges(tuple(changed), tuple(missing), tuple(new), tuple(dropped), state)
@@ -309,6 +307,20 @@ def _differences(then: Mapping[str, Any], now: Mapping[str, Any], prefix: str) -
             yield from _differences(old, new, f"{prefix}{key}.")
         elif old != new or (key in then) != (key in now):
             yield f"{prefix}{key}"
+
+
+def _hash_files(folder: Path, files: Sequence[str], stop: threading.Event | None = None) -> list[SourceFile]:
+    """Return the hashes of files, each processor taking one at a time: what hashes holds no lock of the interpreter."""
+    workers = min(os.cpu_count() or 1, len(files))
+    if workers < 2:
+        return [_hash_file(folder, file, stop) for file in files]
+    with ThreadPoolExecutor(workers, thread_name_prefix="hash sources") as pool:
+        waiting = [pool.submit(_hash_file, folder, file, stop) for file in files]
+        try:
+            return [one.result() for one in waiting]
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _hash_file(folder: Path, file: str, stop: threading.Event | None = None) -> SourceFile:
