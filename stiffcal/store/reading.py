@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 import pyarrow as pa
 
 from stiffcal.documents import Document, Origin
-from stiffcal.errors import InputError
+from stiffcal.errors import InputError, one_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import Columns
 from stiffcal.plain_files import is_there
@@ -202,7 +202,11 @@ class Store:
 
 
 def _check_address(location: str | Path, display_name: str) -> None:
-    """Refuse what looks like an address and cannot be taken apart, as one with a bracket that is not closed."""
+    """Refuse what no system takes, and what looks like an address and cannot be taken apart, as an open bracket."""
+    text = str(location)
+    if "\0" in (unquote(text) if "://" in text else text):
+        reason, mend = "it contains a character NUL", "give a folder, or s3://BUCKET/PREFIX"
+        raise InputError.at(FaultCode.STORE_ADDRESS, one_line(display_name), "--store", reason, mend)
     if isinstance(location, Path) or "://" not in location:
         return
     try:

@@ -341,7 +341,11 @@ def _file_system() -> Any:
     options: dict[str, Any] = {}
     endpoint = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL")
     if endpoint:
-        pieces = urlsplit(endpoint if "://" in endpoint else f"https://{endpoint}")
+        try:
+            pieces = urlsplit(endpoint if "://" in endpoint else f"https://{endpoint}")
+        except ValueError as error:
+            reason, mend = f"{one_line(endpoint)!r} is not an address ({error})", "write https://HOST:PORT"
+            raise InputError.at(FaultCode.OPTION_INVALID, "", "AWS_ENDPOINT_URL", reason, mend) from None
         options |= {"endpoint_override": pieces.netloc, "scheme": pieces.scheme}
     region = os.environ.get("AWS_REGION") or os.environ.get("AWS_DEFAULT_REGION")
     if region:

@@ -1,4 +1,4 @@
-"""Spoilt inputs for every log format, every TOML file, stores and plugins: ``make fuzz``, or
+"""Spoilt inputs for every log format, every TOML file, addresses, stores and plugins: ``make fuzz``, or
 
     python -m tests.fuzz [--count 10000] [--seed 1] [--only csv,robot.toml] [--seconds 600] [--input 1234]
 

@@ -12,6 +12,7 @@ import numpy as np
 from stiffcal.campaign.file_formats import format_names, log_formats
 from stiffcal.errors import InputError
 from stiffcal.readers import FuzzInput, Reader, WantedColumns, find_reader
+from tests.fuzz.addresses import feed_address
 from tests.fuzz.attacks import ATTACKS
 from tests.fuzz.databases import SPOILT, allowing, odd_query, spoiling_line, spoilt_options, wanted_of_database
 from tests.fuzz.inputs import MAKERS, make_bag, make_csv, packed
@@ -225,7 +226,7 @@ def targets() -> dict[str, Target]:
     """Return every target by name: one or more for each log format, one for each TOML file."""
     readers = {name: reader_target(name) for name in MAKERS}
     others = {"csv": feed_csv, "packed csv": feed_packed, "postgres": feed_postgres, "commands": feed_numbers}
-    folders = {"stores": feed_store, "plugins": feed_plugins}
+    folders = {"addresses": feed_address, "stores": feed_store, "plugins": feed_plugins}
     return declared_targets() | readers | others | toml_targets() | ATTACKS | folders
 
 

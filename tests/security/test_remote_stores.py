@@ -103,3 +103,16 @@ def test_what_is_no_address_is_one_line(address: str) -> None:
     with pytest.raises(InputError) as refused:
         Store(address)
     assert refused.value.code is FaultCode.STORE_ADDRESS
+
+
+@pytest.mark.parametrize("address", ["file:///tmp/a%00b", "s3://bucket/a%00b", "a\0b"])
+def test_an_address_with_a_nul_is_one_line(address: str) -> None:
+    with pytest.raises(InputError) as refused:
+        Store(address, "store")
+    assert refused.value.code == FaultCode.STORE_ADDRESS
+
+
+def test_an_endpoint_that_is_no_address_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://[x]")
+    with pytest.raises(InputError, match="AWS_ENDPOINT_URL"):
+        Store("s3://bucket/prefix", "store")
