@@ -24,9 +24,9 @@ test: $(VENV)/test.stamp
 test-long: $(VENV)/test.stamp
 	$(PYTEST) -m "long and not browser and not docs"
 
-# the quick and long tests and those of the documentation in one go: each process collects once
+# all of them in one go, those of the documentation and in a browser included: each process collects once
 test-all: $(VENV)/docs.stamp $(VENV)/browser.stamp
-	$(PYTEST) -m "not browser"
+	$(PYTEST)
 
 # the page of `view` in a browser; needs Debian's chromium (apt-get install chromium), or CHROMIUM=/path/to/chromium
 test-browser: $(VENV)/browser.stamp
@@ -63,9 +63,12 @@ bench: $(VENV)/test.stamp
 coverage: $(VENV)/test.stamp
 	$(BIN)/python -m tests.benchmarks.coverage
 
-# the campaigns whose truth is known (campaigns/hidden, joints, absolute): what is named, is it right, error before, after
+# the campaigns whose truth is known (campaigns/hidden, joints, absolute): what is named, is it right, error before, after;
+# then those of the tests, the ones that are left out of `make test-all` included
 practice: $(VENV)/test.stamp
 	$(BIN)/python -m tests.rates.practice
+	STIFFCAL_EVERY_CAMPAIGN=1 $(PYTEST) tests/whole_campaigns/test_hidden.py tests/whole_campaigns/test_hidden_robots.py \
+		tests/whole_campaigns/test_practice_absolute.py
 
 # fresh campaigns from a seed and how often the right effect is named: `make rates SEED=7`, quicker with COUNT=10
 SEED ?= 1
@@ -148,9 +151,13 @@ $(VENV)/docs.stamp: requirements/docs.txt $(VENV)/test.stamp
 	$(PIP) $(LOCKED) -r requirements/docs.txt
 	@touch $@
 
-# all of them at once, for CI
+# all of them at once, for CI: two calls next to each other, as pip unpacks on one core. A lock file lists all that is
+# needed, so that no call looks for what the other one installs.
 $(VENV)/ci.stamp: requirements/test.txt requirements/browser.txt requirements/docs.txt pyproject.toml | $(VENV)/bin/python
-	$(PIP) $(LOCKED) -r requirements/test.txt -r requirements/browser.txt -r requirements/docs.txt
+	awk 'FNR == NR { if (/==/) seen[$$1]; next } /==/ { new = !($$1 in seen); seen[$$1] } new' \
+		requirements/run.txt requirements/test.txt requirements/browser.txt requirements/docs.txt >$(VENV)/others.txt
+	$(PIP) $(LOCKED) --no-deps -r $(VENV)/others.txt & others=$$!; \
+		$(PIP) $(LOCKED) --no-deps -r requirements/run.txt && wait $$others
 	$(PIP) install --quiet --no-deps --no-build-isolation -e .
 	@touch $(VENV)/run.stamp $(VENV)/test.stamp $(VENV)/browser.stamp $(VENV)/docs.stamp $@
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.trust import notices
+from tests.laboratory import once
 from tests.laboratory.database import database
 from tests.laboratory.processor_time import (
     pytest_runtest_logreport,
@@ -83,10 +84,17 @@ def _marks_of_file(file: Path) -> list[pytest.MarkDecorator]:
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Keep what stiffcal remembers of its user (what they trust) out of the tester's home."""
-    before = {name: os.environ.get(name) for name in ("STIFFCAL_STATE", "XDG_STATE_HOME", "LOCALAPPDATA")}
-    place: Path = tmp_path_factory.mktemp("state")
-    os.environ.update(dict.fromkeys(before, str(place)))
+    """Keep what stiffcal remembers of its user (what they trust, what they wrote) out of the tester's home.
+
+    All processes of a session share it: a store that one has written is the user's own to the others.
+    """
+    before = {name: os.environ.get(name) for name in ("STIFFCAL_STATE", "XDG_STATE_HOME", "LOCALAPPDATA", once.PLACE)}
+    base = tmp_path_factory.getbasetemp()
+    session = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    for folder in ("state", "made-once"):
+        (session / folder).mkdir(exist_ok=True)
+    os.environ.update(dict.fromkeys(before, str(session / "state")))
+    os.environ[once.PLACE] = str(session / "made-once")
     yield
     for name, value in before.items():
         if value is None:

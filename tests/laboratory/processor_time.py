@@ -14,17 +14,20 @@ from functools import partial
 import pytest
 
 PROPERTY = "processor_seconds"
+COLLECTING = "collecting_seconds"
 LONGEST_S = 2.0
 """What takes longer and is not marked `long` is listed."""
 
 
 @dataclass
 class _Spent:
-    """Processor seconds: of this process until the last report, and of each test."""
+    """Processor seconds: of this process until the last report, of each test, and of all processes for collecting."""
 
     before: float = 0.0
     of_tests: defaultdict[str, float] = field(default_factory=partial(defaultdict, float))
     long: set[str] = field(default_factory=set)
+    collecting: float = 0.0
+    not_sent: float = 0.0
 
 
 _SPENT = _Spent()
@@ -35,9 +38,10 @@ def _used() -> float:
     return sum(os.times()[:4])
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_runtestloop() -> None:
-    """Collection counts to no test."""
-    _SPENT.before = _used()
+    """Collection counts to no test. First, as the loop of a worker of pytest-xdist calls no hook after its own."""
+    _SPENT.before = _SPENT.not_sent = _used()
 
 
 @pytest.hookimpl(wrapper=True)
@@ -47,6 +51,9 @@ def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.Tes
     now = _used()
     report.user_properties.append((PROPERTY, now - _SPENT.before))
     _SPENT.before = now
+    if _SPENT.not_sent:
+        report.user_properties.append((COLLECTING, _SPENT.not_sent))
+        _SPENT.not_sent = 0.0
     return report
 
 
@@ -57,6 +64,8 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
             _SPENT.of_tests[report.nodeid] += seconds
             if "long" in report.keywords:
                 _SPENT.long.add(report.nodeid)
+        if name == COLLECTING and isinstance(seconds, float):
+            _SPENT.collecting += seconds
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
@@ -65,6 +74,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     quick = {name: seconds for name, seconds in spent.items() if name not in _SPENT.long}
     if spent:
         sums = f"{sum(spent.values()):.0f} s, of quick tests {sum(quick.values()):.0f} s"
+        sums += f"; {_SPENT.collecting:.0f} s more to collect them"
         terminalreporter.write_line(f"processor time: {sums}")
     for name in sorted(quick, key=lambda name: -quick[name])[:20]:
         if quick[name] > LONGEST_S:

@@ -140,7 +140,7 @@ class TestBags:
             "geometry_msgs/WrenchStamped inside\n",
             "float64[2000000000] x\n",
             "string[1000000] x\n",
-            "".join(f"float64 x{number}\n" for number in range(6000)),
+            "".join(f"float64 x{number}\n" for number in range(3000)),
         ],
         ids=["itself", "a long array", "an array that is written out", "many fields"],
     )
@@ -224,7 +224,7 @@ class TestBags:
         shutil.copy(bag, raw / name)
         assert read(raw / name) == 20
 
-    @pytest.mark.parametrize("text", ["[" * 20000, "{a: " * 5000, "- " * 5000, "a: " + "&a [*a]" + "[" * 4000])
+    @pytest.mark.parametrize("text", ["[" * 1500, "{a: " * 5000, "- " * 5000, "a: " + "&a [*a]" + "[" * 4000])
     def test_metadata_that_nests(self, bag: Path, text: str) -> None:
         folder = bag.parent / "bag"
         folder.mkdir()
@@ -433,8 +433,13 @@ class TestParquet:
         assert read(tmp_path / "ft.parquet", WantedColumns(numbers=("Fx",), texts=("run",))) == 60_000
         assert "not numbers" in refusal(tmp_path / "ft.parquet", WantedColumns(numbers=("run",)))
 
-    @pytest.mark.parametrize("letters", [20 << 20, 300 << 20])
-    def test_one_word_larger_than_any(self, tmp_path: Path, letters: int) -> None:
+    @pytest.mark.parametrize(("letters", "piece"), [(20 << 20, ""), (80 << 20, "64 MiB")])
+    def test_one_word_larger_than_any(
+        self, tmp_path: Path, letters: int, piece: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """The word is longer than a line may be, or the memory that is allowed does not hold it."""
+        if piece:
+            monkeypatch.setenv("STIFFCAL_MAX_PIECE", piece)
         words = pa.DictionaryArray.from_arrays(pa.array(np.zeros(3, np.int32)), pa.array(["x" * letters]))
         pq.write_table(pa.table({"run": words}), tmp_path / "ft.parquet", compression="zstd")
         assert fault_of(tmp_path / "ft.parquet", WantedColumns((), ("run",))).code is FaultCode.SIZE_EXCEEDED

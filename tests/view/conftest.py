@@ -20,9 +20,9 @@ from tests.laboratory.browser import chromium, opened
 from tests.laboratory.small_campaign import write_small_campaign
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Any]:
-    """Debian's chromium; where CI is set it must be there."""
+    """Debian's chromium; where CI is set it must be there. It has a loop of events run: closed before other tests."""
     with chromium() as started:
         yield started
 

@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,15 @@ from tests.laboratory.hidden_campaigns import copied
 
 SHARED = Path(__file__).parents[3] / "shared"
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+
+EVERY = "STIFFCAL_EVERY_CAMPAIGN"
+"""Environment variable of `make practice`: also those campaigns are judged whose effects others here hide too."""
+
+
+def of_suite(names: Iterable[str], *elsewhere: str) -> list[str]:
+    """Return the campaigns to judge: without those of ``elsewhere``, unless every one is asked for."""
+    return [name for name in names if os.environ.get(EVERY) or name not in elsewhere]
+
 
 Command = Callable[..., dict[str, Any]]
 

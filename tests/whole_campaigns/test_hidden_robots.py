@@ -27,7 +27,7 @@ from tests.laboratory.log_campaigns import IRREGULAR, SLOW, STATES_A_RUN, Hidden
 from tests.laboratory.mujoco_campaigns import measure_mujoco
 from tests.laboratory.mujoco_robot import Cable, Spring
 from tests.laboratory.robots import SIX_STIFFNESS as DRIVES
-from tests.whole_campaigns.conftest import Command
+from tests.whole_campaigns.conftest import Command, of_suite
 
 Document = dict[str, Any]
 ROOT = Path(__file__).parents[2]
@@ -174,18 +174,17 @@ def check_values(truth: dict[str, float], fit: Document) -> None:
     assert chdtrc(len(off), off @ np.linalg.solve(covariance, off)) > 0.001, dict(zip(names, off, strict=True))
 
 
-@pytest.mark.parametrize("name", EXACT)
-def test_exact_robot(name: str, tmp_path: Path, command: Command) -> None:
-    robot, folder = EXACT[name], tmp_path / "measured"
-    command("simulate", folder, "--from", write_source(tmp_path / "source", robot), "--seed", str(robot.seed))
-    truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
-    check_found(robot, truth, tell(forget(folder), command))
-
-
-@pytest.mark.parametrize("name", MUJOCO)
-def test_mujoco_robot(name: str, tmp_path: Path, command: Command) -> None:
-    robot, folder = MUJOCO[name], tmp_path / "measured"
-    truth = measure_mujoco(robot, write_source(tmp_path / "source", robot), folder)
+# Of test_hidden 10 has a foundation that gives, 12 a turned sensor, 07 coupled axes.
+@pytest.mark.parametrize("name", of_suite([*EXACT, *MUJOCO], *EXACT, "tendon between two axes"))
+def test_what_is_hidden_is_named_and_the_error_falls_to_the_noise(name: str, tmp_path: Path, command: Command) -> None:
+    folder = tmp_path / "measured"
+    if name in MUJOCO:
+        robot = MUJOCO[name]
+        truth = measure_mujoco(robot, write_source(tmp_path / "source", robot), folder)
+    else:
+        robot = EXACT[name]
+        command("simulate", folder, "--from", write_source(tmp_path / "source", robot), "--seed", str(robot.seed))
+        truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
     check_found(robot, truth, tell(forget(folder), command))
 
 

@@ -13,8 +13,8 @@ from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.kr125 import DEGREE, SOURCE, TABLE_2, simulated
 
-JOINTS = (3, 6)
-LINEAR = 'schema = "stiffcal/model/1"\n\n[[effects]]\ntype = "joint-compliance"\njoints = [3, 6]\n'
+JOINTS = (6,)
+LINEAR = 'schema = "stiffcal/model/1"\n\n[[effects]]\ntype = "joint-compliance"\njoints = [6]\n'
 PLAY_OF_JOINT_4 = """schema = "stiffcal/model/1"
 
 [[effects]]
@@ -29,7 +29,7 @@ joints = [4]
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two joints in three positions each."""
+    """A joint in three positions."""
     runs = tuple(f"{position}-joint{joint}" for joint in JOINTS for position in "abc")
     campaign = simulated(tmp_path_factory.mktemp("ladder"), runs)
     (campaign / "model.toml").write_text(LINEAR, encoding="utf-8")
@@ -52,7 +52,7 @@ def test_play_that_is_crossed_within_the_noise_of_the_sensor(tmp_path: Path) -> 
         assert abs(value - true[name].value) < 3.0 * std, name
 
 
-def test_improve_adds_what_each_joint_has(folder: Path) -> None:
+def test_improve_adds_what_the_joint_has(folder: Path) -> None:
     result = improve_campaign(folder)
     added = {(step.effect, tuple(step.where.joints or ())) for step in result.steps if step.effect is not None}
     assert added == {(effect, (joint,)) for joint in JOINTS for effect in ("backlash", "cubic-stiffness")}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import shutil
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -18,15 +17,15 @@ from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
+from tests.laboratory.once import once
 from tests.rates.practice_joints import JOINTS, LEAST_P, JointAnswer, ask_joint, read_truths, series_of_p_form
 
 NAMES = sorted(read_truths())
 
 
-@cache
 def answer_of(name: str) -> JointAnswer:
-    """Return `improve`'s answer of one campaign: several processes may share the campaigns among them."""
-    return ask_joint(JOINTS / name)
+    """Return `improve`'s answer of one campaign, asked once in a session."""
+    return once(ask_joint, JOINTS / name)
 
 
 @pytest.mark.long
