@@ -55,8 +55,9 @@ collect_ignore = ["benchmarks/figaroh"]
 # what a change rarely breaks. Elsewhere the tests and files that are marked themselves.
 LONG = (
     "benchmarks", "compensation/test_c_code.py", "diagnosis/test_search.py", "experiments/test_clamped_sigma.py",
-    "faults", "identification/test_moved_base.py", "rates", "reduction/test_place_faults_of_tables.py",
-    "security/test_imports.py", "security/test_plugin_ends.py", "security/test_streams.py",
+    "faults", "fuzz", "identification/test_moved_base.py", "next_steps", "rates", "reduction/test_place_faults.py",
+    "reduction/test_place_faults_of_tables.py", "security/test_imports.py", "security/test_plugin_ends.py",
+    "security/test_readers.py", "security/test_stored_shapes.py", "security/test_streams.py",
     "store/test_two_at_once.py", "whole_campaigns", "workflow/test_controller_export.py",
     "workflow/test_fingerprint.py", "workflow/test_improve.py", "workflow/test_plan.py",
     "workflow/test_plan_rivals.py",
