@@ -1,8 +1,12 @@
 (function (S) {
   /** A name in one line, or in two where it is longer than there is room. */
   function writeName(g, text, width, x, y) {
-    g.textAlign = "left"; g.textBaseline = "middle";
-    if (g.measureText(text).width <= width) { g.fillText(text, x, y); return; }
+    g.textAlign = "left";
+    g.textBaseline = "middle";
+    if (g.measureText(text).width <= width) {
+      g.fillText(text, x, y);
+      return;
+    }
     g.font = "11px system-ui, sans-serif";
     const words = text.split(" ");
     let first = words.shift();
@@ -17,8 +21,12 @@
     g.fillStyle = S.theme.ground;
     for (const at of [10, 15]) {
       g.beginPath();
-      g.moveTo(end - at, y + height - 5); g.lineTo(end - at + 4, y + 3); g.lineTo(end - at + 6, y + 3); g.lineTo(end - at + 2, y + height - 5);
-      g.closePath(); g.fill();
+      g.moveTo(end - at, y + height - 5);
+      g.lineTo(end - at + 4, y + 3);
+      g.lineTo(end - at + 6, y + 3);
+      g.lineTo(end - at + 2, y + height - 5);
+      g.closePath();
+      g.fill();
     }
   }
 
@@ -40,7 +48,8 @@
       g.fillText(row.text, left + 4, middle);
     }
     if (row.second > 0) {
-      g.strokeStyle = S.theme.warm; g.lineWidth = 2;
+      g.strokeStyle = S.theme.warm;
+      g.lineWidth = 2;
       g.strokeRect(left, y + 4, toX(row.second) - left, height - 10);
       g.lineWidth = 1;
     }
@@ -48,7 +57,9 @@
 
   /** Bars with names, one below the other; returns where each is. */
   S.bars = function (g, width, rows, options) {
-    const right = Math.max(64, ...rows.map((row) => g.measureText(row.text).width + 12)), height = options.rowHeight, { top, line, log } = options;
+    const right = Math.max(64, ...rows.map((row) => g.measureText(row.text).width + 12)),
+      height = options.rowHeight,
+      { top, line, log } = options;
     const names = Math.max(...rows.map((row) => g.measureText(`▸ ${S.visible(row.name)}`).width)) + 14;
     const left = Math.max(90, Math.min(names, 0.45 * width, width - right - 70));
     const most = options.most || Math.max(...rows.map((row) => Math.max(row.value || 0, row.second || 0)), line || 0) || 1;
@@ -58,11 +69,21 @@
     rows.forEach((row, k) => writeRow(g, row, top + k * height, { left, right, width, height, toX }));
     if (line) {
       const x = Math.round(toX(line)) + 0.5;
-      g.strokeStyle = S.theme.accent; g.setLineDash([5, 4]); g.beginPath();
-      g.moveTo(x, top - 4); g.lineTo(x, top + rows.length * height); g.stroke(); g.setLineDash([]);
-      g.fillStyle = S.theme.accent; g.textAlign = "center"; g.textBaseline = "bottom";
+      g.strokeStyle = S.theme.accent;
+      g.setLineDash([5, 4]);
+      g.beginPath();
+      g.moveTo(x, top - 4);
+      g.lineTo(x, top + rows.length * height);
+      g.stroke();
+      g.setLineDash([]);
+      g.fillStyle = S.theme.accent;
+      g.textAlign = "center";
+      g.textBaseline = "bottom";
       g.fillText(options.lineLabel, Math.max(x, left + 30), top - 5);
     }
-    return (y) => { const k = Math.floor((y - top) / height); return k >= 0 && k < rows.length ? k : -1; };
+    return (y) => {
+      const k = Math.floor((y - top) / height);
+      return k >= 0 && k < rows.length ? k : -1;
+    };
   };
 })(stiffcal);

@@ -42,10 +42,14 @@ const stiffcal = {};
     return result;
   }
 
-  const MM = { factor: 1e3, unit: "mm" }, UM = { factor: 1e6, unit: "µm" }, MRAD = { factor: 1e3, unit: "mrad" }, URAD = { factor: 1e6, unit: "µrad" };
+  const MM = { factor: 1e3, unit: "mm" },
+    UM = { factor: 1e6, unit: "µm" },
+    MRAD = { factor: 1e3, unit: "mrad" },
+    URAD = { factor: 1e6, unit: "µrad" };
   /** One unit for all lengths of the page, and one for all angles, by the size of the noise. */
   function unitsOf(data) {
-    const noise = data.noise || {}, length = noise.translation < 1e-6 ? UM : MM;
+    const noise = data.noise || {},
+      length = noise.translation < 1e-6 ? UM : MM;
     const angle = (noise.motor_angle ?? noise.rotation) > 1e-4 ? MRAD : URAD;
     return { length, angle, main: { torque: { factor: 1, unit: "N·m" }, motor_angle: angle }[data.measure] || length };
   }
@@ -104,11 +108,18 @@ const stiffcal = {};
    * @returns {{before: any, after: any, residuals: any[]}|null} residuals: of both, of one kind where both have that
    */
   S.pair = function () {
-    const { models, change } = S.data, present = models.find((model) => model.present), { model: shown } = S.residual();
+    const { models, change } = S.data,
+      present = models.find((model) => model.present),
+      { model: shown } = S.residual();
     const earlier = change && S.modelById.get(change.before);
-    const pair = shown.kind === "with" || shown.kind === "all" ? { before: present, after: shown }
-      : shown.kind === "without" ? { before: shown, after: present }
-        : shown === present || shown === earlier ? { before: earlier, after: present } : { before: null };
+    const pair =
+      shown.kind === "with" || shown.kind === "all"
+        ? { before: present, after: shown }
+        : shown.kind === "without"
+          ? { before: shown, after: present }
+          : shown === present || shown === earlier
+            ? { before: earlier, after: present }
+            : { before: null };
     const both = [pair.before, pair.after];
     if (!both.every((model) => model && S.isDrawable(model))) return null;
     const heldout = both.every((model) => model.residual_heldout);
@@ -127,7 +138,8 @@ const stiffcal = {};
     if (state.mode === "refit" && state.off.length) {
       model = S.data.models.find((entry) => entry.kind === "without" && entry.effect === state.off[0]) || model;
     }
-    const whole = S.residualOf(model), { heldout } = whole;
+    const whole = S.residualOf(model),
+      { heldout } = whole;
     let { move, turn } = whole;
     if (state.mode === "part" && state.off.length) {
       move = Float64Array.from(move);
@@ -148,11 +160,15 @@ const stiffcal = {};
    */
   S.rms = function (values, keep) {
     const used = S.data.states.used;
-    let sum = 0, count = 0;
+    let sum = 0,
+      count = 0;
     for (let i = 0; i < S.n; i++) {
       if (!used[i] || (keep && !keep(i))) continue;
       const square = values[3 * i] ** 2 + values[3 * i + 1] ** 2 + values[3 * i + 2] ** 2;
-      if (Number.isFinite(square)) { sum += square; count++; }
+      if (Number.isFinite(square)) {
+        sum += square;
+        count++;
+      }
     }
     return count ? Math.sqrt(sum / count) : NaN;
   };
@@ -162,7 +178,8 @@ const stiffcal = {};
     if (S.scalar) return [["r.x", S.data.measure === "torque" ? "torque" : "angle of the moved motor"]];
     return [
       ...S.components.map((name, k) => [`r.${name}`, k < 3 ? `along ${name}` : `about ${name.slice(1)}`]),
-      ["r.length", "length"], ["r.all", "along x, y and z together"],
+      ["r.length", "length"],
+      ["r.all", "along x, y and z together"],
       ...S.data.evidence.map((one, k) => [`r.e${k + 1}`, `along ${one.name} (${one.standing})`]),
       ...S.data.effects.map((effect) => [`r.along ${effect.name}`, `along the effect ${effect.name}`]),
     ];
@@ -178,11 +195,22 @@ const stiffcal = {};
     const variable = S.variableByName.get(key);
     if (variable) return { ...variable, sigma: 0, wide: false };
     if (key === "component") return { values: null, label: "component of the residual", unit: "", levels: ["x", "y", "z"], sigma: 0, wide: true };
-    const name = key.slice(2), axis = S.components.indexOf(name), { noise } = S.data;
-    const kind = shown.heldout ? "held-out residual" : "residual of the fit", length = S.units.length, sigma = S.sigma();
+    const name = key.slice(2),
+      axis = S.components.indexOf(name),
+      { noise } = S.data;
+    const kind = shown.heldout ? "held-out residual" : "residual of the fit",
+      length = S.units.length,
+      sigma = S.sigma();
     const { factor, unit } = S.scalar ? S.units.main : axis < 3 ? length : S.units.angle;
     if (key === "r.all") {
-      return { values: shown.move.map((value) => length.factor * value), label: kind, unit: length.unit, levels: [], sigma: length.factor * sigma, wide: true };
+      return {
+        values: shown.move.map((value) => length.factor * value),
+        label: kind,
+        unit: length.unit,
+        levels: [],
+        sigma: length.factor * sigma,
+        wide: true,
+      };
     }
     const values = new Float64Array(S.n);
     if (axis >= 0) {
@@ -191,12 +219,24 @@ const stiffcal = {};
         const value = source[3 * i + (axis % 3)];
         values[i] = S.data.one_direction && value === 0 ? NaN : factor * value;
       }
-      const words = S.scalar ? (S.data.measure === "torque" ? " torque" : " angle of the moved motor") : ` ${axis < 3 ? "along" : "about"} ${"xyz"[axis % 3]}`;
-      return { values, label: kind + words, unit, levels: [], sigma: factor * (axis < 3 ? sigma : (noise?.rotation ?? NaN) / Math.sqrt(3)), wide: false };
+      const words = S.scalar
+        ? S.data.measure === "torque"
+          ? " torque"
+          : " angle of the moved motor"
+        : ` ${axis < 3 ? "along" : "about"} ${"xyz"[axis % 3]}`;
+      return {
+        values,
+        label: kind + words,
+        unit,
+        levels: [],
+        sigma: factor * (axis < 3 ? sigma : (noise?.rotation ?? NaN) / Math.sqrt(3)),
+        wide: false,
+      };
     }
     const one = S.data.evidence[/^e\d+$/.test(name) ? Number(name.slice(1)) - 1 : -1];
     if (one) {
-      const scale = one.turns ? S.units.angle : length, source = one.turns ? shown.turn : shown.move;
+      const scale = one.turns ? S.units.angle : length,
+        source = one.turns ? shown.turn : shown.move;
       for (let i = 0; i < S.n; i++) values[i] = scale.factor * [0, 1, 2].reduce((sum, k) => sum + one.along[3 * i + k] * source[3 * i + k], 0);
       const noiseAlong = one.turns ? (noise?.rotation ?? NaN) / Math.sqrt(3) : sigma;
       return { values, label: `${kind} along ${one.name}`, unit: scale.unit, levels: [], sigma: scale.factor * noiseAlong, wide: false };
@@ -204,8 +244,12 @@ const stiffcal = {};
     const effect = S.data.effects.find((entry) => `along ${entry.name}` === name);
     for (let i = 0; i < S.n; i++) {
       const r = [0, 1, 2].map((k) => shown.move[3 * i + k]);
-      if (!effect) { values[i] = length.factor * Math.hypot(...r); continue; }
-      const p = [0, 1, 2].map((k) => effect.part[0][3 * i + k]), size = Math.hypot(...p);
+      if (!effect) {
+        values[i] = length.factor * Math.hypot(...r);
+        continue;
+      }
+      const p = [0, 1, 2].map((k) => effect.part[0][3 * i + k]),
+        size = Math.hypot(...p);
       values[i] = size > 0 ? (length.factor * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2])) / size : NaN;
     }
     const label = effect ? `${kind} along the effect ${effect.name}` : `length of the ${kind}`;

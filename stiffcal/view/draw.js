@@ -6,8 +6,14 @@
     const style = getComputedStyle(document.documentElement);
     const get = (name) => style.getPropertyValue(name).trim();
     S.theme = {
-      ink: get("--ink"), quiet: get("--quiet"), line: get("--line"), ground: get("--panel"), accent: get("--accent"),
-      warm: get("--warm"), band: get("--band"), chosen: get("--chosen"),
+      ink: get("--ink"),
+      quiet: get("--quiet"),
+      line: get("--line"),
+      ground: get("--panel"),
+      accent: get("--accent"),
+      warm: get("--warm"),
+      band: get("--band"),
+      chosen: get("--chosen"),
       series: Array.from({ length: CATEGORIES }, (_, k) => get(`--series${k}`)),
       scale: get("--scale").split(" "),
     };
@@ -16,7 +22,8 @@
   /** A canvas in pixels of the screen; lengths are CSS pixels. @param {HTMLCanvasElement} canvas */
   S.begin = function (canvas) {
     const ratio = S.drawsFile ? S.fileRatio : window.devicePixelRatio || 1;
-    const width = canvas.clientWidth || 300, height = canvas.clientHeight || 200;
+    const width = canvas.clientWidth || 300,
+      height = canvas.clientHeight || 200;
     if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
     if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
     // drawn by the processor: quick without a graphics card, and quick enough with one
@@ -42,7 +49,8 @@
 
   /** Texts of marks on an axis: as many digits as neighbours need to differ. @param {number[]} marks @returns {string[]} */
   S.tickTexts = function (marks) {
-    const step = marks.length > 1 ? marks[1] - marks[0] : 0, most = Math.max(...marks.map(Math.abs));
+    const step = marks.length > 1 ? marks[1] - marks[0] : 0,
+      most = Math.max(...marks.map(Math.abs));
     if (!(step > 0) || most >= 1e5 || step < 1e-4) return marks.map(S.digits);
     const decimals = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
     return marks.map((mark) => mark.toFixed(decimals).replace("-", "−"));
@@ -50,7 +58,8 @@
 
   /** @param {number[]} values @returns {number} NaN of none */
   S.median = function (values) {
-    const sorted = [...values].sort((a, b) => a - b), half = sorted.length / 2;
+    const sorted = [...values].sort((a, b) => a - b),
+      half = sorted.length / 2;
     return sorted.length % 2 ? sorted[Math.floor(half)] : (sorted[half - 1] + sorted[half]) / 2;
   };
 
@@ -59,16 +68,24 @@
    * @param {number[]} x @param {number[]} y @param {number[]} weight
    */
   S.parabolaShare = function (x, y, weight) {
-    const n = x.length, [low, high] = S.span(x, 0);
+    const n = x.length,
+      [low, high] = S.span(x, 0);
     if (n < 4 || !(high > low)) return 0;
     // normal equations [U'WU | U'Wy] of 1, u and u², u from −1 to 1, and y'Wy, eliminated row by row (Cholesky's order)
-    const m = [[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]];
+    const m = [
+      [0, 0, 0, 0],
+      [0, 0, 0, 0],
+      [0, 0, 0, 0],
+      [0, 0, 0, 0],
+    ];
     for (let i = 0; i < n; i++) {
-      const u = (2 * (x[i] - low)) / (high - low) - 1, row = [1, u, u * u, y[i]];
+      const u = (2 * (x[i] - low)) / (high - low) - 1,
+        row = [1, u, u * u, y[i]];
       for (let a = 0; a < 4; a++) for (let b = a; b < 4; b++) m[a][b] += weight[i] * row[a] * row[b];
     }
     const whole = m[0][0];
-    let free = n, about = 0;
+    let free = n,
+      about = 0;
     for (let k = 0; k < 3; k++) {
       if (k === 1) about = m[3][3];
       if (!(m[k][k] > 1e-9 * whole)) continue;
@@ -83,7 +100,8 @@
    * @param {(order: number[]) => number} best the largest share where pose k has the variables of pose order[k] @param {number} poses @param {number} rounds
    */
   S.shareByChance = function (best, poses, rounds) {
-    const order = [...Array(poses).keys()], found = [];
+    const order = [...Array(poses).keys()],
+      found = [];
     let seed = 1;
     for (let round = 0; round < rounds; round++) {
       for (let k = poses - 1; k > 0; k--) {
@@ -98,8 +116,13 @@
 
   /** Ends of finite numbers, with a margin. @param {Iterable<number>} values */
   S.span = function (values, margin = 0.05) {
-    let low = Infinity, high = -Infinity;
-    for (const value of values) if (Number.isFinite(value)) { if (value < low) low = value; if (value > high) high = value; }
+    let low = Infinity,
+      high = -Infinity;
+    for (const value of values)
+      if (Number.isFinite(value)) {
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
     if (low > high) return [0, 1];
     const room = high > low ? (high - low) * margin : Math.abs(high) * 0.1 || 1;
     return [low - room, high + room];
@@ -125,16 +148,21 @@
     marks.forEach((mark, k) => {
       if (k % every) return;
       const x = Math.round(toX(mark)) + 0.5;
-      g.moveTo(x, box.y); g.lineTo(x, box.y + box.h);
+      g.moveTo(x, box.y);
+      g.lineTo(x, box.y + box.h);
       g.fillText(texts[k], x, box.y + box.h + 4);
     });
     g.textAlign = "right";
     g.textBaseline = "middle";
     const named = axes.yNames && axes.yNames.length > 0;
-    const rows = named ? axes.yNames.map((_, k) => k).filter((k) => k % Math.ceil(axes.yNames.length / Math.max(1, box.h / 16)) === 0) : S.ticks(axes.y[0], axes.y[1], Math.max(2, box.h / 45)), rowTexts = named ? rows.map((k) => S.visible(axes.yNames[k]).slice(0, 9)) : S.tickTexts(rows);
+    const rows = named
+        ? axes.yNames.map((_, k) => k).filter((k) => k % Math.ceil(axes.yNames.length / Math.max(1, box.h / 16)) === 0)
+        : S.ticks(axes.y[0], axes.y[1], Math.max(2, box.h / 45)),
+      rowTexts = named ? rows.map((k) => S.visible(axes.yNames[k]).slice(0, 9)) : S.tickTexts(rows);
     rows.forEach((mark, k) => {
       const y = Math.round(toY(mark)) + 0.5;
-      g.moveTo(box.x, y); g.lineTo(box.x + box.w, y);
+      g.moveTo(box.x, y);
+      g.lineTo(box.x + box.w, y);
       g.fillText(rowTexts[k], box.x - 4, y);
     });
     g.stroke();
@@ -155,29 +183,83 @@
   /** Add a marker to the path; categories differ in shape as in colour. */
   S.marker = function (g, shape, x, y, r) {
     switch (SHAPES[shape % SHAPES.length]) {
-      case "o": g.moveTo(x + r, y); g.arc(x, y, r, 0, 6.2832); break;
-      case "^": g.moveTo(x, y - r); g.lineTo(x + r, y + r); g.lineTo(x - r, y + r); g.closePath(); break;
-      case "v": g.moveTo(x, y + r); g.lineTo(x + r, y - r); g.lineTo(x - r, y - r); g.closePath(); break;
-      case "s": g.rect(x - r, y - r, 2 * r, 2 * r); break;
-      case "d": g.moveTo(x, y - r); g.lineTo(x + r, y); g.lineTo(x, y + r); g.lineTo(x - r, y); g.closePath(); break;
-      case "+": g.rect(x - r, y - 1, 2 * r, 2); g.rect(x - 1, y - r, 2, 2 * r); break;
-      case "x": g.moveTo(x - r, y - r + 1); g.lineTo(x + r - 1, y + r); g.lineTo(x + r, y + r - 1); g.lineTo(x - r + 1, y - r); g.closePath(); break;
-      default: g.rect(x - r, y - 1, 2 * r, 2);
+      case "o":
+        g.moveTo(x + r, y);
+        g.arc(x, y, r, 0, 6.2832);
+        break;
+      case "^":
+        g.moveTo(x, y - r);
+        g.lineTo(x + r, y + r);
+        g.lineTo(x - r, y + r);
+        g.closePath();
+        break;
+      case "v":
+        g.moveTo(x, y + r);
+        g.lineTo(x + r, y - r);
+        g.lineTo(x - r, y - r);
+        g.closePath();
+        break;
+      case "s":
+        g.rect(x - r, y - r, 2 * r, 2 * r);
+        break;
+      case "d":
+        g.moveTo(x, y - r);
+        g.lineTo(x + r, y);
+        g.lineTo(x, y + r);
+        g.lineTo(x - r, y);
+        g.closePath();
+        break;
+      case "+":
+        g.rect(x - r, y - 1, 2 * r, 2);
+        g.rect(x - 1, y - r, 2, 2 * r);
+        break;
+      case "x":
+        g.moveTo(x - r, y - r + 1);
+        g.lineTo(x + r - 1, y + r);
+        g.lineTo(x + r, y + r - 1);
+        g.lineTo(x - r + 1, y - r);
+        g.closePath();
+        break;
+      default:
+        g.rect(x - r, y - 1, 2 * r, 2);
     }
   };
 
   /** Words above a picture: categories with their markers, or the ends of a scale; returns where the picture can begin. */
   S.legend = function (g, box, words, palette, scale) {
-    g.textAlign = "left"; g.textBaseline = "middle";
+    g.textAlign = "left";
+    g.textBaseline = "middle";
     let right = box.x;
     if (scale) {
-      g.fillStyle = S.theme.ink; g.fillText(S.visible(words[0]), right, 12);
+      g.fillStyle = S.theme.ink;
+      g.fillText(S.visible(words[0]), right, 12);
       right += g.measureText(S.visible(words[0])).width + 6;
-      palette.forEach((c) => { g.fillStyle = c; g.fillRect(right, 6, 10, 12); right += 10; });
-      g.fillStyle = S.theme.ink; g.fillText(S.visible(words[1]), right + 6, 12);
+      palette.forEach((c) => {
+        g.fillStyle = c;
+        g.fillRect(right, 6, 10, 12);
+        right += 10;
+      });
+      g.fillStyle = S.theme.ink;
+      g.fillText(S.visible(words[1]), right + 6, 12);
       return 26;
     }
-    return 10 + 16 * S.keys(g, box, words.map((word, k) => ({ word, mark: (x, y) => { g.beginPath(); S.marker(g, k, x + 6, y, 4); g.fillStyle = palette[k]; g.fill(); } })));
+    return (
+      10 +
+      16 *
+        S.keys(
+          g,
+          box,
+          words.map((word, k) => ({
+            word,
+            mark: (x, y) => {
+              g.beginPath();
+              S.marker(g, k, x + 6, y, 4);
+              g.fillStyle = palette[k];
+              g.fill();
+            },
+          })),
+        )
+    );
   };
 
   /**
@@ -185,12 +267,22 @@
    * @param {{x: number, w: number}} box @param {{word: string, mark: (x: number, y: number) => void}[]} entries @param {boolean} [dry] only count
    */
   S.keys = function (g, box, entries, dry) {
-    let x = box.x, y = 12;
-    g.textAlign = "left"; g.textBaseline = "middle";
+    let x = box.x,
+      y = 12;
+    g.textAlign = "left";
+    g.textBaseline = "middle";
     for (const { word, mark } of entries) {
-      const text = S.shortened(g, S.visible(word), box.w - 20), wide = 20 + g.measureText(text).width;
-      if (x > box.x && x + wide > box.x + box.w) { x = box.x; y += 16; }
-      if (!dry) { mark(x, y); g.fillStyle = S.theme.ink; g.fillText(text, x + 16, y); }
+      const text = S.shortened(g, S.visible(word), box.w - 20),
+        wide = 20 + g.measureText(text).width;
+      if (x > box.x && x + wide > box.x + box.w) {
+        x = box.x;
+        y += 16;
+      }
+      if (!dry) {
+        mark(x, y);
+        g.fillStyle = S.theme.ink;
+        g.fillText(text, x + 16, y);
+      }
       x += wide + 12;
     }
     return 1 + (y - 12) / 16;

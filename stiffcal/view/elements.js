@@ -28,7 +28,8 @@
 
   /** A choice with a label. @param {string} label @param {any[]} options value and text, or a heading with a list of them */
   S.choice = function (label, options, change) {
-    const made = ([value, text]) => (Array.isArray(text) ? S.make("optgroup", { label: S.visible(value) }, ...text.map(made)) : S.make("option", { value }, text));
+    const made = ([value, text]) =>
+      Array.isArray(text) ? S.make("optgroup", { label: S.visible(value) }, ...text.map(made)) : S.make("option", { value }, text);
     const select = S.make("select", { onchange: () => change(select.value) }, ...options.map(made));
     return { element: S.make("label", {}, `${label} `, select), select };
   };
@@ -46,8 +47,21 @@
     table.replaceChildren(
       S.make("caption", {}, caption),
       S.make("thead", {}, S.make("tr", {}, ...head.map((text) => S.make("th", { scope: "col" }, text)))),
-      S.make("tbody", {}, ...rows.map((row) => S.make("tr", {}, ...row.map((cell, k) =>
-        cell instanceof Node ? S.make("td", {}, cell) : S.make(k ? "td" : "th", k ? {} : { scope: "row" },
-          typeof cell === "number" ? S.digits(cell) : String(cell)))))));
+      S.make(
+        "tbody",
+        {},
+        ...rows.map((row) =>
+          S.make(
+            "tr",
+            {},
+            ...row.map((cell, k) =>
+              cell instanceof Node
+                ? S.make("td", {}, cell)
+                : S.make(k ? "td" : "th", k ? {} : { scope: "row" }, typeof cell === "number" ? S.digits(cell) : String(cell)),
+            ),
+          ),
+        ),
+      ),
+    );
   };
 })(stiffcal);

@@ -1,45 +1,69 @@
 (function (S) {
   /** A text made of pieces, as other kinds of experiment write them. @param {any[]} pieces @param {number} [scale] of its numbers */
   function words(pieces, scale = 1) {
-    return pieces.map((piece) => {
-      if (typeof piece === "string") return piece;
-      switch (piece.kind_) {
-        case "Digits": return S.digits(piece.value === null ? null : scale * piece.value);
-        case "Interval": return `${S.digits(scale * piece.value)} (${S.digits(scale * piece.low)} to ${S.digits(scale * piece.high)})`;
-        case "Names": return piece.names.join(", ");
-        default: return (piece.joints || []).join(", ");
-      }
-    }).join("");
+    return pieces
+      .map((piece) => {
+        if (typeof piece === "string") return piece;
+        switch (piece.kind_) {
+          case "Digits":
+            return S.digits(piece.value === null ? null : scale * piece.value);
+          case "Interval":
+            return `${S.digits(scale * piece.value)} (${S.digits(scale * piece.low)} to ${S.digits(scale * piece.high)})`;
+          case "Names":
+            return piece.names.join(", ");
+          default:
+            return (piece.joints || []).join(", ");
+        }
+      })
+      .join("");
   }
 
   /** What the table behind a picture holds of a series. */
   function rowsOf(panel, s, k) {
     if (!s.x) return [[s.label || s.kind_.toLowerCase(), "", NaN, s.low, s.high]];
     return [...s.x.keys()].map((i) => {
-      const half = s.spread ? s.spread[i] : NaN, y = s.y ? s.y[i] : NaN;
+      const half = s.spread ? s.spread[i] : NaN,
+        y = s.y ? s.y[i] : NaN;
       const place = panel.x_names?.[Math.round(s.x[i])] ?? s.x[i];
       return [s.label || `${s.kind_.toLowerCase()} ${k + 1}`, place, y, s.low ? s.low[i] : y - half, s.high ? s.high[i] : y + half];
     });
   }
 
-  const HOW = "Drag a rectangle, or click on a point: select the states of these points in all panels; with Shift they are added. "
-    + "Left and right arrows: go from point to point; Enter selects; Escape clears the selection.";
+  const HOW =
+    "Drag a rectangle, or click on a point: select the states of these points in all panels; with Shift they are added. " +
+    "Left and right arrows: go from point to point; Enter selects; Escape clears the selection.";
   const OF_SWEEPS = " A point of a clamped run is an average over cycles; of it are the states of its sweep that are nearest in torque.";
 
   /** A picture of a kind: a rectangle, a click or keys select the states of its points. @returns {HTMLElement} */
   function kindPanel(panel, number, caption) {
-    let points = [], brush = null, at = -1;
-    const chosen = (near, event) => S.select([...new Set(near.flatMap((point) => point.members))].sort((a, b) => a - b), event.shiftKey);
-    const linked = panel.series.some((s) => s.run || s.rows), sweeps = panel.series.some((s) => s.sweep);
-    const step = (by) => { if (points.length) at = (at + by + points.length + (by < 0 && at < 0)) % points.length; S.redraw(); };
+    let points = [],
+      brush = null,
+      at = -1;
+    const chosen = (near, event) =>
+      S.select(
+        [...new Set(near.flatMap((point) => point.members))].sort((a, b) => a - b),
+        event.shiftKey,
+      );
+    const linked = panel.series.some((s) => s.run || s.rows),
+      sweeps = panel.series.some((s) => s.sweep);
+    const step = (by) => {
+      if (points.length) at = (at + by + points.length + (by < 0 && at < 0)) % points.length;
+      S.redraw();
+    };
     const made = S.panel({
-      id: `kind${number}`, title: `${panel.title ? `${panel.title}, ` : ""}${panel.y_label}${panel.x_label ? ` over ${panel.x_label}` : ""}`, about: caption, height: 340,
+      id: `kind${number}`,
+      title: `${panel.title ? `${panel.title}, ` : ""}${panel.y_label}${panel.x_label ? ` over ${panel.x_label}` : ""}`,
+      about: caption,
+      height: 340,
       how: linked ? HOW + (sweeps ? OF_SWEEPS : "") : "",
       draw: (canvas) => {
         points = S.drawKindPanel(canvas, panel);
         const g = canvas.getContext("2d");
         brush?.draw(g);
-        if (at >= 0 && points[at]) { g.strokeStyle = S.theme.ink; g.strokeRect(points[at].px - 7, points[at].py - 7, 14, 14); }
+        if (at >= 0 && points[at]) {
+          g.strokeStyle = S.theme.ink;
+          g.strokeRect(points[at].px - 7, points[at].py - 7, 14, 14);
+        }
         return S.nSelected && points.length ? `${points.filter(S.isChosenPoint).length} of ${points.length} points are of selected states.` : "";
       },
       depends: () => `${S.version}/${at}/${brush?.key() ?? ""}`,
@@ -50,16 +74,28 @@
       }),
     });
     const pixels = () => ({ px: points.map((point) => point.px), py: points.map((point) => point.py) });
-    if (linked) brush = S.brush(made.canvas, pixels, (near, event) => chosen(near.map((k) => points[k]), event));
+    if (linked)
+      brush = S.brush(made.canvas, pixels, (near, event) =>
+        chosen(
+          near.map((k) => points[k]),
+          event,
+        ),
+      );
     return made.section;
   }
 
   function tableOf(block, name) {
     const table = S.make("table");
     // pictures and tables have one unit for angles
-    const scales = block.columns.map((column) => (column.unit === "rad" ? 1e3 : 1)), unit = (column) => (column.unit === "rad" ? "mrad" : column.unit);
+    const scales = block.columns.map((column) => (column.unit === "rad" ? 1e3 : 1)),
+      unit = (column) => (column.unit === "rad" ? "mrad" : column.unit);
     const heads = block.columns.map((column) => (column.unit ? `${column.title} [${unit(column)}]` : column.title || "remark"));
-    S.fill(table, heads, block.rows.map((row) => row.map((cell, k) => words(cell, scales[k]))), block.caption);
+    S.fill(
+      table,
+      heads,
+      block.rows.map((row) => row.map((cell, k) => words(cell, scales[k]))),
+      block.caption,
+    );
     return S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": S.visible(name) }, table);
   }
 
@@ -78,15 +114,19 @@
 
   /** Pages of clamped, friction and other kinds of experiment: pictures, tables, sentences. */
   S.kindPanels = function () {
-    let number = 0, tables = 0;
+    let number = 0,
+      tables = 0;
     for (const page of S.data.pages) {
-      const section = S.make("section", { className: "panel kind wide", "aria-label": S.visible(page.title) }, S.make("h2", {}, page.title)), pictures = [];
+      const section = S.make("section", { className: "panel kind wide", "aria-label": S.visible(page.title) }, S.make("h2", {}, page.title)),
+        pictures = [];
       S.place(section);
       if (!page.blocks.length) section.append(S.make("p", {}, page.why_empty));
       for (const block of page.blocks) {
         if (block.kind_ === "Subheading") section.append(S.make("h3", {}, block.text));
-        else if (block.kind_ === "Sentence") section.append(S.make("p", { className: block.level }, (block.level === "warning" ? "Warning: " : "") + words(block.words)));
-        else if (block.kind_ === "Listing") section.append(S.make("ul", {}, ...block.sentences.map((sentence) => S.make("li", {}, words(sentence.words)))));
+        else if (block.kind_ === "Sentence")
+          section.append(S.make("p", { className: block.level }, (block.level === "warning" ? "Warning: " : "") + words(block.words)));
+        else if (block.kind_ === "Listing")
+          section.append(S.make("ul", {}, ...block.sentences.map((sentence) => S.make("li", {}, words(sentence.words)))));
         else if (block.kind_ === "Table") section.append(tableOf(block, `${block.caption || page.title}, table ${++tables}`));
         else {
           block.panels.forEach((panel, k) => {

@@ -1,26 +1,38 @@
 (function (S) {
-  const ROW = 26, TOP = 34, MOST = 5;
+  const ROW = 26,
+    TOP = 34,
+    MOST = 5;
   const VERDICT = { alike: ", cannot be distinguished", undecided: ", undecided", possible: ", possible", rejected: ", rejected" };
 
   S.ladderPanel = function () {
     const { data } = S;
     // where no model has residuals of states, all can be compared by their errors and parameters
-    const none = !data.models.some(S.isDrawable), selectable = (model) => Boolean(model) && (none || S.isDrawable(model));
+    const none = !data.models.some(S.isDrawable),
+      selectable = (model) => Boolean(model) && (none || S.isDrawable(model));
     let folded = true;
     const standing = new Map(data.candidates.map((entry) => [entry.name, entry.standing]));
     /** Candidates that are only possible are shown as far as they leave least; rejected ones, and the others, on demand. */
     const possible = data.models.filter((model) => model.kind === "with" && standing.get(model.effect) === "possible");
     const leading = new Set([...possible].sort((a, b) => S.main(a.heldout_rms) - S.main(b.heldout_rms)).slice(0, MOST));
-    const isFolded = (model) => model.kind === "with" && (standing.get(model.effect) === "rejected" || (possible.includes(model) && !leading.has(model)));
-    const standingOf = (model) => (model.kind === "with" ? VERDICT[standing.get(model.effect)] ?? "" : "");
-    const nameOf = (model) => (model.kind === "fit" || model.is_forecast ? model.label : `${model.kind === "all" ? "all missing: " : "with "}${model.effect}${standingOf(model)}`);
+    const isFolded = (model) =>
+      model.kind === "with" && (standing.get(model.effect) === "rejected" || (possible.includes(model) && !leading.has(model)));
+    const standingOf = (model) => (model.kind === "with" ? (VERDICT[standing.get(model.effect)] ?? "") : "");
+    const nameOf = (model) =>
+      model.kind === "fit" || model.is_forecast
+        ? model.label
+        : `${model.kind === "all" ? "all missing: " : "with "}${model.effect}${standingOf(model)}`;
 
     function rowOf(model) {
-      const heldout = S.main(model.heldout_rms), inside = S.main(model.fit_rms);
+      const heldout = S.main(model.heldout_rms),
+        inside = S.main(model.fit_rms);
       return {
-        id: model.id, name: nameOf(model), value: heldout ?? inside, second: inside,
+        id: model.id,
+        name: nameOf(model),
+        value: heldout ?? inside,
+        second: inside,
         text: heldout === null ? `${S.error(model.fit_rms)} (fit)` : S.error(model.heldout_rms),
-        grey: !selectable(model), chosen: model.id === S.state.model,
+        grey: !selectable(model),
+        chosen: model.id === S.state.model,
       };
     }
     const rows = () => [
@@ -28,7 +40,8 @@
       ...data.models.filter((model) => model.kind !== "without" && !(folded && isFolded(model))).map(rowOf),
     ];
     /** The scale, linear from zero, ends at the worst model; without any model the error may be much larger, and its bar is cut off. */
-    const mostOf = (shown) => Math.max(...shown.filter((row) => row.id).map((row) => Math.max(row.value || 0, row.second || 0)), S.main(data.noise) || 0);
+    const mostOf = (shown) =>
+      Math.max(...shown.filter((row) => row.id).map((row) => Math.max(row.value || 0, row.second || 0)), S.main(data.noise) || 0);
 
     const height = () => TOP + 10 + ROW * rows().length;
     const unfold = S.check("all candidates", false, (on) => {
@@ -37,19 +50,32 @@
     });
     unfold.element.hidden = !data.models.some(isFolded);
     const panel = S.panel({
-      id: "ladder", title: "2 Ladder of models", height: height(),
-      about: `Error ${S.leftOut()} (bars) and of the fit (frames), all states. Choose a model to show it in all panels.${data.models.every(selectable) ? "" : " Grey: the store does not hold its predictions."}`,
+      id: "ladder",
+      title: "2 Ladder of models",
+      height: height(),
+      about:
+        `Error ${S.leftOut()} (bars) and of the fit (frames), all states. Choose a model to show it in all ` +
+        `panels.${data.models.every(selectable) ? "" : " Grey: the store does not hold its predictions."}`,
       how: "A click, or up and down arrows: show a model in all panels. The table below has a button for each.",
-      controls: [unfold], draw, table: list, key, depends: () => [S.shownKey(), folded, data.models.length].join("/"),
+      controls: [unfold],
+      draw,
+      table: list,
+      key,
+      depends: () => [S.shownKey(), folded, data.models.length].join("/"),
     });
     let find = () => -1;
-    const choose = (id) => { if (selectable(S.modelById.get(id))) S.set({ model: id, off: [] }); };
+    const choose = (id) => {
+      if (selectable(S.modelById.get(id))) S.set({ model: id, off: [] });
+    };
     panel.canvas.addEventListener("click", (event) => {
       const row = rows()[find(event.offsetY)];
       if (row && row.id) choose(row.id);
     });
     function key(event) {
-      const ids = rows().filter((row) => row.id && !row.grey).map((row) => row.id), k = ids.indexOf(S.state.model);
+      const ids = rows()
+          .filter((row) => row.id && !row.grey)
+          .map((row) => row.id),
+        k = ids.indexOf(S.state.model);
       if (event.key === "ArrowDown" && k + 1 < ids.length) choose(ids[k + 1]);
       else if (event.key === "ArrowUp" && k > 0) choose(ids[k - 1]);
       else return false;
@@ -62,8 +88,15 @@
 
     function draw(canvas) {
       canvas.style.height = `${height()}px`;
-      const { g, width } = S.begin(canvas), shown = rows();
-      find = S.bars(g, width, shown, { top: TOP, rowHeight: ROW, most: mostOf(shown), line: S.main(data.noise) || 0, lineLabel: `noise ${S.size(S.main(data.noise))}` });
+      const { g, width } = S.begin(canvas),
+        shown = rows();
+      find = S.bars(g, width, shown, {
+        top: TOP,
+        rowHeight: ROW,
+        most: mostOf(shown),
+        line: S.main(data.noise) || 0,
+        lineLabel: `noise ${S.size(S.main(data.noise))}`,
+      });
       const model = S.modelById.get(S.state.model);
       if (!model) return data.refits_missing;
       const ofFit = model.fit_rms ? `, ${S.error(model.fit_rms)} of the fit` : "";
@@ -71,22 +104,42 @@
       numbers.dataset.heldout = String(S.main(model.heldout_rms) ?? "");
       numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");
       values.show(model);
-      const present = data.models.find((entry) => entry.present), own = S.main(present?.heldout_rms), judged = S.main(data.diagnosed);
-      const other = own > 0 && judged > 0 && Math.abs(judged / own - 1) > 0.02 && data.models.some((entry) => entry.kind === "with" || entry.kind === "all");
-      const otherWords = `The diagnosis leaves out other groups of poses than the fits' errors do; the present fit has ${S.error(data.diagnosed)} there, which candidates compare with.`;
+      const present = data.models.find((entry) => entry.present),
+        own = S.main(present?.heldout_rms),
+        judged = S.main(data.diagnosed);
+      const other =
+        own > 0 && judged > 0 && Math.abs(judged / own - 1) > 0.02 && data.models.some((entry) => entry.kind === "with" || entry.kind === "all");
+      const otherWords =
+        `The diagnosis leaves out other groups of poses than the fits' errors do; the present fit has ${S.error(data.diagnosed)} ` +
+        `there, which candidates compare with.`;
       // on a live page the bar says of which model the diagnosis is
       return (data.refits_missing && !S.isLive() ? `Candidates of the diagnosis: ${data.refits_missing}.` : "") + (other ? otherWords : "");
     }
 
     function list() {
-      const unit = S.si(), turns = S.data.rotation;
-      const ends = [{ label: "no model", heldout_rms: data.zero, fit_rms: null }, { label: "noise", heldout_rms: data.noise, fit_rms: data.noise }];
-      const show = (model) => S.button({ onclick: () => S.set({ model: model.id, off: [] }), "aria-label": S.visible(`Show ${model.label}`) }, "show");
+      const unit = S.si(),
+        turns = S.data.rotation;
+      const ends = [
+        { label: "no model", heldout_rms: data.zero, fit_rms: null },
+        { label: "noise", heldout_rms: data.noise, fit_rms: data.noise },
+      ];
+      const show = (model) =>
+        S.button({ onclick: () => S.set({ model: model.id, off: [] }), "aria-label": S.visible(`Show ${model.label}`) }, "show");
       const cells = (rms) => [S.main(rms) ?? NaN, ...(turns ? [rms?.rotation ?? NaN] : [])];
       return {
-        head: ["model", `rms ${S.leftOut()} [${unit}]`, ...(turns ? [`rms ${S.leftOut()} [rad]`] : []), `fit rms [${unit}]`, ...(turns ? ["fit rms [rad]"] : []), "show"],
+        head: [
+          "model",
+          `rms ${S.leftOut()} [${unit}]`,
+          ...(turns ? [`rms ${S.leftOut()} [rad]`] : []),
+          `fit rms [${unit}]`,
+          ...(turns ? ["fit rms [rad]"] : []),
+          "show",
+        ],
         rows: [ends[0], ...data.models, ends[1]].map((model) => [
-          model.label, ...cells(model.heldout_rms), ...cells(model.fit_rms), !model.id ? "–" : selectable(model) ? show(model) : "not stored",
+          model.label,
+          ...cells(model.heldout_rms),
+          ...cells(model.fit_rms),
+          !model.id ? "–" : selectable(model) ? show(model) : "not stored",
         ]),
       };
     }

@@ -12,7 +12,9 @@
    */
   async function ask(name, more = {}, signal = undefined) {
     const response = await fetch(`/${name}`, {
-      method: "POST", signal, headers: { "Content-Type": "application/json", "X-Stiffcal-Token": token },
+      method: "POST",
+      signal,
+      headers: { "Content-Type": "application/json", "X-Stiffcal-Token": token },
       body: JSON.stringify({ choice: S.wanted, ...more }),
     });
     const text = await response.text();
@@ -33,7 +35,8 @@
   S.shownExcluded = [];
   /** Whether the server has said if it can forecast. */
   let prepared = false;
-  let asked = 0, stopAsking = new AbortController();
+  let asked = 0,
+    stopAsking = new AbortController();
   /**
    * Ask for new contents of the page, show what the server is doing meanwhile, and show them.
    * @param {string} name @param {string} words @param {Object<string, any>} [more]
@@ -68,7 +71,10 @@
       return false;
     } finally {
       clearInterval(watch);
-      if (mine === asked) { S.showTryout(); S.redraw(); }
+      if (mine === asked) {
+        S.showTryout();
+        S.redraw();
+      }
     }
   }
 
@@ -88,7 +94,10 @@
   async function fitted() {
     const shown = JSON.stringify(S.parts[0].live);
     const { forecasts } = S.parts[0].live;
-    const done = askForContent("content", forecasts || !prepared || S.wanted.excluded.length ? "fitting" : "fitting, without a forecast for these readings");
+    const done = askForContent(
+      "content",
+      forecasts || !prepared || S.wanted.excluded.length ? "fitting" : "fitting, without a forecast for these readings",
+    );
     if (forecasts) forecast();
     if (!(await done) && S.fault) {
       // what cannot be fitted is not ticked
@@ -125,7 +134,10 @@
   S.writeModel = async function (anyway = false) {
     const wanted = S.wanted;
     S.wanted = { ...wanted, excluded: [] };
-    if (!(await askForContent("write", "writing model.toml", { to_changed_file: anyway }))) { S.wanted = wanted; return; }
+    if (!(await askForContent("write", "writing model.toml", { to_changed_file: anyway }))) {
+      S.wanted = wanted;
+      return;
+    }
     afresh();
   };
   /** Take model.toml as it is now. */

@@ -1,6 +1,9 @@
 (async function (S) {
-  const say = (text) => { document.getElementById("status").textContent = S.visible(text); };
-  const bar = document.getElementById("bar"), chosen = document.getElementById("chosen");
+  const say = (text) => {
+    document.getElementById("status").textContent = S.visible(text);
+  };
+  const bar = document.getElementById("bar"),
+    chosen = document.getElementById("chosen");
 
   function controls() {
     const { data } = S;
@@ -12,7 +15,8 @@
     chosen.append(count, " ", clear);
     S.onChange(() => {
       const shown = data.models.filter(S.isDrawable);
-      if (model.select.options.length !== shown.length) model.select.replaceChildren(...shown.map((entry) => S.make("option", { value: entry.id }, entry.label)));
+      if (model.select.options.length !== shown.length)
+        model.select.replaceChildren(...shown.map((entry) => S.make("option", { value: entry.id }, entry.label)));
       model.select.value = S.state.model;
       clear.hidden = !S.nSelected;
       count.textContent = [
@@ -24,18 +28,23 @@
 
   /** Build the panels of a part of the data. @param {number} part */
   function build(part) {
-    const data = S.use(part), drawable = data.models.filter(S.isDrawable);
+    const data = S.use(part),
+      drawable = data.models.filter(S.isDrawable);
     S.reset(S.part);
     document.getElementById("panels").replaceChildren();
     bar.replaceChildren();
     chosen.replaceChildren();
     if (S.parts.length > 1) {
-      const readings = S.choice("Readings", S.parts.map((entry, k) => [String(k), S.partName(entry)]), (value) => {
-        S.setAddress(`#part=${value}`);
-        build(Number(value));
-        S.redraw();
-        bar.querySelector("select").focus();
-      });
+      const readings = S.choice(
+        "Readings",
+        S.parts.map((entry, k) => [String(k), S.partName(entry)]),
+        (value) => {
+          S.setAddress(`#part=${value}`);
+          build(Number(value));
+          S.redraw();
+          bar.querySelector("select").focus();
+        },
+      );
       readings.select.value = String(S.part);
       bar.append(readings.element);
     }
@@ -76,8 +85,12 @@
 
   /** Show new data of the same campaign: what was shown stays as a ghost, and points move. @param {any} data */
   S.showContent = function (data) {
-    const before = { ...S.state }, old = S.data, ghost = S.asGhost();
-    const sheet = document.getElementById("page"), panels = document.getElementById("panels"), { scrollTop } = sheet;
+    const before = { ...S.state },
+      old = S.data,
+      ghost = S.asGhost();
+    const sheet = document.getElementById("page"),
+      panels = document.getElementById("panels"),
+      { scrollTop } = sheet;
     const open = [...panels.querySelectorAll("details[open]")].map((entry) => entry.closest("section").id + entry.className);
     S.take(data);
     build(before.part);
@@ -95,7 +108,9 @@
   };
   /** A live page has a button for what the verdict of a page by itself names a command for. */
   function showVerdict(data) {
-    document.getElementById("verdict").textContent = S.visible(data.live && !data.is_diagnosed ? "Not diagnosed yet: Diagnose, above, finds what is missing." : data.verdict);
+    document.getElementById("verdict").textContent = S.visible(
+      data.live && !data.is_diagnosed ? "Not diagnosed yet: Diagnose, above, finds what is missing." : data.verdict,
+    );
   }
   const partOfHash = () => Number(new URLSearchParams(location.hash.slice(1)).get("part")) || 0;
 
@@ -108,9 +123,16 @@
     document.getElementById("title").textContent = S.visible(`${data.robot}, campaign ${data.campaign}`);
     showVerdict(data);
     build(partOfHash());
-    addEventListener("hashchange", () => { if (partOfHash() !== S.part) build(partOfHash()); else if (S.n) S.readHash(); S.redraw(); });
+    addEventListener("hashchange", () => {
+      if (partOfHash() !== S.part) build(partOfHash());
+      else if (S.n) S.readHash();
+      S.redraw();
+    });
     addEventListener("resize", S.redraw);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { S.readTheme(); S.redraw(); });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      S.readTheme();
+      S.redraw();
+    });
     S.redraw();
     S.startLive?.();
   } catch (error) {

@@ -36,9 +36,14 @@
 
   /** The error that counts down: from that of the model shown before to the present one. @returns {Object<string, any>|null} */
   S.errorNow = function () {
-    const shown = S.residual(), to = shown.heldout ? shown.model.heldout_rms : shown.model.fit_rms, from = S.ghost?.rms, t = S.moved();
+    const shown = S.residual(),
+      to = shown.heldout ? shown.model.heldout_rms : shown.model.fit_rms,
+      from = S.ghost?.rms,
+      t = S.moved();
     if (!to || !from || t >= 1) return to;
     const isNumber = (value) => typeof value === "number";
-    return Object.fromEntries(Object.entries(to).map(([name, value]) => [name, isNumber(value) && isNumber(from[name]) ? from[name] + (value - from[name]) * t : value]));
+    return Object.fromEntries(
+      Object.entries(to).map(([name, value]) => [name, isNumber(value) && isNumber(from[name]) ? from[name] + (value - from[name]) * t : value]),
+    );
   };
 })(stiffcal);

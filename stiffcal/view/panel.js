@@ -1,5 +1,6 @@
 (function (S) {
-  const ROW = 4, GAP = 12;
+  const ROW = 4,
+    GAP = 12;
   // a panel takes as many rows of the grid as it is high, so that panels of a column close up
   const heights = new ResizeObserver((entries) => {
     for (const { target } of entries) target.style.gridRowEnd = `span ${Math.ceil((target.offsetHeight + GAP) / ROW)}`;
@@ -13,10 +14,13 @@
   /** What a picture shows, and how it is used, behind one line. @param {string[]} texts */
   S.explained = function (...texts) {
     const known = texts.filter(Boolean);
-    return known.length ? [S.make("details", {}, S.make("summary", {}, "About"), ...known.map((text) => S.make("p", { className: "about" }, text)))] : [];
+    return known.length
+      ? [S.make("details", {}, S.make("summary", {}, "About"), ...known.map((text) => S.make("p", { className: "about" }, text)))]
+      : [];
   };
 
-  const MOST_ROWS = 100, MOST_HIGH = 640;
+  const MOST_ROWS = 100,
+    MOST_HIGH = 640;
   /**
    * A panel: heading, controls, canvas with a table behind it, PNG and CSV.
    * @param {{id: string, title: string, about: string, how?: string, height?: number, wide?: boolean, least?: number, controls?: any[],
@@ -32,29 +36,57 @@
     else canvas.style.height = `${height}px`;
     if (least) canvas.style.minWidth = `${least}px`;
     const table = S.make("table", { className: "behind" });
-    const details = S.make("details", { className: "data", ontoggle: () => fillTable() }, S.make("summary", {}, "Table of this picture"),
-      S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": `${title}: table` }, table));
+    const details = S.make(
+      "details",
+      { className: "data", ontoggle: () => fillTable() },
+      S.make("summary", {}, "Table of this picture"),
+      S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": `${title}: table` }, table),
+    );
     const csv = () => {
       const { head, rows } = options.table();
       const text = [head, ...rows].map((row) => row.map((cell) => S.csvCell(cell instanceof Node ? cell.textContent : cell)).join(",")).join("\r\n");
       S.save(`${id}.csv`, text);
     };
-    const saved = (save, text, words) => S.button({ onclick: () => save(id, title, paint, canvas.clientWidth, canvas.clientHeight), title: words }, text);
+    const saved = (save, text, words) =>
+      S.button({ onclick: () => save(id, title, paint, canvas.clientWidth, canvas.clientHeight), title: words }, text);
     const note = S.make("p", { className: "note", id: `${id}-note` });
-    const section = S.make("section", { id, className: options.wide ? "panel wide" : "panel", "aria-labelledby": `${id}-title` },
-      S.make("div", { className: "heading" }, S.make("h2", { id: `${id}-title` }, title), ...S.explained(options.about, options.how),
-        saved(S.savePng, "PNG", "Save this picture"), saved(S.saveSvg, "SVG", "Save this picture as lines and texts"),
-        S.button({ onclick: csv, title: "Save the numbers of this picture" }, "CSV")),
+    const section = S.make(
+      "section",
+      { id, className: options.wide ? "panel wide" : "panel", "aria-labelledby": `${id}-title` },
+      S.make(
+        "div",
+        { className: "heading" },
+        S.make("h2", { id: `${id}-title` }, title),
+        ...S.explained(options.about, options.how),
+        saved(S.savePng, "PNG", "Save this picture"),
+        saved(S.saveSvg, "SVG", "Save this picture as lines and texts"),
+        S.button({ onclick: csv, title: "Save the numbers of this picture" }, "CSV"),
+      ),
       ...(options.controls ? [S.make("div", { className: "controls" }, ...options.controls.map((entry) => entry.element || entry))] : []),
-      height > MOST_HIGH || least ? S.make("div", { className: "scroll tall", tabIndex: 0, role: "region", "aria-label": title }, canvas) : canvas, note, details);
+      height > MOST_HIGH || least ? S.make("div", { className: "scroll tall", tabIndex: 0, role: "region", "aria-label": title }, canvas) : canvas,
+      note,
+      details,
+    );
     function fillTable() {
       if (!details.open) return;
       const { head, rows } = options.table();
-      S.fill(table, head, rows.slice(0, MOST_ROWS), rows.length > MOST_ROWS ? `first ${MOST_ROWS} of ${rows.length} rows; CSV holds all` : `${rows.length} rows`);
+      S.fill(
+        table,
+        head,
+        rows.slice(0, MOST_ROWS),
+        rows.length > MOST_ROWS ? `first ${MOST_ROWS} of ${rows.length} rows; CSV holds all` : `${rows.length} rows`,
+      );
     }
-    if (options.key) canvas.addEventListener("keydown", (event) => { if (options.key(event)) event.preventDefault(); });
-    let drawn = "", visible = true;
-    new IntersectionObserver((entries) => { visible = entries[entries.length - 1].isIntersecting; if (visible) draw(); }).observe(canvas);
+    if (options.key)
+      canvas.addEventListener("keydown", (event) => {
+        if (options.key(event)) event.preventDefault();
+      });
+    let drawn = "",
+      visible = true;
+    new IntersectionObserver((entries) => {
+      visible = entries[entries.length - 1].isIntersecting;
+      if (visible) draw();
+    }).observe(canvas);
     const draw = () => {
       if (!visible && !S.drawsAll) return;
       const key = [options.depends ? options.depends() : S.everything(), S.themeName, canvas.clientWidth, canvas.clientHeight].join("/");

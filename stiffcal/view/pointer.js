@@ -1,11 +1,16 @@
 (function (S) {
-  const CLICK = 4, NEAR = 12;
+  const CLICK = 4,
+    NEAR = 12;
   /** The point that is nearest to a place, at most `NEAR` pixels away; −1 where none is. */
   function nearestOf({ px, py }, x, y) {
-    let nearest = -1, best = NEAR;
+    let nearest = -1,
+      best = NEAR;
     for (let p = 0; p < px.length; p++) {
       const far = Math.hypot(px[p] - x, py[p] - y);
-      if (far < best) { best = far; nearest = p; }
+      if (far < best) {
+        best = far;
+        nearest = p;
+      }
     }
     return nearest;
   }
@@ -51,32 +56,48 @@
       S.redraw();
     });
     canvas.addEventListener("pointerleave", (event) => showHover(event, ""));
-    canvas.addEventListener("pointercancel", () => { brush.from = null; S.redraw(); });
+    canvas.addEventListener("pointercancel", () => {
+      brush.from = null;
+      S.redraw();
+    });
     canvas.addEventListener("pointerup", (event) => {
       if (!brush.from) return;
       const [[x0, x1], [y0, y1]] = [0, 1].map((k) => [brush.from[k], brush.to[k]].sort((a, b) => a - b));
-      const click = x1 - x0 < CLICK && y1 - y0 < CLICK, { px, py } = points(), inside = [];
+      const click = x1 - x0 < CLICK && y1 - y0 < CLICK,
+        { px, py } = points(),
+        inside = [];
       for (let p = 0; p < px.length; p++) if (px[p] >= x0 && px[p] <= x1 && py[p] >= y0 && py[p] <= y1) inside.push(p);
-      const nearest = nearestOf({ px, py }, x0, y0), pans = brush.pans && !click;
+      const nearest = nearestOf({ px, py }, x0, y0),
+        pans = brush.pans && !click;
       brush.from = null;
       if (!pans) choose(click ? (nearest >= 0 ? [nearest] : []) : inside, event, click);
       S.redraw();
     });
     if (view) {
-      canvas.addEventListener("wheel", (event) => {
-        if (document.activeElement !== canvas) return;
-        event.preventDefault();
-        view.zoom(event.deltaY < 0 ? 1 / 1.15 : 1.15, ...where(event));
+      canvas.addEventListener(
+        "wheel",
+        (event) => {
+          if (document.activeElement !== canvas) return;
+          event.preventDefault();
+          view.zoom(event.deltaY < 0 ? 1 / 1.15 : 1.15, ...where(event));
+          S.redraw();
+        },
+        { passive: false },
+      );
+      canvas.addEventListener("dblclick", () => {
+        view.all();
         S.redraw();
-      }, { passive: false });
-      canvas.addEventListener("dblclick", () => { view.all(); S.redraw(); });
+      });
     }
     return {
       key: () => (brush.from ? brush.to.join() : ""),
       draw: (g) => {
         if (!brush.from || brush.pans) return;
         const [[x, y], [u, v]] = [brush.from, brush.to];
-        g.strokeStyle = S.theme.accent; g.setLineDash([4, 3]); g.strokeRect(x, y, u - x, v - y); g.setLineDash([]);
+        g.strokeStyle = S.theme.accent;
+        g.setLineDash([4, 3]);
+        g.strokeRect(x, y, u - x, v - y);
+        g.setLineDash([]);
       },
     };
   };

@@ -1,67 +1,72 @@
 (function (S) {
-  const KINDS = [["m", "measured"], ["p", "predicted"], ["r", "residual"], ["f", "force"]];
+  const KINDS = [
+    ["m", "measured"],
+    ["p", "predicted"],
+    ["r", "residual"],
+    ["f", "force"],
+  ];
   const RESIDUALS = 5;
   /** Half the thickness of links and drives, as a share of half the size of the chain. */
-  const LINK = 0.055, DRIVE = 0.095, THINNEST = 0.55;
+  const LINK = 0.055,
+    DRIVE = 0.095,
+    THINNEST = 0.55;
   const MOTION_MS = 400;
 
-  /** Half the size of a box about points. @param {ArrayLike<number>} values x, y, z of one point after the other */
-  function halfSize(values) {
-    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-    for (let k = 0; k < values.length; k++) { low[k % 3] = Math.min(low[k % 3], values[k]); high[k % 3] = Math.max(high[k % 3], values[k]); }
-    return Math.hypot(...low.map((v, a) => high[a] - v)) / 2 || 1;
-  }
-
-  /** Largest sizes of what is drawn, for the scales. */
-  function sizes() {
-    const { states } = S.data, at = (values, i) => Math.hypot(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
-    let m = 0, f = 0;
-    for (let i = 0; i < S.n; i++) { m = Math.max(m, at(states.measured[0], i) || 0); f = Math.max(f, at(states.force, i) || 0); }
-    return { m, f, chain: Math.max(...S.data.runs.map((run) => halfSize(run.chain)), 1e-9) };
-  }
-
-  /** Share of the deflection of each drive, of its bearing and of the link after it; of the base link at 0. */
-  function sharesOf(data) {
-    const none = () => new Float64Array(data.joints.length + 1), parts = { joint: none(), bearing: none(), link: none() };
-    for (const effect of data.effects) if (parts[effect.part_of] && effect.joint !== null) parts[effect.part_of][effect.joint] += Math.max(effect.share, 0);
-    return parts;
-  }
-
-  /** The largest shares, and what is missing, in words. */
-  function sentencesOf(data) {
-    const nowhere = data.suspects.some((name) => name.endsWith(" setup"));
-    const largest = data.effects.filter((effect) => effect.share >= 0.01).sort((a, b) => b.share - a.share).slice(0, 5).map((effect) => `${effect.name} ${S.percent(effect.share)}`);
-    return (largest.length ? ` Largest shares of the deflection: ${largest.join(", ")}.` : "")
-      + (data.suspects.length ? ` Missing: ${data.suspects.join(", ")}${nowhere ? " (the set-up has no place on the robot)" : ""}.` : "");
-  }
-
   S.robotPanel = function () {
-    const { data } = S, { states } = data;
-    const longest = sizes(), J = Math.max(...data.runs.map((entry) => entry.axes.length / 3)), K = J + 2, shares = sharesOf(data), standing = sentencesOf(data);
+    const { data } = S,
+      { states } = data;
+    const longest = S.robotSizes(),
+      J = Math.max(...data.runs.map((entry) => entry.axes.length / 3)),
+      K = J + 2,
+      shares = S.sharesOfParts(data),
+      standing = S.standingOfRobot(data);
     const natural = longest.m > 0 ? (0.25 * longest.chain) / longest.m : 1;
     const ofForce = longest.f > 0 ? (0.25 * longest.chain) / longest.f : 0;
     const ARROWS = KINDS.filter(([letter]) => letter !== "f" || longest.f > 0);
     let timer = 0;
-    const run = S.choice("Run", data.runs.map((entry, k) => [String(k), entry.name]), (value) => {
-      const first = S.members[Number(value)][0];
-      if (first !== undefined) S.goTo(first);
-    });
+    const run = S.choice(
+      "Run",
+      data.runs.map((entry, k) => [String(k), entry.name]),
+      (value) => {
+        const first = S.members[Number(value)][0];
+        if (first !== undefined) S.goTo(first);
+      },
+    );
     run.select.className = "short";
     const exaggeration = S.slider("Exaggeration", -1.5, 1.5, (value) => S.set({ scale: value }));
-    const arrows = ARROWS.map(([letter, word]) => S.check(word, true, (on) => {
-      S.set({ arrows: ARROWS.map(([l]) => l).filter((l) => (l === letter ? on : S.state.arrows.includes(l))).join("") });
-    }));
+    const arrows = ARROWS.map(([letter, word]) =>
+      S.check(word, true, (on) => {
+        S.set({
+          arrows: ARROWS.map(([l]) => l)
+            .filter((l) => (l === letter ? on : S.state.arrows.includes(l)))
+            .join(""),
+        });
+      }),
+    );
     const still = matchMedia("(prefers-reduced-motion: reduce)");
-    S.stopPlaying = () => { clearInterval(timer); timer = 0; };
-    const play = S.button({ onclick: () => {
-      if (timer) S.stopPlaying(); else timer = setInterval(() => step(1), MOTION_MS);
-      play.textContent = timer ? "Stop" : "Play run";
-      play.setAttribute("aria-pressed", String(Boolean(timer)));
-    } }, "Play run");
+    S.stopPlaying = () => {
+      clearInterval(timer);
+      timer = 0;
+    };
+    const play = S.button(
+      {
+        onclick: () => {
+          if (timer) S.stopPlaying();
+          else timer = setInterval(() => step(1), MOTION_MS);
+          play.textContent = timer ? "Stop" : "Play run";
+          play.setAttribute("aria-pressed", String(Boolean(timer)));
+        },
+      },
+      "Play run",
+    );
     play.hidden = still.matches;
-    still.addEventListener("change", () => { play.hidden = still.matches; if (timer) play.click(); });
+    still.addEventListener("change", () => {
+      play.hidden = still.matches;
+      if (timer) play.click();
+    });
     function step(by) {
-      const members = S.members[S.state.run], k = members.indexOf(S.state.at);
+      const members = S.members[S.state.run],
+        k = members.indexOf(S.state.at);
       // places measured once each are runs of one state: there one goes from run to run
       if (members.length < 2) S.goTo((S.state.at + by + S.n) % S.n);
       else S.goTo(members[(k + by + members.length) % members.length]);
@@ -70,142 +75,224 @@
     const small = (label, text, change) => S.button({ "aria-label": label, title: label, onclick: change }, text);
     const turned = (turn, tilt) => S.set({ turn: S.state.turn + turn, tilt: S.tilted(S.state.tilt + tilt) });
     const cameras = S.CAMERAS.map(([name, where]) => S.button({ onclick: () => S.set({ ...where, zoom: 1 }) }, name));
-    const view = S.make("span", { role: "group", "aria-label": "Camera", className: "camera" }, ...cameras,
-      small("Turn left", "◂", () => turned(-0.2, 0)), small("Turn right", "▸", () => turned(0.2, 0)), small("Tilt up", "▴", () => turned(0, 0.15)), small("Tilt down", "▾", () => turned(0, -0.15)),
-      small("Zoom in", "+", () => S.set({ zoom: S.state.zoom * 1.2 })), small("Zoom out", "−", () => S.set({ zoom: S.state.zoom / 1.2 })));
+    const view = S.make(
+      "span",
+      { role: "group", "aria-label": "Camera", className: "camera" },
+      ...cameras,
+      small("Turn left", "◂", () => turned(-0.2, 0)),
+      small("Turn right", "▸", () => turned(0.2, 0)),
+      small("Tilt up", "▴", () => turned(0, 0.15)),
+      small("Tilt down", "▾", () => turned(0, -0.15)),
+      small("Zoom in", "+", () => S.set({ zoom: S.state.zoom * 1.2 })),
+      small("Zoom out", "−", () => S.set({ zoom: S.state.zoom / 1.2 })),
+    );
 
     const panel = S.panel({
-      id: "robot", title: "3 Robot",
-      about: "At rest (dashed) and deformed. Colour of drives, links and rings (bearings): share of the deflection at the tool, the darker the larger. Diamond: where an effect is missing. Bodies have no measures: only their axes are the robot's.",
+      id: "robot",
+      title: "3 Robot",
+      about:
+        "At rest (dashed) and deformed. Colour of drives, links and rings (bearings): share of the deflection at the tool, the darker " +
+        "the larger. Diamond: where an effect is missing. Bodies have no measures: only their axes are the robot's.",
       how: "Drag or arrow keys: turn. + and −, or the wheel after a click: zoom. N and P: next and previous state.",
-      controls: [run, S.button({ onclick: () => step(-1) }, "Previous state"), S.button({ onclick: () => step(1) }, "Next state"), play, view, exaggeration, ...arrows],
-      draw, table, key,
-      depends: () => { const s = S.state; return [s.model, s.kind, s.off, s.mode, s.run, s.at, s.scale, s.arrows, s.turn, s.tilt, s.zoom, S.version].join(); },
+      controls: [
+        run,
+        S.button({ onclick: () => step(-1) }, "Previous state"),
+        S.button({ onclick: () => step(1) }, "Next state"),
+        play,
+        view,
+        exaggeration,
+        ...arrows,
+      ],
+      draw,
+      table,
+      key,
+      depends: () => {
+        const s = S.state;
+        return [s.model, s.kind, s.off, s.mode, s.run, s.at, s.scale, s.arrows, s.turn, s.tilt, s.zoom, S.version].join();
+      },
     });
 
     function key(event) {
       const { zoom } = S.state;
       const moves = {
-        ArrowLeft: () => turned(-0.1, 0), ArrowRight: () => turned(0.1, 0), ArrowUp: () => turned(0, 0.1), ArrowDown: () => turned(0, -0.1),
-        "+": () => S.set({ zoom: zoom * 1.15 }), "-": () => S.set({ zoom: zoom / 1.15 }), n: () => step(1), p: () => step(-1),
+        ArrowLeft: () => turned(-0.1, 0),
+        ArrowRight: () => turned(0.1, 0),
+        ArrowUp: () => turned(0, 0.1),
+        ArrowDown: () => turned(0, -0.1),
+        "+": () => S.set({ zoom: zoom * 1.15 }),
+        "-": () => S.set({ zoom: zoom / 1.15 }),
+        n: () => step(1),
+        p: () => step(-1),
       };
       if (!moves[event.key]) return false;
       moves[event.key]();
       return true;
     }
     let drag = null;
-    panel.canvas.addEventListener("pointerdown", (event) => { drag = [event.clientX, event.clientY]; panel.canvas.setPointerCapture(event.pointerId); });
+    panel.canvas.addEventListener("pointerdown", (event) => {
+      drag = [event.clientX, event.clientY];
+      panel.canvas.setPointerCapture(event.pointerId);
+    });
     panel.canvas.addEventListener("pointermove", (event) => {
       if (!drag) return;
       const [x, y] = drag;
       drag = [event.clientX, event.clientY];
       turned((event.clientX - x) / 150, (event.clientY - y) / 150);
     });
-    panel.canvas.addEventListener("pointerup", () => { drag = null; });
-    panel.canvas.addEventListener("wheel", (event) => {
-      if (document.activeElement !== panel.canvas) return;
-      event.preventDefault();
-      S.set({ zoom: S.state.zoom * (event.deltaY < 0 ? 1.1 : 1 / 1.1) });
-    }, { passive: false });
+    panel.canvas.addEventListener("pointerup", () => {
+      drag = null;
+    });
+    panel.canvas.addEventListener(
+      "wheel",
+      (event) => {
+        if (document.activeElement !== panel.canvas) return;
+        event.preventDefault();
+        S.set({ zoom: S.state.zoom * (event.deltaY < 0 ? 1.1 : 1 / 1.1) });
+      },
+      { passive: false },
+    );
 
     const plus = (a, b, by) => a.map((value, k) => value + by * b[k]);
     const at = (array, i) => [array[3 * i], array[3 * i + 1], array[3 * i + 2]];
     /** What is drawn of a state, m and N. @param {number} i */
     function vectors(i) {
-      const m = at(states.measured[0], i), r = at(S.residual().move, i);
+      const m = at(states.measured[0], i),
+        r = at(S.residual().move, i);
       return { m, r, p: plus(m, r, -1), f: at(states.force, i) };
     }
 
     /** Drives, links and rings of bearings along the chain. @param {number[][]} chain @param {number[][]} axes of the joints */
     function bodiesOf(chain, axes) {
-      const { ground, line, series } = S.theme, shaded = (share, colour) => S.mixed(S.mixed(line, ground, 0.3), colour, Math.sqrt(Math.min(share, 1)));
-      const thin = (k) => longest.chain * (1 - (1 - THINNEST) * (k / (K - 1))), bodies = [];
+      const { ground, line, series } = S.theme,
+        shaded = (share, colour) => S.mixed(S.mixed(line, ground, 0.3), colour, Math.sqrt(Math.min(share || 0, 1)));
+      const thin = (k) => longest.chain * (1 - (1 - THINNEST) * (k / (K - 1))),
+        bodies = [];
       for (let k = 0; k + 1 < K; k++) {
         if (Math.hypot(...plus(chain[k + 1], chain[k], -1)) < 1e-6) continue;
         bodies.push(S.roundBody(chain[k], chain[k + 1], [LINK * thin(k), LINK * thin(k + 1)], shaded(shares.link[k], series[0])));
       }
       for (let k = 1; k <= J; k++) {
-        const radius = DRIVE * thin(k), half = 0.8 * radius, around = (by) => [plus(chain[k], axes[k - 1], -by), plus(chain[k], axes[k - 1], by)];
+        const radius = DRIVE * thin(k),
+          half = 0.8 * radius,
+          around = (by) => [plus(chain[k], axes[k - 1], -by), plus(chain[k], axes[k - 1], by)];
         bodies.push(S.roundBody(...around(half), [radius, radius], shaded(shares.joint[k], series[0])));
-        if (shares.bearing[k] > 0) bodies.push(S.roundBody(...around(0.25 * half), [1.25 * radius, 1.25 * radius], shaded(shares.bearing[k], series[3])));
+        if (shares.bearing[k] > 0)
+          bodies.push(S.roundBody(...around(0.25 * half), [1.25 * radius, 1.25 * radius], shaded(shares.bearing[k], series[3])));
       }
       return bodies;
-    }
-
-    /** Names of joints with their shares next to them, those of one place together, none over another. */
-    function writeNames(g, points, width) {
-      const HIGH = 15, labels = [], placed = [];
-      points.forEach(([x, y], k) => {
-        const share = shares.joint[k + 1] >= 0.01 ? ` ${S.percent(shares.joint[k + 1])}` : "", text = S.visible(data.joints[k] ?? `j${k + 1}`) + share;
-        const near = labels.find((label) => Math.hypot(label.x - x, label.y - y) < 12);
-        if (near) near.text += `, ${text}`; else labels.push({ x, y, text });
-      });
-      g.textBaseline = "middle"; g.textAlign = "left"; g.lineJoin = "round"; g.lineWidth = 3; g.strokeStyle = S.theme.ground;
-      for (const { x, y, text } of labels) {
-        const wide = g.measureText(text).width, left = x + 20 + wide > width ? x - 20 - wide : x + 20;
-        const isFree = (up) => !placed.some((other) => Math.abs(other.up - up) < HIGH && left < other.left + other.wide + 4 && other.left < left + wide + 4);
-        const up = [0, -1, 1, -2, 2, -3, 3].map((k) => y + HIGH * k).find(isFree) ?? y;
-        placed.push({ left, up, wide });
-        g.strokeText(text, left, up);
-        g.fillStyle = S.theme.ink; g.fillText(text, left, up);
-      }
     }
 
     function draw(canvas) {
       run.select.value = String(S.state.run);
       exaggeration.input.value = String(S.state.scale);
-      ARROWS.forEach(([letter], k) => { arrows[k].input.checked = S.state.arrows.includes(letter); });
-      S.CAMERAS.forEach(([, { turn, tilt }], k) => cameras[k].setAttribute("aria-pressed", String(Math.abs(turn - S.state.turn) + Math.abs(tilt - S.state.tilt) < 1e-3)));
-      const { g, width, height } = S.begin(canvas), { state, theme } = S, i = state.at, hasState = S.members[state.run].includes(i);
-      const scale = natural * 10 ** state.scale, values = data.runs[state.run];
-      const chain = Array.from({ length: K }, (_, k) => at(values.chain, k)), axes = Array.from({ length: J }, (_, k) => at(values.axes, k));
+      ARROWS.forEach(([letter], k) => {
+        arrows[k].input.checked = S.state.arrows.includes(letter);
+      });
+      S.CAMERAS.forEach(([, { turn, tilt }], k) =>
+        cameras[k].setAttribute("aria-pressed", String(Math.abs(turn - S.state.turn) + Math.abs(tilt - S.state.tilt) < 1e-3)),
+      );
+      const { g, width, height } = S.begin(canvas),
+        { state, theme } = S,
+        i = state.at,
+        hasState = S.members[state.run].includes(i);
+      const scale = natural * 10 ** state.scale,
+        values = data.runs[state.run];
+      const chain = Array.from({ length: K }, (_, k) => at(values.chain, k)),
+        axes = Array.from({ length: J }, (_, k) => at(values.axes, k));
       const moved = hasState ? chain.map((p, k) => plus(p, at(states.shape, i * K + k), scale)) : chain;
-      const target = at(states.target, i), shown = vectors(i), colours = { m: theme.ink, p: theme.series[2], r: theme.warm, f: theme.accent }, dashes = { m: [], p: [5, 3], r: [2, 2], f: [9, 3, 2, 3] };
+      const target = at(states.target, i),
+        shown = vectors(i),
+        colours = { m: theme.ink, p: theme.series[2], r: theme.warm, f: theme.accent },
+        dashes = { m: [], p: [5, 3], r: [2, 2], f: [9, 3, 2, 3] };
       const arrowsOf = (letter) => [shown[letter], letter === "f" ? ofForce : letter === "r" ? RESIDUALS * scale : scale];
       const drawn = ARROWS.filter(([letter]) => hasState && state.arrows.includes(letter)).map(([letter]) => letter);
       const line = (points, colour, w, dash) => {
-        g.strokeStyle = colour; g.lineWidth = w; g.setLineDash(dash || []); g.beginPath();
+        g.strokeStyle = colour;
+        g.lineWidth = w;
+        g.setLineDash(dash || []);
+        g.beginPath();
         points.forEach(([x, y], k) => (k ? g.lineTo(x, y) : g.moveTo(x, y)));
-        g.stroke(); g.setLineDash([]);
+        g.stroke();
+        g.setLineDash([]);
       };
       // the words stand above the picture, not in it
       const entries = ARROWS.map(([letter, word]) => ({
         word: `${word} ${letter === "f" ? `${S.digits(Math.hypot(...shown.f))} N` : S.length(Math.hypot(...shown[letter]))}`,
-        mark: (x, y) => line([[x - 8, y], [x + 13, y]], colours[letter], 2.5, dashes[letter]),
+        mark: (x, y) =>
+          line(
+            [
+              [x - 8, y],
+              [x + 13, y],
+            ],
+            colours[letter],
+            2.5,
+            dashes[letter],
+          ),
       }));
       const top = 10 + 16 * S.keys(g, { x: 14, w: width - 28 }, entries);
       const tips = drawn.map((letter) => plus(target, ...arrowsOf(letter))).filter((p) => p.every(Number.isFinite));
-      const camera = S.cameraOf(state, [...chain, ...moved, target, ...tips], { x: 60, y: top + 34, w: width - 150, h: height - top - 78 }, 0.5 * longest.chain), { project } = camera;
-      [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) => {
-        const corner = [38, height - 34], [from, to] = [project([0, 0, 0]), project(axis)], long = 26 / Math.max(camera.pixels, 1e-9);
+      const camera = S.cameraOf(
+          state,
+          [...chain, ...moved, target, ...tips],
+          { x: 60, y: top + 34, w: width - 150, h: height - top - 78 },
+          0.5 * longest.chain,
+        ),
+        { project } = camera;
+      [
+        [1, 0, 0],
+        [0, 1, 0],
+        [0, 0, 1],
+      ].forEach((axis, k) => {
+        const corner = [38, height - 34],
+          [from, to] = [project([0, 0, 0]), project(axis)],
+          long = 26 / Math.max(camera.pixels, 1e-9);
         const end = corner.map((value, a) => value + long * (to[a] - from[a]));
         line([corner, end], theme.quiet, 1.5);
-        g.fillStyle = theme.quiet; g.textAlign = "center"; g.textBaseline = "middle";
-        if (Math.hypot(end[0] - corner[0], end[1] - corner[1]) > 6) g.fillText("xyz"[k], end[0] + 0.3 * (end[0] - corner[0]), end[1] + 0.3 * (end[1] - corner[1]));
+        g.fillStyle = theme.quiet;
+        g.textAlign = "center";
+        g.textBaseline = "middle";
+        if (Math.hypot(end[0] - corner[0], end[1] - corner[1]) > 6)
+          g.fillText("xyz"[k], end[0] + 0.3 * (end[0] - corner[0]), end[1] + 0.3 * (end[1] - corner[1]));
       });
       S.drawBodies(g, bodiesOf(moved, axes), camera);
       line([...chain, target].map(project), theme.ink, 1.5, [6, 4]);
-      const joints = moved.slice(1, -1).map(project), diamond = ([x, y], r) => { g.beginPath(); S.marker(g, 4, x, y, r); g.strokeStyle = theme.warm; g.lineWidth = 3; g.stroke(); };
+      const joints = moved.slice(1, -1).map(project),
+        diamond = ([x, y], r) => {
+          g.beginPath();
+          S.marker(g, 4, x, y, r);
+          g.strokeStyle = theme.warm;
+          g.lineWidth = 3;
+          g.stroke();
+        };
       for (const k of data.suspected) diamond(joints[k - 1], 16);
       for (const k of data.suspected_links) if (moved[k + 1]) diamond(project(plus(moved[k], moved[k + 1], 1).map((v) => v / 2)), 13);
-      writeNames(g, joints, width);
+      S.writeJointNames(g, joints, shares, width);
       const arrow = (from, vector, by, colour, w, dash) => {
-        const a = project(from), b = project(plus(from, vector, by));
+        const a = project(from),
+          b = project(plus(from, vector, by));
         if (!Number.isFinite(b[0])) return;
         line([a, b], colour, w, dash);
-        const angle = Math.atan2(b[1] - a[1], b[0] - a[0]), barb = (turn) => [b[0] - 8 * Math.cos(angle + turn), b[1] - 8 * Math.sin(angle + turn)];
+        const angle = Math.atan2(b[1] - a[1], b[0] - a[0]),
+          barb = (turn) => [b[0] - 8 * Math.cos(angle + turn), b[1] - 8 * Math.sin(angle + turn)];
         line([barb(-0.4), b, barb(0.4)], colour, w);
       };
       if (state.arrows.includes("r")) {
         for (const j of S.members[state.run]) if (S.selected[j] && j !== i) arrow(target, vectors(j).r, RESIDUALS * scale, theme.chosen, 2, [2, 2]);
       }
       for (const letter of drawn) arrow(target, ...arrowsOf(letter), colours[letter], 2.5, dashes[letter]);
-      return `Run ${values.name}, state ${S.members[state.run].indexOf(i) + 1} of ${S.members[state.run].length}. Deflections × ${S.digits(scale)}, residuals × ${S.digits(RESIDUALS * scale)}.${standing}`;
+      return (
+        `Run ${values.name}, state ${S.members[state.run].indexOf(i) + 1} of ${S.members[state.run].length}. Deflections × ` +
+        `${S.digits(scale)}, residuals × ${S.digits(RESIDUALS * scale)}.${standing}`
+      );
     }
 
     function table() {
-      const { factor, unit } = S.units.length, scaled = (vector) => vector.map((value) => factor * value);
-      const rows = S.members[S.state.run].map((i) => { const v = vectors(i); return [states.row[i], ...v.f, ...scaled(v.m), ...scaled(v.p), ...scaled(v.r)]; });
+      const { factor, unit } = S.units.length,
+        scaled = (vector) => vector.map((value) => factor * value);
+      const rows = S.members[S.state.run].map((i) => {
+        const v = vectors(i);
+        return [states.row[i], ...v.f, ...scaled(v.m), ...scaled(v.p), ...scaled(v.r)];
+      });
       const names = (word, of) => ["x", "y", "z"].map((axis) => `${word} ${axis} [${of}]`);
       return { head: ["row", ...names("force", "N"), ...names("measured", unit), ...names("predicted", unit), ...names("residual", unit)], rows };
     }

@@ -9,13 +9,19 @@
   S.savePicture = (name, canvas) => canvas.toBlob((blob) => save(`${name}.png`, blob));
   /** True while a picture is drawn for a file: what stands around it on the page is then drawn into it. */
   S.drawsFile = false;
-  const HEAD = 44, TWICE = 2;
+  const HEAD = 44,
+    TWICE = 2;
   /** What a picture shows, of which model and campaign, and when it was saved. */
-  const headOf = (title) => [title.replace(/^\d+[a-z]? /, ""), `${S.data.robot}, campaign ${S.data.campaign}; ${S.modelById.get(S.state.model)?.label ?? ""}; ${new Date().toISOString().slice(0, 10)}`];
+  const headOf = (title) => [
+    title.replace(/^\d+[a-z]? /, ""),
+    `${S.data.robot}, campaign ${S.data.campaign}; ${S.modelById.get(S.state.model)?.label ?? ""}; ${new Date().toISOString().slice(0, 10)}`,
+  ];
 
   /** Save a panel's picture, twice as fine as on the screen, with a title. @param {string} id @param {string} title */
   S.savePng = function (id, title, draw, width, height) {
-    const canvas = S.make("canvas"), file = S.make("canvas", { width: TWICE * width, height: TWICE * (height + HEAD) }), g = file.getContext("2d");
+    const canvas = S.make("canvas"),
+      file = S.make("canvas", { width: TWICE * width, height: TWICE * (height + HEAD) }),
+      g = file.getContext("2d");
     Object.defineProperties(canvas, { clientWidth: { value: width }, clientHeight: { value: height } });
     drawForFile(draw, canvas, TWICE);
     g.fillStyle = S.theme.ground;
@@ -27,13 +33,19 @@
   };
   function writeHead(g, title, width) {
     const [first, second] = headOf(title);
-    g.textAlign = "left"; g.textBaseline = "middle";
-    g.fillStyle = S.theme.ink; g.font = "600 14px system-ui, sans-serif"; g.fillText(S.shortened(g, S.visible(first), width - 16), 8, 14);
-    g.fillStyle = S.theme.quiet; g.font = "12px system-ui, sans-serif"; g.fillText(S.shortened(g, S.visible(second), width - 16), 8, 33);
+    g.textAlign = "left";
+    g.textBaseline = "middle";
+    g.fillStyle = S.theme.ink;
+    g.font = "600 14px system-ui, sans-serif";
+    g.fillText(S.shortened(g, S.visible(first), width - 16), 8, 14);
+    g.fillStyle = S.theme.quiet;
+    g.font = "12px system-ui, sans-serif";
+    g.fillText(S.shortened(g, S.visible(second), width - 16), 8, 33);
   }
   /** Save a panel's picture as lines and texts. */
   S.saveSvg = function (id, title, draw, width, height) {
-    const canvas = S.make("canvas"), recorder = S.svgContext(width, height + HEAD);
+    const canvas = S.make("canvas"),
+      recorder = S.svgContext(width, height + HEAD);
     Object.defineProperties(canvas, { clientWidth: { value: width }, clientHeight: { value: height }, getContext: { value: () => recorder } });
     recorder.within(0, HEAD, () => drawForFile(draw, canvas, 1));
     writeHead(recorder, title, width);
@@ -42,24 +54,44 @@
   function drawForFile(draw, canvas, ratio) {
     S.drawsFile = true;
     S.fileRatio = ratio;
-    try { draw(canvas); } finally { S.drawsFile = false; }
+    try {
+      draw(canvas);
+    } finally {
+      S.drawsFile = false;
+    }
   }
 
   /** Save texts, one line each, as a picture. @param {string} name @param {string[][]} rows columns of each line */
   S.saveText = function (name, rows) {
-    const canvas = S.make("canvas"), g = canvas.getContext("2d"), font = "13px ui-monospace, monospace", high = 19, most = 1600;
+    const canvas = S.make("canvas"),
+      g = canvas.getContext("2d"),
+      font = "13px ui-monospace, monospace",
+      high = 19,
+      most = 1600;
     g.font = font;
     const columns = Math.max(...rows.map((row) => row.length));
-    const wide = Array.from({ length: columns }, (_, k) => Math.max(0, ...rows.filter((row) => row.length > 1).map((row) => g.measureText(S.visible(row[k] ?? "")).width)) + 18);
-    const whole = Math.max(wide.reduce((sum, value) => sum + value, 0), ...rows.filter((row) => row.length === 1).map((row) => g.measureText(S.visible(row[0])).width));
+    const wide = Array.from(
+      { length: columns },
+      (_, k) => Math.max(0, ...rows.filter((row) => row.length > 1).map((row) => g.measureText(S.visible(row[k] ?? "")).width)) + 18,
+    );
+    const whole = Math.max(
+      wide.reduce((sum, value) => sum + value, 0),
+      ...rows.filter((row) => row.length === 1).map((row) => g.measureText(S.visible(row[0])).width),
+    );
     canvas.width = 2 * Math.min(whole + 24, most);
     canvas.height = 2 * (rows.length * high + 16);
     g.scale(2, 2);
-    g.fillStyle = S.theme.ground; g.fillRect(0, 0, canvas.width, canvas.height);
-    g.fillStyle = S.theme.ink; g.font = font; g.textBaseline = "middle";
+    g.fillStyle = S.theme.ground;
+    g.fillRect(0, 0, canvas.width, canvas.height);
+    g.fillStyle = S.theme.ink;
+    g.font = font;
+    g.textBaseline = "middle";
     rows.forEach((row, k) => {
       let x = 12;
-      row.forEach((text, column) => { g.fillText(S.shortened(g, S.visible(text), most - x), x, 8 + high * (k + 0.5)); x += wide[column]; });
+      row.forEach((text, column) => {
+        g.fillText(S.shortened(g, S.visible(text), most - x), x, 8 + high * (k + 0.5));
+        x += wide[column];
+      });
     });
     S.savePicture(name, canvas);
   };

@@ -11,7 +11,8 @@
    * @param {string} name of the scale @param {number[]} now the ends that what is shown needs @returns {number[]}
    */
   S.locked = function (name, now) {
-    const key = `${S.part}/${name}`, before = ends.get(key);
+    const key = `${S.part}/${name}`,
+      before = ends.get(key);
     const grown = before ? [Math.min(before[0], now[0]), Math.max(before[1], now[1])] : now;
     ends.set(key, grown);
     return [...grown];

@@ -1,13 +1,17 @@
 (function (S) {
-  const MOST_LEVELS = 8, MANY = 2500;
+  const MOST_LEVELS = 8,
+    MANY = 2500;
 
   /**
    * The points of a residual by the axes of the state: each of a state; three of each state where components are drawn apart.
    * @param {any} residual as `S.residual` returns it
    */
   S.pointsOf = function (residual) {
-    const across = S.quantity(S.state.x, residual), up = S.quantity(S.state.y, residual), { used } = S.data.states;
-    const wide = across.wide || up.wide || S.state.colour === "component", count = wide ? 3 * S.n : S.n;
+    const across = S.quantity(S.state.x, residual),
+      up = S.quantity(S.state.y, residual),
+      { used } = S.data.states;
+    const wide = across.wide || up.wide || S.state.colour === "component",
+      count = wide ? 3 * S.n : S.n;
     const stateOf = wide ? (p) => (p / 3) | 0 : (p) => p;
     const valueOf = (quantity, p) => (!quantity.wide ? quantity.values[stateOf(p)] : quantity.values ? quantity.values[p] : p % 3);
     const x = Float64Array.from({ length: count }, (_, p) => valueOf(across, p));
@@ -17,15 +21,27 @@
 
   /** Number of the colour of each point, and the legend. @param {any} points @param {any[]} others models on the same scale */
   S.coloursOf = function (points, others) {
-    const numbers = new Int8Array(points.count), { colour } = S.state;
+    const numbers = new Int8Array(points.count),
+      { colour } = S.state;
     if (colour === "none") return { numbers, legend: [], palette: S.theme.series, scale: false };
-    const quantity = S.quantity(colour, points.residual), { levels } = quantity;
+    const quantity = S.quantity(colour, points.residual),
+      { levels } = quantity;
     if (levels.length && levels.length <= MOST_LEVELS) {
-      for (let p = 0; p < points.count; p++) { const value = points.valueOf(quantity, p); numbers[p] = Number.isFinite(value) ? value : -1; }
+      for (let p = 0; p < points.count; p++) {
+        const value = points.valueOf(quantity, p);
+        numbers[p] = Number.isFinite(value) ? value : -1;
+      }
       return { numbers, legend: levels, palette: S.theme.series, scale: false };
     }
     const all = colour.startsWith("r.") ? [quantity, ...others.map((other) => S.quantity(colour, other))] : [quantity];
-    const [low, high] = S.locked(`colour ${colour}`, S.span(all.flatMap((entry) => [...entry.values]), 0)), shades = S.theme.scale.length;
+    const [low, high] = S.locked(
+        `colour ${colour}`,
+        S.span(
+          all.flatMap((entry) => [...entry.values]),
+          0,
+        ),
+      ),
+      shades = S.theme.scale.length;
     for (let p = 0; p < points.count; p++) {
       const value = points.valueOf(quantity, p);
       numbers[p] = Number.isFinite(value) ? Math.max(0, Math.min(shades - 1, Math.floor(((value - low) / (high - low || 1)) * shades))) : -1;
@@ -38,15 +54,19 @@
   function bands(g, box, { across, up }, { x, y }, { toX, toY }) {
     g.fillStyle = S.theme.band;
     if (up.sigma > 0) {
-      const sigma = 2 * up.sigma, low = S.state.y === "r.length" ? 0 : -sigma;
+      const sigma = 2 * up.sigma,
+        low = S.state.y === "r.length" ? 0 : -sigma;
       g.fillRect(box.x, toY(sigma), box.w, toY(low) - toY(sigma));
     }
     if (across.sigma > 0) {
-      const left = toX(Math.max(-2 * across.sigma, x[0])), right = toX(Math.min(2 * across.sigma, x[1]));
+      const left = toX(Math.max(-2 * across.sigma, x[0])),
+        right = toX(Math.min(2 * across.sigma, x[1]));
       g.fillRect(left, box.y, right - left, box.h);
     }
     if (!(up.sigma > 0)) return;
-    g.fillStyle = S.theme.quiet; g.textAlign = "right"; g.textBaseline = "bottom";
+    g.fillStyle = S.theme.quiet;
+    g.textAlign = "right";
+    g.textBaseline = "bottom";
     if (toY(2 * up.sigma) > box.y + 14 && y[1] > 2 * up.sigma) g.fillText("noise ± 2σ", box.x + box.w - 4, toY(2 * up.sigma) - 1);
   }
 
@@ -58,8 +78,13 @@
 
   function circles(g, xs, ys, r, colour, keep = () => true) {
     g.beginPath();
-    for (let p = 0; p < xs.length; p++) if (Number.isFinite(xs[p] + ys[p]) && keep(p)) { g.moveTo(xs[p] + r, ys[p]); g.arc(xs[p], ys[p], r, 0, 6.2832); }
-    g.strokeStyle = colour; g.stroke();
+    for (let p = 0; p < xs.length; p++)
+      if (Number.isFinite(xs[p] + ys[p]) && keep(p)) {
+        g.moveTo(xs[p] + r, ys[p]);
+        g.arc(xs[p], ys[p], r, 0, 6.2832);
+      }
+    g.strokeStyle = colour;
+    g.stroke();
   }
 
   /**
@@ -69,20 +94,36 @@
    *   ghost: where points were, moved: how far they have come from there, 0 to 1; hollow: where they are forecast
    */
   S.drawPoints = function (g, box, { points, colours, ends, ghost, hollow, moved }) {
-    const { across, up, count, stateOf } = points, { theme } = S, { numbers, palette, scale } = colours;
-    const axes = S.axes(g, box, { ...ends, xLabel: S.withUnit(across), yLabel: box.yLabel ?? S.withUnit(up), xNames: across.levels, yNames: up.levels });
+    const { across, up, count, stateOf } = points,
+      { theme } = S,
+      { numbers, palette, scale } = colours;
+    const axes = S.axes(g, box, {
+      ...ends,
+      xLabel: S.withUnit(across),
+      yLabel: box.yLabel ?? S.withUnit(up),
+      xNames: across.levels,
+      yNames: up.levels,
+    });
     const { toX, toY } = axes;
-    g.save(); g.beginPath(); g.rect(box.x, box.y, box.w, box.h); g.clip();
+    g.save();
+    g.beginPath();
+    g.rect(box.x, box.y, box.w, box.h);
+    g.clip();
     bands(g, box, points, ends, axes);
     let { x, y } = points;
     if (ghost) {
       g.beginPath();
       for (let p = 0; p < count; p++) if (Number.isFinite(ghost.x[p] + ghost.y[p])) S.marker(g, 0, toX(ghost.x[p]), toY(ghost.y[p]), 1.6);
-      g.fillStyle = theme.line; g.fill();
+      g.fillStyle = theme.line;
+      g.fill();
       const between = (from, to) => to.map((value, p) => (Number.isFinite(from[p]) ? from[p] + moved * (value - from[p]) : value));
-      if (moved < 1) { x = between(ghost.x, x); y = between(ghost.y, y); }
+      if (moved < 1) {
+        x = between(ghost.x, x);
+        y = between(ghost.y, y);
+      }
     }
-    const px = placed(x, across.levels, toX), py = placed(y, up.levels, toY);
+    const px = placed(x, across.levels, toX),
+      py = placed(y, up.levels, toY);
     const inside = (p) => px[p] >= box.x - 1 && px[p] <= box.x + box.w + 1 && py[p] >= box.y - 1 && py[p] <= box.y + box.h + 1;
     for (let p = 0; p < count; p++) if (!inside(p)) px[p] = NaN;
     const r = count > MANY ? 1.8 : 2.8;
@@ -94,14 +135,18 @@
         S.marker(g, scale || group < 0 ? 0 : group, px[p], py[p], r);
         drawn++;
       }
-      if (drawn) { g.fillStyle = group < 0 ? theme.line : palette[group]; g.fill(); }
+      if (drawn) {
+        g.fillStyle = group < 0 ? theme.line : palette[group];
+        g.fill();
+      }
     }
     if (hollow) circles(g, hollow.x.map(toX), hollow.y.map(toY), 3, theme.accent);
     g.lineWidth = 1.5;
     circles(g, px, py, 5, theme.warm, (p) => S.selected[stateOf(p)]);
     const apart = count / S.n;
     g.strokeStyle = theme.ink;
-    for (let p = apart * S.state.at; p < apart * (S.state.at + 1); p++) if (Number.isFinite(px[p] + py[p])) g.strokeRect(px[p] - 7, py[p] - 7, 14, 14);
+    for (let p = apart * S.state.at; p < apart * (S.state.at + 1); p++)
+      if (Number.isFinite(px[p] + py[p])) g.strokeRect(px[p] - 7, py[p] - 7, 14, 14);
     g.restore();
     return { px, py };
   };

@@ -2,11 +2,15 @@
   const SIDES = 20;
   const add = (a, b, by = 1) => a.map((value, k) => value + by * b[k]);
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-  function unit(a) { const size = Math.hypot(...a); return size > 0 ? a.map((value) => value / size) : [0, 0, 1]; }
+  function unit(a) {
+    const size = Math.hypot(...a);
+    return size > 0 ? a.map((value) => value / size) : [0, 0, 1];
+  }
 
   /** Points of a circle about an axis. */
   function circle(centre, axis, radius) {
-    const u = unit(cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])), v = cross(axis, u);
+    const u = unit(cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0])),
+      v = cross(axis, u);
     return Array.from({ length: SIDES }, (_, k) => {
       const angle = (2 * Math.PI * k) / SIDES;
       return add(add(centre, u, radius * Math.cos(angle)), v, radius * Math.sin(angle));
@@ -35,20 +39,38 @@
   /** A colour between two, "#rrggbb". @param {string} a @param {string} b @param {number} share of the second */
   S.mixed = function (a, b, share) {
     const [from, to] = [parsed(a), parsed(b)];
-    return `#${from.map((value, k) => Math.round(value + share * (to[k] - value)).toString(16).padStart(2, "0")).join("")}`;
+    return `#${from
+      .map((value, k) =>
+        Math.round(value + share * (to[k] - value))
+          .toString(16)
+          .padStart(2, "0"),
+      )
+      .join("")}`;
   };
 
   /** Draw round bodies, the farther ones first. @param {CanvasRenderingContext2D} g @param {any[]} bodies @param {any} camera of `S.cameraOf` */
   S.drawBodies = function (g, bodies, camera) {
-    const shape = (points) => { g.beginPath(); points.forEach(([x, y], k) => (k ? g.lineTo(x, y) : g.moveTo(x, y))); g.closePath(); };
+    const shape = (points) => {
+      g.beginPath();
+      points.forEach(([x, y], k) => (k ? g.lineTo(x, y) : g.moveTo(x, y)));
+      g.closePath();
+    };
     const far = ({ from, to }) => camera.depth(add(from, to)) / 2;
     const edge = S.mixed(S.theme.quiet, S.theme.ground, 0.35);
     for (const { from, to, radii, colour } of [...bodies].sort((a, b) => far(a) - far(b))) {
-      const axis = unit(add(to, from, -1)), ends = [circle(from, axis, radii[0]), circle(to, axis, radii[1])].map((points) => points.map(camera.project));
-      g.lineWidth = 1; g.strokeStyle = edge;
-      shape(outline(ends.flat())); g.fillStyle = colour; g.fill(); g.stroke();
+      const axis = unit(add(to, from, -1)),
+        ends = [circle(from, axis, radii[0]), circle(to, axis, radii[1])].map((points) => points.map(camera.project));
+      g.lineWidth = 1;
+      g.strokeStyle = edge;
+      shape(outline(ends.flat()));
+      g.fillStyle = colour;
+      g.fill();
+      g.stroke();
       const near = camera.depth(to) > camera.depth(from) ? 1 : 0;
-      shape(outline(ends[near])); g.fillStyle = S.mixed(colour, S.theme.ground, 0.35); g.fill(); g.stroke();
+      shape(outline(ends[near]));
+      g.fillStyle = S.mixed(colour, S.theme.ground, 0.35);
+      g.fill();
+      g.stroke();
     }
   };
 })(stiffcal);

@@ -1,8 +1,25 @@
 (function (S) {
   /** What the page shows; all of it is in the address after the "#". */
   const first = () => ({
-    part: 0, model: "", beside: -1, kind: "heldout", off: [], mode: "part", x: "", y: "", colour: "", run: 0, at: 0, scale: 0,
-    arrows: "mprf", turn: 0.9, tilt: 0.35, zoom: 1, joint: -1, over: -1, tab: 0,
+    part: 0,
+    model: "",
+    beside: -1,
+    kind: "heldout",
+    off: [],
+    mode: "part",
+    x: "",
+    y: "",
+    colour: "",
+    run: 0,
+    at: 0,
+    scale: 0,
+    arrows: "mprf",
+    turn: 0.9,
+    tilt: 0.35,
+    zoom: 1,
+    joint: -1,
+    over: -1,
+    tab: 0,
   });
   S.state = first();
   /** Replaced by the panel that plays a run. */
@@ -30,7 +47,11 @@
   /** A panel that cannot be drawn leaves the others alone. */
   function drawThem() {
     for (const draw of listeners) {
-      try { draw(); } catch (error) { reportError(error); }
+      try {
+        draw();
+      } catch (error) {
+        reportError(error);
+      }
     }
   }
 
@@ -77,7 +98,10 @@
     const runs = S.data.runs.length;
     for (let k = 1; k <= runs; k++) {
       const run = (((S.state.run + by * k) % runs) + runs) % runs;
-      if (S.members[run].length) { S.goTo(S.members[run][0]); return; }
+      if (S.members[run].length) {
+        S.goTo(S.members[run][0]);
+        return;
+      }
     }
   };
 
@@ -85,7 +109,10 @@
   S.select = function (chosen, add) {
     if (!add) S.selected.fill(0);
     let first = -1;
-    for (const i of chosen) { S.selected[i] = 1; if (first < 0) first = i; }
+    for (const i of chosen) {
+      S.selected[i] = 1;
+      if (first < 0) first = i;
+    }
     S.nSelected = S.selected.reduce((sum, value) => sum + value, 0);
     S.version++;
     if (first >= 0 && !S.selected[S.state.at]) S.goTo(first);
@@ -130,7 +157,11 @@
   }
   /** Write what is shown into the address, where that is allowed: not in a page inside another, nor too often in a second. @param {string} hash */
   S.setAddress = function (hash) {
-    try { history.replaceState(null, "", hash); } catch { /* the next change is written */ }
+    try {
+      history.replaceState(null, "", hash);
+    } catch {
+      /* the next change is written */
+    }
   };
 
   /** Take the state from the address, as far as it makes sense here. */
@@ -140,8 +171,9 @@
       if (!text.has(key)) continue;
       const value = text.get(key);
       if (Array.isArray(standard)) S.state[key] = value ? value.split("|") : [];
-      else if (typeof standard === "number") { if (Number.isFinite(Number(value))) S.state[key] = Number(value); }
-      else S.state[key] = value;
+      else if (typeof standard === "number") {
+        if (Number.isFinite(Number(value))) S.state[key] = Number(value);
+      } else S.state[key] = value;
     }
     S.selected.fill(0);
     for (const part of (text.get("chosen") || "").split(".")) {
@@ -158,10 +190,14 @@
   /** The state of the first run that is deflected most. */
   function mostLoaded() {
     const move = S.data.states.measured[0];
-    let best = 0, most = -1;
+    let best = 0,
+      most = -1;
     for (const i of S.members[S.data.states.run[0]] || []) {
       const size = Math.hypot(move[3 * i], move[3 * i + 1], move[3 * i + 2]);
-      if (size > most) { most = size; best = i; }
+      if (size > most) {
+        most = size;
+        best = i;
+      }
     }
     return best;
   }
@@ -181,14 +217,23 @@
     if (state.mode === "refit") state.off = state.off.slice(0, 1);
     if (state.off.length) state.model = (drawable.find((model) => model.present) || { id: state.model }).id;
     const proposed = S.modelById.get(state.model)?.shares?.[0];
-    const keys = new Set([...S.residualKeys().map(([key]) => key), ...data.variables.map((variable) => variable.name), ...(S.scalar ? [] : ["component"])]);
+    const keys = new Set([
+      ...S.residualKeys().map(([key]) => key),
+      ...data.variables.map((variable) => variable.name),
+      ...(S.scalar ? [] : ["component"]),
+    ]);
     // the effect that was added last, before and after; else what the diagnosis reads of what is missing
     const missing = data.evidence.findIndex((one) => one.standing === "missing");
-    const opening = data.change ? { x: data.change.variable, y: `r.${data.change.component}` } : missing >= 0 ? { x: data.evidence[missing].variable, y: `r.e${missing + 1}` } : null;
+    const opening = data.change
+      ? { x: data.change.variable, y: `r.${data.change.component}` }
+      : missing >= 0
+        ? { x: data.evidence[missing].variable, y: `r.e${missing + 1}` }
+        : null;
     if (opening && !keys.has(state.x) && !keys.has(state.y)) Object.assign(state, opening);
     if (![0, 1].includes(state.beside)) state.beside = data.change ? 1 : 0;
-    if (!keys.has(state.x)) state.x = proposed ? proposed.variable : data.variables[0]?.name ?? "";
-    if (state.colour !== "none" && !keys.has(state.colour)) state.colour = ["branch", "joint", data.direction, "run"].find((key) => keys.has(key)) ?? "none";
+    if (!keys.has(state.x)) state.x = proposed ? proposed.variable : (data.variables[0]?.name ?? "");
+    if (state.colour !== "none" && !keys.has(state.colour))
+      state.colour = ["branch", "joint", data.direction, "run"].find((key) => keys.has(key)) ?? "none";
     if (!keys.has(state.y) || state.y === "component") state.y = proposed ? `r.${proposed.component}` : "r.x";
     const clamp = (value, most) => Math.max(0, Math.min(most, Math.round(value)));
     state.run = clamp(state.run, Math.max(data.runs.length - 1, 0));

@@ -2,7 +2,11 @@
   /** The bar that stays in sight: the error, the candidates, the model's effects. */
   const bar = document.getElementById("tryout");
   const STANDING = {
-    missing: "missing", alike: "cannot be distinguished from it", undecided: "undecided between", possible: "possible", rejected: "rejected",
+    missing: "missing",
+    alike: "cannot be distinguished from it",
+    undecided: "undecided between",
+    possible: "possible",
+    rejected: "rejected",
   };
 
   /** True of a page that a server sent; `live.js` is only there then. */
@@ -34,13 +38,20 @@
    */
   function row(id, name, lead, opened) {
     const chips = S.make("div", { className: "chips", id, role: "group", "aria-label": name });
-    const more = S.make("button", { type: "button", className: "more", "aria-expanded": "false", "aria-controls": id, onclick: () => {
-      const open = element.classList.toggle("open");
-      more.setAttribute("aria-expanded", String(open));
-      opened();
-      element.scrollIntoView({ block: "nearest" });
-    } });
-    const head = S.make("span", { className: "lead" }, lead), element = S.make("div", { className: "row" }, head, chips, more);
+    const more = S.make("button", {
+      type: "button",
+      className: "more",
+      "aria-expanded": "false",
+      "aria-controls": id,
+      onclick: () => {
+        const open = element.classList.toggle("open");
+        more.setAttribute("aria-expanded", String(open));
+        opened();
+        element.scrollIntoView({ block: "nearest" });
+      },
+    });
+    const head = S.make("span", { className: "lead" }, lead),
+      element = S.make("div", { className: "row" }, head, chips, more);
     return { element, head, chips, more, isOpen: () => element.classList.contains("open") };
   }
 
@@ -50,27 +61,14 @@
   const undo = S.button({ id: "undo", onclick: () => S.undo() }, "Undo");
   const again = S.button({ id: "diagnose", onclick: () => S.diagnose() }, "Diagnose again");
   const write = S.button({ id: "write", onclick: () => S.writeModel() }, "Write to model.toml");
-  const refill = () => { listed = ""; list(); };
+  const refill = () => {
+    listed = "";
+    list();
+  };
   const candidates = row("candidates", "Candidates", "Add", refill);
   const model = row("in-model", "Effects of the model", "Shown", refill);
   const copied = S.make("span", { role: "status", className: "quiet" });
 
-  /** Whether two lists hold the same. @param {string[]} a @param {string[]} b */
-  const same = (a, b) => a.length === b.length && a.every((name) => b.includes(name));
-  /** The stored refit of the present model with just these candidates. @param {string[]} names */
-  function storedRefit(names) {
-    return S.data.models.find((entry) => S.isDrawable(entry) && (entry.kind === "with" || entry.kind === "all") && same(entry.effect.split(", "), names));
-  }
-  const present = () => S.data.models.find((entry) => entry.present) || S.data.models[0];
-  const canForecast = (names) => Boolean(present().residual_heldout) && names.every((name) => storedRefit([name]));
-  /** What candidates leave together by their stored refits; it joins the models of the page. @param {string[]} names */
-  function forecast(names) {
-    if (!canForecast(names)) return null;
-    const made = S.forecastOf(present(), names.map((name) => storedRefit([name])));
-    S.data.models.push(made);
-    S.modelById.set(made.id, made);
-    return made;
-  }
   /** Candidates that are in what is shown. */
   function ticked() {
     if (S.isLive()) return S.wanted.added;
@@ -82,8 +80,11 @@
 
   function tickCandidate(name, on) {
     const names = on ? [...ticked(), name] : ticked().filter((entry) => entry !== name);
-    if (S.isLive()) { S.want({ added: names }); return; }
-    const refit = names.length ? storedRefit(names) || forecast(names) : present();
+    if (S.isLive()) {
+      S.want({ added: names });
+      return;
+    }
+    const refit = names.length ? S.storedRefit(names) || S.forecast(names) : S.presentModel();
     if (refit) S.set({ model: refit.id, off: [], mode: "part" });
   }
   function tickEffect(name, on) {
@@ -92,11 +93,16 @@
       else S.want({ removed: on ? S.wanted.removed.filter((entry) => entry !== name) : [...S.wanted.removed, name] });
       return;
     }
-    S.set({ model: present().id, mode: "refit", off: on ? [] : [name] });
+    S.set({ model: S.presentModel().id, mode: "refit", off: on ? [] : [name] });
   }
 
   async function copy(text) {
-    try { await navigator.clipboard.writeText(text); copied.textContent = `copied: ${S.visible(text)}`; } catch { copied.textContent = S.visible(text); }
+    try {
+      await navigator.clipboard.writeText(text);
+      copied.textContent = `copied: ${S.visible(text)}`;
+    } catch {
+      copied.textContent = S.visible(text);
+    }
   }
 
   /** A tick with its words. */
@@ -109,15 +115,30 @@
   }
 
   function chipOfCandidate(entry) {
-    const on = ticked().includes(entry.name), names = on ? ticked().filter((name) => name !== entry.name) : [...ticked(), entry.name];
-    const possible = S.isLive() || !names.length || Boolean(storedRefit(names)) || canForecast(names);
+    const on = ticked().includes(entry.name),
+      names = on ? ticked().filter((name) => name !== entry.name) : [...ticked(), entry.name];
+    const possible = S.isLive() || !names.length || Boolean(S.storedRefit(names)) || S.canForecast(names);
     const named = entry.standing === "missing" || entry.standing === "undecided";
     const sure = named && entry.first_in !== null ? `, first in ${S.percent(entry.first_in)}` : "";
     const why = possible ? entry.why : "no refit of this combination is stored: stiffcal view --live fits any";
-    const made = S.make("span", { className: `candidate ${entry.standing}` }, chip(entry.name, `${entry.name}${sure}`, on, possible, (value) => tickCandidate(entry.name, value), why));
+    const made = S.make(
+      "span",
+      { className: `candidate ${entry.standing}` },
+      chip(entry.name, `${entry.name}${sure}`, on, possible, (value) => tickCandidate(entry.name, value), why),
+    );
     // a live page writes model.toml itself
     if (!S.isLive()) {
-      made.append(S.button({ className: "copy", title: S.visible(`Copy: ${entry.command}`), "aria-label": S.visible(`Copy ${entry.command}`), onclick: () => copy(entry.command) }, "copy"));
+      made.append(
+        S.button(
+          {
+            className: "copy",
+            title: S.visible(`Copy: ${entry.command}`),
+            "aria-label": S.visible(`Copy ${entry.command}`),
+            onclick: () => copy(entry.command),
+          },
+          "copy",
+        ),
+      );
     }
     return made;
   }
@@ -133,22 +154,61 @@
   let listed = "";
   /** Fill the lines of chips. */
   function list() {
-    const { data } = S, live = S.isLive(), own = data.effects.map((effect) => effect.name);
+    const { data } = S,
+      live = S.isLive(),
+      own = data.effects.map((effect) => effect.name);
     const inModel = live ? [...new Set([...own.filter((name) => !S.wanted.added.includes(name)), ...S.wanted.removed])] : own;
-    const key = JSON.stringify([inModel, ticked(), out(), S.part, data.diagnosis_of, data.is_diagnosed, data.candidates.map((entry) => entry.name), S.waitsFor !== ""]);
+    const key = JSON.stringify([
+      inModel,
+      ticked(),
+      out(),
+      S.part,
+      data.diagnosis_of,
+      data.is_diagnosed,
+      data.candidates.map((entry) => entry.name),
+      S.waitsFor !== "",
+    ]);
     if (key === listed) return;
     const focus = bar.contains(document.activeElement) ? document.activeElement.dataset?.effect : undefined;
     listed = key;
     const refits = data.models.filter((entry) => entry.kind === "without").map((entry) => entry.effect);
-    model.chips.replaceChildren(...byEffect(inModel).map(([effect, places]) => S.make("span", { className: "effect" }, effect, ...places.map((place) => {
-      const name = `${effect} ${place}`, can = live ? !data.effects.some((entry) => entry.name === name && !entry.removable) : refits.includes(name);
-      return chip(name, place === "setup" ? "" : place, !out().includes(name), can, (value) => tickEffect(name, value), can ? `${name}: untick to see the error without it` : `${name}: ${live ? "comes with what was measured" : "no refit without it is stored"}`);
-    }))));
-    const offered = data.candidates.filter((entry) => !inModel.includes(entry.name)), nRejected = offered.filter((entry) => entry.standing === "rejected").length;
+    model.chips.replaceChildren(
+      ...byEffect(inModel).map(([effect, places]) =>
+        S.make(
+          "span",
+          { className: "effect" },
+          effect,
+          ...places.map((place) => {
+            const name = `${effect} ${place}`,
+              can = live ? !data.effects.some((entry) => entry.name === name && !entry.removable) : refits.includes(name);
+            return chip(
+              name,
+              place === "setup" ? "" : place,
+              !out().includes(name),
+              can,
+              (value) => tickEffect(name, value),
+              can
+                ? `${name}: untick to see the error without it`
+                : `${name}: ${live ? "comes with what was measured" : "no refit without it is stored"}`,
+            );
+          }),
+        ),
+      ),
+    );
+    const offered = data.candidates.filter((entry) => !inModel.includes(entry.name)),
+      nRejected = offered.filter((entry) => entry.standing === "rejected").length;
     const shown = groupsOf(offered, candidates.isOpen());
-    const none = data.candidates.length ? "no candidate is supported" : data.is_diagnosed ? "nothing" : live ? "Diagnose finds what is missing" : data.refits_missing;
-    candidates.chips.replaceChildren(...(shown.length ? shown : [S.make("span", { className: "quiet" }, none)]),
-      ...(data.diagnosis_of ? [S.make("span", { className: "quiet" }, `(diagnosis of ${data.diagnosis_of})`)] : []));
+    const none = data.candidates.length
+      ? "no candidate is supported"
+      : data.is_diagnosed
+        ? "nothing"
+        : live
+          ? "Diagnose finds what is missing"
+          : data.refits_missing;
+    candidates.chips.replaceChildren(
+      ...(shown.length ? shown : [S.make("span", { className: "quiet" }, none)]),
+      ...(data.diagnosis_of ? [S.make("span", { className: "quiet" }, `(diagnosis of ${data.diagnosis_of})`)] : []),
+    );
     for (const element of [candidates.chips, document.getElementById("verdict")]) element.classList.toggle("stale", Boolean(data.diagnosis_of));
     candidates.more.dataset.always = nRejected ? "yes" : "";
     candidates.more.dataset.words = nRejected ? `all ${offered.length}, ${nRejected} rejected` : `all ${offered.length}`;
@@ -170,19 +230,28 @@
     hint.replaceChildren();
     if (S.fault) hint.append(S.make("span", { className: "warning" }, S.fault));
     else if (S.modelChanged) {
-      hint.append(S.make("span", { className: "warning" }, "model.toml was changed by somebody else: "),
-        S.button({ onclick: () => S.reloadModel() }, "take it as it is now"), " ", S.button({ onclick: () => S.writeModel(true) }, "write the ticks into it"));
+      hint.append(
+        S.make("span", { className: "warning" }, "model.toml was changed by somebody else: "),
+        S.button({ onclick: () => S.reloadModel() }, "take it as it is now"),
+        " ",
+        S.button({ onclick: () => S.writeModel(true) }, "write the ticks into it"),
+      );
     } else if (S.hollow) hint.append(S.visible(`forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}`));
-    else if (S.modelById.get(S.state.model)?.is_forecast) hint.append("estimated from the refits with each, of the drawn states: stiffcal view --live fits it");
+    else if (S.modelById.get(S.state.model)?.is_forecast)
+      hint.append("estimated from the refits with each, of the drawn states: stiffcal view --live fits it");
     else hint.append(S.visible(S.waitsFor));
   }
 
   /** Show the bar as things are. */
   S.showTryout = function () {
-    const drawable = Boolean(S.data?.models.some(S.isDrawable)), live = S.isLive();
+    const drawable = Boolean(S.data?.models.some(S.isDrawable)),
+      live = S.isLive();
     for (const element of [error, noise, hint, candidates.element, model.head, model.chips]) element.hidden = !drawable;
     for (const element of [undo, again, write]) element.hidden = !live || !drawable;
-    if (!drawable) { model.more.hidden = true; return; }
+    if (!drawable) {
+      model.more.hidden = true;
+      return;
+    }
     error.textContent = S.visible(S.error(S.errorNow()));
     error.classList.toggle("waiting", Boolean(S.waitsFor));
     noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; noise ${S.error(S.data.noise)}`);
@@ -196,7 +265,20 @@
     list();
   };
 
-  bar.append(S.make("div", { className: "count" }, error, noise, hint, copied, S.make("span", { id: "chosen" }), S.make("span", { className: "actions" }, undo, again, write)), candidates.element, model.element);
+  bar.append(
+    S.make(
+      "div",
+      { className: "count" },
+      error,
+      noise,
+      hint,
+      copied,
+      S.make("span", { id: "chosen" }),
+      S.make("span", { className: "actions" }, undo, again, write),
+    ),
+    candidates.element,
+    model.element,
+  );
   model.head.after(S.make("div", { id: "bar" }));
   S.startTryout = function () {
     listed = "";

@@ -3,7 +3,8 @@
   function before(model) {
     const fits = S.data.models.filter((entry) => entry.kind === "fit");
     if (model.kind !== "fit") return fits.find((entry) => entry.present);
-    const first = fits.findIndex(S.isDrawable), chosen = fits.indexOf(model);
+    const first = fits.findIndex(S.isDrawable),
+      chosen = fits.indexOf(model);
     return fits[first >= 0 && chosen > first ? first : chosen - 1];
   }
 
@@ -12,19 +13,27 @@
   function words(entry) {
     if (!entry) return "not in the model";
     if (entry.value === null) return "not identified";
-    const { factor } = scaleOf(entry.unit), scaled = (end) => (end === null || !Number.isFinite(end) ? null : factor * end);
+    const { factor } = scaleOf(entry.unit),
+      scaled = (end) => (end === null || !Number.isFinite(end) ? null : factor * end);
     return S.estimate(factor * entry.value, scaled(entry.low), scaled(entry.high));
   }
   function change(a, b) {
     if (!a || !b || !a.value || b.value === null) return "–";
-    return `${(100 * (b.value / a.value - 1)).toFixed(1).replace(/^-0\.0$/, "0.0").replace("-", "−")} %`;
+    return `${(100 * (b.value / a.value - 1))
+      .toFixed(1)
+      .replace(/^-0\.0$/, "0.0")
+      .replace("-", "−")} %`;
   }
 
   /** Names of the parameters that stand on this part of the page: what only readings of another kind show stands on theirs. */
   function namesOf(...models) {
     const effects = (part) => part.effects.map((effect) => effect.name.replace(" ", "."));
-    const elsewhere = new Set(S.parts.filter((part) => part !== S.data).flatMap(effects)), own = new Set(effects(S.data));
-    const isShown = (name) => { const effect = name.split(".").slice(0, 2).join("."); return own.has(effect) || !elsewhere.has(effect); };
+    const elsewhere = new Set(S.parts.filter((part) => part !== S.data).flatMap(effects)),
+      own = new Set(effects(S.data));
+    const isShown = (name) => {
+      const effect = name.split(".").slice(0, 2).join(".");
+      return own.has(effect) || !elsewhere.has(effect);
+    };
     return [...new Set(models.flatMap((model) => (model ? model.values.map((entry) => entry.name) : [])))].filter(isShown);
   }
 
@@ -39,13 +48,20 @@
         S.fill(table, ["parameter"], [], `The store holds no values of this model${why}.`);
         return;
       }
-      const byName = (of) => new Map(of ? of.values.map((entry) => [entry.name, entry]) : []), old = byName(earlier), now = byName(model);
+      const byName = (of) => new Map(of ? of.values.map((entry) => [entry.name, entry]) : []),
+        old = byName(earlier),
+        now = byName(model);
       const rows = namesOf(earlier, model).map((name) => {
-        const a = old.get(name), b = now.get(name), { unit } = scaleOf((b || a).unit), named = unit && unit !== "1" ? `${name} [${unit}]` : name;
+        const a = old.get(name),
+          b = now.get(name),
+          { unit } = scaleOf((b || a).unit),
+          named = unit && unit !== "1" ? `${name} [${unit}]` : name;
         return earlier ? [named, words(a), words(b), change(a, b)] : [named, words(b)];
       });
       const head = earlier ? ["parameter", `before: ${earlier.short}`, `after: ${model.short}`, "change"] : ["parameter", model.short];
-      const linear = " A candidate is a linear refit about the present fit: ± holds for the chosen shape; what is chosen among a few values has none, and makes the others' ± too narrow.";
+      const linear =
+        " A candidate is a linear refit about the present fit: ± holds for the chosen shape; what is chosen among a few values has " +
+        "none, and makes the others' ± too narrow.";
       S.fill(table, head, rows, `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? linear : ""}`);
     }
 
@@ -53,8 +69,10 @@
       if (listed === model.id) return;
       listed = model.id;
       // of a first fit the table shows what follows: all that is missing added
-      const earlier = before(model), all = S.data.models.find((entry) => entry.kind === "all" && entry.values.length);
-      if (!earlier && all && model.present) fill(all, model); else fill(model, earlier);
+      const earlier = before(model),
+        all = S.data.models.find((entry) => entry.kind === "all" && entry.values.length);
+      if (!earlier && all && model.present) fill(all, model);
+      else fill(model, earlier);
     }
     return { element: S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Parameters before and after" }, table), show };
   };

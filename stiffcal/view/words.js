@@ -16,17 +16,29 @@
    * @param {number} value @param {number|null} low @param {number|null} high @returns {string} "(2.7000 ± 0.0060)·10⁶"
    */
   S.estimate = function (value, low, high) {
-    const below = low === null ? Infinity : value - low, above = high === null ? Infinity : high - value;
+    const below = low === null ? Infinity : value - low,
+      above = high === null ? Infinity : high - value;
     const near = Math.min(below > 0 ? below : Infinity, above > 0 ? above : Infinity);
     if (!Number.isFinite(value) || !Number.isFinite(near)) return S.digits(value);
-    const even = Math.abs(above - below) <= 0.1 * Math.min(above + below, Number.MAX_VALUE), half = even ? (below + above) / 2 : near;
+    const even = Math.abs(above - below) <= 0.1 * Math.min(above + below, Number.MAX_VALUE),
+      half = even ? (below + above) / 2 : near;
     const size = Math.max(Math.abs(value), even ? half : 0) || Math.max(below, above);
-    const power = size >= 1e4 || size < 1e-4 ? Math.floor(Math.log10(size)) : 0, scale = 10 ** power;
-    const open = low === null ? "below " : high === null ? "above " : "", last = Math.floor(Math.log10((open ? size : half) / scale));
-    const decimals = Math.min(9, Math.max(0, (open ? 2 : 1) - last)), raised = power ? `·10${raisedTo(power)}` : "";
-    const text = (number) => (number / scale).toFixed(decimals).replace(/^-(0\.?0*)$/, "$1").replace("-", "−");
+    const power = size >= 1e4 || size < 1e-4 ? Math.floor(Math.log10(size)) : 0,
+      scale = 10 ** power;
+    const open = low === null ? "below " : high === null ? "above " : "",
+      last = Math.floor(Math.log10((open ? size : half) / scale));
+    const decimals = Math.min(9, Math.max(0, (open ? 2 : 1) - last)),
+      raised = power ? `·10${raisedTo(power)}` : "";
+    const text = (number) =>
+      (number / scale)
+        .toFixed(decimals)
+        .replace(/^-(0\.?0*)$/, "$1")
+        .replace("-", "−");
     if (even) return raised ? `(${text(value)} ± ${text(half)})${raised}` : `${text(value)} ± ${text(half)}`;
-    return `${text(value)} (${open}${[low, high].filter((end) => end !== null).map(text).join(" … ")})${raised}`;
+    return `${text(value)} (${open}${[low, high]
+      .filter((end) => end !== null)
+      .map(text)
+      .join(" … ")})${raised}`;
   };
   /** A quantity with its unit, as axes and tables name it. @param {{label: string, unit: string}} quantity */
   S.withUnit = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
@@ -54,12 +66,16 @@
 
   /** Hidden and direction-changing characters of names from files, made visible. @param {string} text */
   S.visible = function (text) {
-    return String(text).replace(/[\u0000-\u001f\u007f-\u009f\u00ad\u061c\u180e\u200b-\u200f\u2028-\u202f\u2060-\u206f\ufeff\ufff9-\ufffb]/g,
-      (c) => `\\u${c.charCodeAt(0).toString(16).padStart(4, "0")}`);
+    return String(text).replace(
+      /[\u0000-\u001f\u007f-\u009f\u00ad\u061c\u180e\u200b-\u200f\u2028-\u202f\u2060-\u206f\ufeff\ufff9-\ufffb]/g,
+      (c) => `\\u${c.charCodeAt(0).toString(16).padStart(4, "0")}`,
+    );
   };
   /** A text as a TOML string. @param {string} text */
-  S.tomlText = (text) => JSON.stringify(String(text)).replace(/[\u007f-\uffff]/g,
-    (c) => (/[\u007f-\u009f\u00ad\u061c\u200b-\u200f\u2028-\u202f\u2060-\u206f\ufeff]/.test(c) ? `\\u${c.charCodeAt(0).toString(16).padStart(4, "0")}` : c));
+  S.tomlText = (text) =>
+    JSON.stringify(String(text)).replace(/[\u007f-\uffff]/g, (c) =>
+      /[\u007f-\u009f\u00ad\u061c\u200b-\u200f\u2028-\u202f\u2060-\u206f\ufeff]/.test(c) ? `\\u${c.charCodeAt(0).toString(16).padStart(4, "0")}` : c,
+    );
   /** A cell of a CSV file; a spreadsheet must not take it for a formula. @param {any} value */
   S.csvCell = function (value) {
     if (typeof value === "number") return Number.isFinite(value) ? String(value) : "";
