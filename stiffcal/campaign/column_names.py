@@ -6,6 +6,7 @@ One vocabulary for `init`, for the tables that commands read, and for the compar
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -18,9 +19,16 @@ PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "ft
 JOINT_STEMS = (
     *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel"),
     *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
+    *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
+    *("軸", "関節", "関節角", "角度", "轴", "关节", "关节角"),
 )
-TIMES = ("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt")
-QUATERNIONS = (("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz"))
+TIMES = (
+    *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
+    *("temps", "tiempo", "tempo", "時間", "時刻", "时间", "epochtime", "systemtime"),
+)
+QUATERNIONS = (*(("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz")),)
+NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")
+"""Names of a quaternion's components, the scalar first, where numbers show one: the squares add up to 1."""
 XYZ = "xyz"
 
 _LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
@@ -57,16 +65,25 @@ QUANTITY: Mapping[Reading, str] = MappingProxyType(
 """The quantity of a reading's unit."""
 STEMS: Mapping[Reading, tuple[str, ...]] = MappingProxyType(
     {
-        Reading.FORCE: ("f", "force", "kraft", "load", "last"),
-        Reading.MOMENT: ("t", "m", "torque", "moment", "drehmoment", "tau", "mom"),
+        Reading.FORCE: (
+            *("f", "force", "kraft", "load", "last", "effort", "charge", "fuerza", "carga", "forza", "carico"),
+            *("力", "荷重", "载荷"),
+        ),
+        Reading.MOMENT: (
+            *("t", "m", "torque", "moment", "drehmoment", "tau", "mom", "couple", "momento", "coppia"),
+            *("トルク", "モーメント", "力矩", "扭矩"),
+        ),
         Reading.DEFLECTION: (
-            *("d", "delta", "u", "disp", "displacement", "defl", "deflection", "verschiebung", "def"),
+            *("d", "delta", "u", "disp", "displacement", "defl", "deflection", "verschiebung", "def", "weg"),
+            *("durchbiegung", "deplacement", "fleche", "desplazamiento", "flecha", "spostamento", "freccia"),
+            *("変位", "たわみ", "位移", "变形"),
             "t",
         ),
-        Reading.ROTATION: ("dr", "deltar", "drot", "rot", "phi", "dphi", "r"),
+        Reading.ROTATION: ("dr", "deltar", "drot", "rot", "rotation", "phi", "dphi", "verdrehung", "回転", "转角", "r"),
         Reading.POSITION: (
             *("", "p", "pos", "position", "target", "point", "messpunkt", "measurement", "measured"),
-            "m",
+            *("punkt", "koordinate", "posicion", "posizione", "位置", "座標", "坐标"),
+            *("m", "t"),
         ),
     }
 )
@@ -97,6 +114,8 @@ class Component:
     """What stands before the axis."""
     places: frozenset[str]
     """Words in the name that say where ("base", "tool", …)."""
+    body: str = ""
+    """Words before the stem that name what is measured ("plate" of "plate Position X"), small; "" without."""
     is_open: bool = False
     """Whether the name and the missing unit leave open which reading it is."""
 
@@ -123,7 +142,7 @@ def header_parts(header: str) -> ColumnHeader:
     if len(header) > _LONGEST_NAME:
         return ColumnHeader(header, None)
     bracketed = _BRACKETED.match(header)
-    if bracketed is not None:
+    if bracketed is not None and not (bracketed["a"] or bracketed["b"] or "").strip().isdigit():  # q[0] is a name
         return ColumnHeader(bracketed["name"].strip(), (bracketed["a"] or bracketed["b"] or "").strip() or None)
     separated = _SEPARATED.match(header)
     if separated is not None:
@@ -181,9 +200,20 @@ def is_unit_row(row: Sequence[str]) -> bool:
 
 def words_of(name: str) -> tuple[list[str], frozenset[str]]:
     """Take a name apart: its words in small letters, and those among them that say where."""
-    words = [word for word in re.split(r"[^A-Za-z0-9]+", name.lower()) if word]
+    words = [word for word in re.split(r"[\W_]+", _without_accents(name.lower())) if word]
     places = frozenset(word for word in words if word in PLACES)
     return [word for word in words if word not in places], places
+
+
+def _without_accents(text: str) -> str:
+    """Return a text whose Latin letters have no accents: "déplacement" and "deplacement" are one word."""
+    if text.isascii():
+        return text
+    # composed again: signs of other scripts come apart as well
+    return unicodedata.normalize("NFC", _ACCENTS.sub("", unicodedata.normalize("NFD", text)))
+
+
+_ACCENTS = re.compile("[\u0300-\u036f]")
 
 
 def plain_name(name: str) -> str:
@@ -218,18 +248,36 @@ def component_of(name: str, written: str | None) -> Component | None:
     (True, False, None)
     """
     kept, places = words_of(name)
-    word = "".join(kept)
-    for stem, axis in _stems_and_axes(word):
-        readings = _OPEN.get(stem) or tuple(
-            reading
-            for reading, stems in STEMS.items()
-            if stem in stems or ("target" in stems and _TARGET.fullmatch(stem))
-        )
-        if not readings:
-            continue
-        of_unit = [reading for reading in readings if written is not None and is_unit_of(written, QUANTITY[reading])]
-        return Component((of_unit or readings)[0], axis, stem, places, is_open=stem in _OPEN and not of_unit)
+    if _OTHER_QUANTITIES & set(kept):
+        return None
+    for first in range(len(kept)):
+        for stem, axis in _stems_and_axes("".join(kept[first:])):
+            readings = _OPEN.get(stem) or tuple(
+                reading
+                for reading, stems in STEMS.items()
+                if stem in stems or ("target" in stems and _TARGET.fullmatch(stem))
+            )
+            # of one letter the stem is not: "tilt x" is no moment
+            if not readings or (first and len(stem) == 1):
+                continue
+            of_unit = [
+                reading for reading in readings if written is not None and is_unit_of(written, QUANTITY[reading])
+            ]
+            found = (of_unit or readings)[0]
+            is_open = stem in _OPEN and not of_unit
+            return Component(found, axis, stem, places, " ".join(kept[:first]), is_open=is_open)
     return None
+
+
+# Words of what is no force, moment, displacement or place, though it has components x, y and z.
+_OTHER_QUANTITIES = frozenset(
+    (
+        *("vel", "velocity", "speed", "geschwindigkeit", "acc", "accel", "acceleration", "beschleunigung", "jerk"),
+        *("gyro", "imu", "mag", "magnet", "magnetic", "angular", "linear", "rpy", "euler", "quat", "tilt", "gain"),
+        *("error", "err", "std", "cmd", "command", "commanded", "soll", "setpoint", "desired", "residual", "quality"),
+        *("offset", "bias", "raw", "voltage", "current", "temp", "temperature", "id", "rms"),
+    )
+)
 
 
 def _stems_and_axes(word: str) -> Iterable[tuple[str, int]]:
@@ -249,7 +297,7 @@ def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
     """
     groups: dict[str, dict[int, str]] = {}
     for name in names:
-        match = re.fullmatch(r"([a-z]*)0*(\d+)", plain_name(name))
+        match = re.fullmatch(r"(\D*)0*(\d+)", plain_name(name))
         if match is not None:
             groups.setdefault(match[1], {})[int(match[2])] = name
     for stem in JOINT_STEMS:

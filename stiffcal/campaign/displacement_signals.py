@@ -12,6 +12,7 @@ from stiffcal.campaign.typed import (
     Columns,
     Columns3,
     Columns4,
+    Columns9,
     LengthUnit,
     Name,
     Positive,
@@ -62,11 +63,13 @@ class PoseSigma(TomlTable):
     ----------
     position : of absolute places that come from points and state no rotation, of each point: the pose's follows.
     per_metre : added to that of the position for each metre between instrument and target, in the position's unit.
+    coverage : how many standard uncertainties the columns hold: 2 of an expanded uncertainty, U(95).
     """
 
     position: StatedSigma | None = None
     rotation: StatedSigma | None = None
     per_metre: Positive | None = None
+    coverage: Positive = 1.0
 
 
 class Marker(TomlTable):
@@ -89,13 +92,20 @@ def _marker(value: object) -> object:
 MarkerEntry: TypeAlias = Annotated[Marker, BeforeValidator(_marker)]
 
 
+ORIENTATIONS = ("quaternion_wxyz", "rotvec", "rpy", "matrix")
+"""The ways to write an orientation."""
+WITHOUT_UNIT = ("quaternion_wxyz", "matrix")
+"""Those of them whose columns have no unit."""
+
+
 class Pose(Signal):
     """Position and, where measured, orientation of one body.
 
     Attributes
     ----------
     frame : the instrument's frame. body : the frame or link that is measured.
-    position : three columns. quaternion_wxyz, rotvec or rpy (fixed x, y, z): the orientation's columns.
+    position : three columns. quaternion_wxyz, rotvec, rpy (fixed x, y, z) or matrix (nine, row by row): the columns of
+        the orientation.
     markers : instead of `position`: name to three columns, or to { columns, at_m }.
     """
 
@@ -105,6 +115,7 @@ class Pose(Signal):
     quaternion_wxyz: Columns4 | None = None
     rotvec: Columns3 | None = None
     rpy: Columns3 | None = None
+    matrix: Columns9 | None = None
     markers: dict[str, MarkerEntry] = Field(default_factory=dict)
     units: PoseUnits = PoseUnits()
     sigma: PoseSigma | None = None
@@ -117,7 +128,7 @@ class Pose(Signal):
     @property
     def orientation(self) -> tuple[str, tuple[str, ...]] | None:
         """Return how the orientation is written and its columns, None where it is not measured."""
-        for key in ("quaternion_wxyz", "rotvec", "rpy"):
+        for key in ORIENTATIONS:
             columns = getattr(self, key)
             if columns is not None:
                 return key, columns
@@ -133,13 +144,13 @@ class Pose(Signal):
         length, rotation = self.unit_of("position"), self.unit_of("rotation")
         marked = tuple(name for marker in self.markers.values() for name in marker.columns)
         unit_of_column = dict.fromkeys(self.position or marked, length)
-        if self.orientation is not None and self.orientation[0] != "quaternion_wxyz":
+        if self.orientation is not None and self.orientation[0] not in WITHOUT_UNIT:
             unit_of_column.update(dict.fromkeys(self.orientation[1], rotation))
         return unit_of_column
 
     @model_validator(mode="after")
     def _one_way(self) -> Pose:
-        written = [key for key in ("quaternion_wxyz", "rotvec", "rpy") if getattr(self, key) is not None]
+        written = [key for key in ORIENTATIONS if getattr(self, key) is not None]
         if len(written) > 1:
             raise WrongValueError(f"the orientation is given twice, as {' and '.join(written)}", "keep one of them")
         if (self.position is None) == (not self.markers):
@@ -191,10 +202,16 @@ class DeflectionUnits(TomlTable):
 
 
 class DeflectionSigma(TomlTable):
-    """Standard uncertainty of one reading, in the signal's units."""
+    """Standard uncertainty of one reading, in the signal's units.
+
+    Attributes
+    ----------
+    coverage : how many standard uncertainties the columns hold: 2 of an expanded uncertainty, U(95).
+    """
 
     translation: StatedSigma | None = None
     rotation: StatedSigma | None = None
+    coverage: Positive = 1.0
 
 
 class Deflection(Signal):

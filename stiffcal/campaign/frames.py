@@ -9,6 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.absolute_checks import absolute_sources
+from stiffcal.campaign.displacement_signals import WITHOUT_UNIT
 from stiffcal.campaign.gauges import gauges_of, rods_of, stated_sigma
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.markers import markers_of
@@ -242,7 +243,7 @@ def _sigma_of_pose(manifest: Manifest, pose: Pose, absolute: bool) -> tuple[floa
     """Return the stated uncertainty of a pose, m, rad; of absolute places by points it follows from that of a point."""
     if pose.sigma is None:
         return None, None
-    quaternion = pose.orientation is None or pose.orientation[0] == "quaternion_wxyz"
+    quaternion = pose.orientation is None or pose.orientation[0] in WITHOUT_UNIT
     position = _scaled(pose.sigma.position, pose.unit_of("position").factor)
     rotation = _scaled(pose.sigma.rotation, 1.0 if quaternion else pose.unit_of("rotation").factor)
     if pose.markers and absolute and position is not None and rotation is None:

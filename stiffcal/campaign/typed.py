@@ -130,8 +130,8 @@ def expand_columns(value: object) -> tuple[str, ...]:
     --------
     >>> expand_columns("A1..A3")
     ('A1', 'A2', 'A3')
-    >>> expand_columns(["s", "ids08..ids10"])
-    ('s', 'ids08', 'ids09', 'ids10')
+    >>> expand_columns(["s", "ids08..ids10", "q[0]..q[1]"])
+    ('s', 'ids08', 'ids09', 'ids10', 'q[0]', 'q[1]')
     """
     items = [value] if isinstance(value, str) else value
     if not isinstance(items, list | tuple) or not all(isinstance(item, str) for item in items):
@@ -149,10 +149,16 @@ def expand_columns(value: object) -> tuple[str, ...]:
     return tuple(names)
 
 
+_CLOSING = ("]", ")", "}")
+"""What may stand behind the number of a column: q[0]..q[5]."""
+
+
 def _expand_range(text: str) -> list[str]:
     if ".." not in text:
         return [text]
     begin, _, end = text.rpartition("..")
+    tail = next((mark for mark in _CLOSING if begin.endswith(mark) and end.endswith(mark)), "")
+    begin, end = begin.removesuffix(tail), end.removesuffix(tail)
     stem, stem_of_end = begin.rstrip(_DIGITS), end.rstrip(_DIGITS)
     first, last = begin[len(stem) :], end[len(stem_of_end) :]
     if not (
@@ -165,7 +171,7 @@ def _expand_range(text: str) -> list[str]:
     if int(last) - int(first) >= MOST_COLUMNS:
         raise WrongValueError(f'"{text}" names more than {MOST_COLUMNS} columns', "correct the range's end")
     width = len(first) if first.startswith("0") else 0
-    return [f"{stem}{k:0{width}d}" for k in range(int(first), int(last) + 1)]
+    return [f"{stem}{k:0{width}d}{tail}" for k in range(int(first), int(last) + 1)]
 
 
 def columns_of_count(*counts: int) -> Callable[[tuple[str, ...]], tuple[str, ...]]:
@@ -191,6 +197,7 @@ Columns: TypeAlias = Annotated[tuple[str, ...], BeforeValidator(expand_columns),
 
 Columns3: TypeAlias = Annotated[Columns, AfterValidator(columns_of_count(3)), WithJsonSchema(_COLUMNS_SCHEMA)]
 Columns4: TypeAlias = Annotated[Columns, AfterValidator(columns_of_count(4)), WithJsonSchema(_COLUMNS_SCHEMA)]
+Columns9: TypeAlias = Annotated[Columns, AfterValidator(columns_of_count(9)), WithJsonSchema(_COLUMNS_SCHEMA)]
 
 Positive: TypeAlias = Annotated[float, Field(gt=0)]
 NotNegative: TypeAlias = Annotated[float, Field(ge=0)]

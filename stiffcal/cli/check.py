@@ -34,6 +34,9 @@ READ_AS = {
 """Unit in the log to (factor from SI, unit) in which ranges are read; rotations as angles."""
 
 
+MOST_FILES = 20
+
+
 def check(
     folder: Folder = HERE,
     quick: Annotated[bool, typer.Option("--quick", help="Read only the first lines of each file.")] = False,
@@ -84,10 +87,11 @@ def show_check(console: AnswerConsole, result: CheckResult) -> None:
         for sentence in view.says:
             console.print(sentence, soft_wrap=True)
     for proposal in result.proposals or []:
-        files, device = proposal.files, proposal.device
-        file_text = files[0] + (f" and {len(files) - 1} more" if len(files) > 1 else "")
-        text = f"{file_text}: not referenced in campaign.toml" + (f", probably a log of: {device}" if device else "")
-        console.print(text + ("; suggested lines:" if proposal.understood else ""), soft_wrap=True)
+        for file in proposal.files[:MOST_FILES]:
+            by = f", probably by: {proposal.device}" if proposal.device else ""
+            console.print(f"{file}: no source of campaign.toml reads it{by}", soft_wrap=True)
+        if len(proposal.files) > MOST_FILES:
+            console.print(f"and {len(proposal.files) - MOST_FILES} more files like these", soft_wrap=True)
         for line in proposal.lines:
             console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
     if result.observability is not None:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from stiffcal.campaign.file_formats import format_of
 from stiffcal.documents import NOT_IN_DOCUMENT
 from stiffcal.escapes import toml_text
+from stiffcal.propose.explained import ExplainedColumn
 from stiffcal.propose.lines import TOOL, FrameNames, ProposedLine
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
 
+# Of a wider table the first columns are listed.
+MOST_COLUMNS = 200
 # So many files of one make are looked into; the others are named by count.
 LOOKED_AT = 200
 # The frames of a campaign that are taken where a signal needs one, by preference.
@@ -31,6 +33,8 @@ class ProposedSource:
     """Whose export they seem to be, "" not known."""
     lines: list[str]
     """Of the manifest, to copy."""
+    columns: list[ExplainedColumn]
+    """Every column, with what it is taken for and why."""
     understood: Annotated[bool, NOT_IN_DOCUMENT] = True
     """False where the lines are comments on why no signal was found."""
 
@@ -43,18 +47,23 @@ def propose_sources(campaign: Campaign) -> list[ProposedSource]:
     list of ProposedSource
     """
     taken_names, frames = set(campaign.manifest.sources), set(campaign.manifest.frames)
-    groups: dict[_SniffedLog, list[str]] = {}
+    groups: dict[tuple[_SniffedLog, ...], list[str]] = {}
     for file in _unnamed(campaign)[:LOOKED_AT]:
-        sniffed = _sniff(campaign.folder, file, frames)
-        if sniffed is not None:
-            groups.setdefault(sniffed, []).append(file)
-    return [_proposal(log, files, taken_names, frames) for log, files in groups.items()]
+        groups.setdefault(_sniff(campaign.folder, file, frames), []).append(file)
+    return [_proposal(log, files, taken_names, frames) for logs, files in groups.items() for log in logs]
 
 
 def _proposal(log: _SniffedLog, files: list[str], taken_names: set[str], frames: set[str]) -> ProposedSource:
     lines = [str(line) for line in log.lines]
+    columns = [replace(column, file=files[0]) for column in log.columns]
     if not log.understood:  # a maker's log: why, and what helps
-        return ProposedSource(files=files, device=log.device, lines=lines, understood=False)
+        return ProposedSource(
+            files=files,
+            device=log.device,
+            lines=lines,
+            columns=columns,
+            understood=False,
+        )
     name = next(
         candidate for k in range(1, 100) if (candidate := log.name + (str(k) if k > 1 else "")) not in taken_names
     )
@@ -67,7 +76,13 @@ def _proposal(log: _SniffedLog, files: list[str], taken_names: set[str], frames:
 
     needed = {frame for line in log.lines for frame in line.frames} - frames
     missing = [str(line) for frame, frame_lines in FRAMES.items() if frame in needed for line in frame_lines]
-    return ProposedSource(files=files, device=log.device, lines=[f"[sources.{name}]", *lines, *missing])
+    proposed = [f"[sources.{name}]", *lines, *missing]
+    return ProposedSource(
+        files=files,
+        device=log.device,
+        lines=proposed,
+        columns=columns,
+    )
 
 
 def _frame_names(frames: set[str]) -> FrameNames:
@@ -85,7 +100,7 @@ def _unnamed(campaign: Campaign) -> list[str]:
     for path in sorted(raw.rglob("*")) if raw.is_dir() else []:
         file = path.relative_to(campaign.folder).as_posix()
         inside = any(file.startswith(f"{name}/") for name in named)
-        if path.is_file() and file not in named and not inside and format_of(file) is not None:
+        if path.is_file() and file not in named and not inside and file != "raw/README.txt":  # the template's
             unnamed.append(file)
     return unnamed
 
@@ -96,16 +111,23 @@ class _SniffedLog(NamedTuple):
     device: str
     name: str
     lines: tuple[ProposedLine, ...]
+    columns: tuple[ExplainedColumn, ...] = ()
     understood: bool = True
 
 
-def _sniff(folder: Path, file: str, frames: set[str]) -> _SniffedLog | None:
-    """Return the guessed kind of a log, or None where neither device nor signals are understood."""
+def _sniff(folder: Path, file: str, frames: set[str]) -> tuple[_SniffedLog, ...]:
+    """Return what a log seems to be: one entry for each source in it, or one that says why none is understood."""
     from stiffcal.propose.log_kind import log_kind, with_doubt
 
     names = _frame_names(frames)
+    found = []
     kind = log_kind(folder / file, file, names)
-    if kind.why_not:
-        return _SniffedLog(kind.device, kind.name, kind.lines, understood=False) if kind.device else None
-    lines = tuple(with_doubt(line, names) if line in kind.signals else line for line in kind.lines)
-    return _SniffedLog(kind.device, kind.name, lines)
+    for part in (kind, *kind.further):
+        lines = part.lines
+        if not part.why_not:
+            lines = tuple(with_doubt(line, names) if line in part.signals else line for line in lines)
+        columns = (
+            tuple(replace(column, file=file) for column in part.columns) if len(part.columns) < MOST_COLUMNS else ()
+        )
+        found.append(_SniffedLog(part.device, part.name, lines, columns, understood=not part.why_not))
+    return tuple(found)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from stiffcal.campaign.column_names import (
+    NUMBERED_QUATERNION,
+    QUANTITY,
     QUATERNIONS,
     STEMS,
     TIMES,
@@ -18,8 +21,12 @@ from stiffcal.campaign.column_names import (
 )
 from stiffcal.propose.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of, single_target
 from stiffcal.propose.table_sniffing import SniffedColumn
+from stiffcal.quantities import unit
 
-_RUNS = ("run", "lauf", "pose", "versuch", "series", "config", "configuration", "messung", "runid", "poseid")
+_RUNS = (
+    *("run", "lauf", "essai", "ensayo", "prova", "pose", "versuch", "series", "config", "configuration", "messung"),
+    *("runid", "poseid"),
+)
 _MASSES = ("kg", "mass", "masse", "weight", "gewicht", "payload", "payloadmass", "nutzlast", "traglast")
 
 
@@ -35,6 +42,12 @@ class Role:
     """The uncertainty of each reading, where the table holds it."""
     is_open: bool = False
     """Whether names and missing units leave open what the columns hold."""
+    body: str = ""
+    """What is measured, as the names call it; "" where they name nothing."""
+    others: tuple[str, ...] = ()
+    """Other bodies whose columns hold the same."""
+    doubt: str = ""
+    """What is open about the columns; "" where nothing is."""
 
     @property
     def all_columns(self) -> tuple[SniffedColumn, ...]:
@@ -53,6 +66,8 @@ class Roles:
     rotation: Role | None = None
     position: Role | None = None
     quaternion: Role | None = None
+    matrix: Role | None = None
+    """Nine elements of a rotation matrix, row by row."""
     mass: Role | None = None
     run: SniffedColumn | None = None
     """The column of the runs' names."""
@@ -86,9 +101,11 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     joints = Role(tuple(joint_columns)) if joint_columns else None
     joints = joints or _joints([column for column in columns if column not in assigned])
     assigned |= set(joints.columns) if joints is not None else set()
+    matrix = _matrix([column for column in columns if column not in assigned], plain)
+    assigned |= set(matrix.columns) if matrix is not None else set()
     sigma = sigma_columns({column: words_of(column.name)[0] for column in columns if column not in assigned})
     free = [column for column in columns if column.values and column not in (assigned | set(sigma.values()))]
-    triples = _triples(free)
+    triples = _triples(free, quaternion.body if quaternion is not None else "")
     targets = _targets(free, plain) if quaternion is None and "deflection" not in triples else ()
     triples |= {"position": targets[0][1]} if targets else {}
     if not triples.keys() & {"position", "deflection"} and (
@@ -106,11 +123,12 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     further = [role for _, role in targets]
     # a rotation belongs to a displacement; next to a place it is written in too many ways to be taken
     taken = [role for name, role in triples.items() if name != Reading.ROTATION or Reading.DEFLECTION in triples]
-    roles = [role for role in (joints, quaternion, *taken, *further) if role is not None]
+    roles = [role for role in (joints, quaternion, matrix, *taken, *further) if role is not None]
     used = {column for role in roles for column in role.all_columns} | {c for c in (run, time, mass) if c is not None}
     return Roles(
         joints=joints,
         quaternion=quaternion,
+        matrix=matrix,
         mass=None if mass is None else Role((mass,)),
         run=run,
         time=time,
@@ -141,24 +159,63 @@ def _joints(columns: list[SniffedColumn]) -> Role | None:
     return Role(tuple(of_name[name] for name in names)) if names else None
 
 
-def _triples(columns: list[SniffedColumn]) -> dict[str, Role]:
-    """Find the groups of three columns x, y and z."""
-    groups: dict[tuple[Reading, str, frozenset[str]], dict[int, tuple[SniffedColumn, Component]]] = {}
+def _triples(columns: list[SniffedColumn], body: str) -> dict[str, Role]:
+    """Find the groups of three columns x, y and z; of several bodies that with an orientation, else the first."""
+    groups: dict[tuple[Reading, str, frozenset[str], str], dict[int, tuple[SniffedColumn, Component]]] = {}
     for column in columns:
         found = component_of(column.name, column.unit)
         if found is not None:
-            groups.setdefault((found.reading, found.stem, found.places), {})[found.axis] = column, found
+            groups.setdefault((found.reading, found.stem, found.places, found.body), {})[found.axis] = column, found
+    complete = [(key[0], group) for key, group in groups.items() if len(group) == 3]
+    of_reading: dict[Reading, list[Role]] = {}
+    for reading, group in sorted(complete, key=_order):
+        first = group[0][1]
+        role = Role(tuple(group[k][0] for k in range(3)), first.places, is_open=first.is_open, body=first.body)
+        of_reading.setdefault(_read_as(reading, role, first.stem, complete), []).append(role)
     roles: dict[str, Role] = {}
-    for reading, stems in STEMS.items():
-        ordered = sorted(
-            (group for (own, _, _), group in groups.items() if own is reading and len(group) == 3),
-            key=lambda group: _rank(group[0][1].stem, stems),
-        )
-        if ordered:
-            group = ordered[0]
-            is_open = group[0][1].is_open
-            roles[reading] = Role(tuple(group[k][0] for k in range(3)), group[0][1].places, is_open=is_open)
+    for reading, own in of_reading.items():
+        chosen = next((role for role in own if body and role.body == body), own[0])
+        others = tuple(role.body for role in own if role.body and role.body != chosen.body)
+        unclear = reading is Reading.POSITION and chosen.columns[0].unit is None
+        doubt = _DOUBTS.get(chosen.columns[0].name.lower()[:1], "") if unclear else ""
+        roles[reading] = replace(chosen, others=others, doubt=doubt)
     return roles
+
+
+# A displacement under load is smaller, in the unit that makes most of it: what is larger is a place.
+_LARGEST_DISPLACEMENT_M = 0.05
+# Around a sensor no force acts further away, so that no moment is larger; m.
+_LONGEST_LEVER_M = 10.0
+_DOUBTS = {"t": "positions, or moments in N*mm"}
+
+
+def _read_as(
+    reading: Reading, role: Role, stem: str, complete: list[tuple[Reading, dict[int, tuple[SniffedColumn, Component]]]]
+) -> Reading:
+    """Return what three columns hold where "Tx" may be a translation (trackers) or a torque (force sensors).
+
+    Without a force next to it, and where it is too large for the force, it is a place; with a unit of length as well,
+    where it is too large for a displacement.
+    """
+    if stem != "t":
+        return reading
+    size = max(column.size for column in role.columns)
+    if reading is Reading.DEFLECTION:
+        written = role.columns[0].unit or "mm"
+        metres = size * unit(written, QUANTITY[reading]).factor
+        return Reading.POSITION if metres > _LARGEST_DISPLACEMENT_M else reading
+    if reading is Reading.MOMENT and role.columns[0].unit is None:
+        forces = [max(group[k][0].size for k in range(3)) for own, group in complete if own is Reading.FORCE]
+        if not forces or size > _LONGEST_LEVER_M * max(forces) > 0.0:
+            return Reading.POSITION
+    return reading
+
+
+def _order(entry: tuple[Reading, dict[int, tuple[SniffedColumn, Component]]]) -> tuple[bool, int]:
+    """Return by what groups are sorted: what moves before what stands still, then as their stems are listed."""
+    reading, group = entry
+    still = all(len(set(column.values)) < 2 for column, _ in group.values())
+    return still, _rank(group[0][1].stem, STEMS[reading])
 
 
 def _rank(stem: str, stems: tuple[str, ...]) -> int:
@@ -166,10 +223,51 @@ def _rank(stem: str, stems: tuple[str, ...]) -> int:
 
 
 def _quaternion(columns: tuple[SniffedColumn, ...], plain: dict[str, str]) -> Role | None:
+    """Find an orientation: four columns w, x, y, z of one name, or numbered, whose squares add up to 1."""
     by_name = {plain[column.header]: column for column in columns}
-    for names in QUATERNIONS:
-        if all(name in by_name for name in names):
-            return Role(tuple(by_name[name] for name in names))
+    for known in QUATERNIONS:
+        if all(name in by_name for name in known):
+            return Role(tuple(by_name[name] for name in known))
+    numbered = () if "q4" in by_name else (_NUMBERED,)
+    for names in (*(tuple(f"{name[:-1]}{c}" for c in "wxyz") for name in by_name if name[-1:] == "w"), *numbered):
+        if all(own in by_name for own in names):
+            role = Role(tuple(by_name[own] for own in names), body=_body(by_name[names[1]].name))
+            if _is_unit_length(role):
+                return role
+    return None
+
+
+def _body(name: str) -> str:
+    """Return the words of a component's name before what it is a component of."""
+    words = words_of(name)[0]
+    return " ".join(words[:-2])
+
+
+def _is_unit_length(role: Role) -> bool:
+    """Return whether the squares of four columns add up to 1 in each row, to the digits that are written."""
+    n_rows = {len(column.values) for column in role.columns}
+    if len(n_rows) != 1 or not next(iter(n_rows)):
+        return False
+    rows = zip(*(column.values for column in role.columns), strict=True)
+    return all(abs(sum(value * value for value in row) - 1.0) < _UNIT_LENGTH for row in rows)
+
+
+_NUMBERED: tuple[str, ...] = NUMBERED_QUATERNION
+_UNIT_LENGTH = 0.1  # four numbers of one decimal, each off by half a digit
+_MATRIX = re.compile(r"r(?:ot|otation|matrix)?([0-3])([0-3])")
+
+
+def _matrix(columns: list[SniffedColumn], plain: dict[str, str]) -> Role | None:
+    """Find nine elements of a rotation matrix, numbered from 0 or 1."""
+    found = {
+        (match[1], match[2]): column
+        for column in columns
+        if column.values and (match := _MATRIX.fullmatch(plain[column.header])) is not None
+    }
+    for numbers in ("012", "123"):
+        elements = [(row, column) for row in numbers for column in numbers]
+        if all(element in found for element in elements):
+            return Role(tuple(found[element] for element in elements))
     return None
 
 

@@ -38,6 +38,7 @@ from stiffcal.propose.lines import (
     as_text,
     columns_text,
     signal_lines,
+    time_line,
     unit_of_role,
 )
 from stiffcal.propose.other_tables import table_of
@@ -51,7 +52,6 @@ KINDS_OF_LOGS = (CLAMPED, FRICTION)
 _TRAVEL_SHARE = 0.05
 _ENDINGS = re.compile(r"(\.(csv|txt|dat|log|asc|tsv))?(\.gz)?$", re.IGNORECASE)
 _SIMPLEST = "# The simplest model of these runs: `stiffcal improve` adds the effects that the logs show beyond it.\n"
-_TIME_UNITS = ("s", "ms", "us", "ns", "iso8601")
 
 
 @dataclass(frozen=True)
@@ -275,7 +275,8 @@ def _source_lines(name: str, log: _Log) -> list[ProposedLine]:
     lines = [ProposedLine(""), ProposedLine(f"[sources.{name}]")]
     if log.table.options:
         lines.append(ProposedLine(log.table.options_text))
-    lines.append(_time_line(log.drives))
+    no_time = ProposedLine("time = { rate_hz = 1000 }", "no time column recognised: write the logging rate")
+    lines.append(time_line(log.drives.time, log.table.rate_hz) or no_time)
     if log.drives.temperature:
         role = Role(log.drives.temperature)
         written, guessed = unit_of_role(role, TEMPERATURE, "degC")
@@ -285,14 +286,6 @@ def _source_lines(name: str, log: _Log) -> list[ProposedLine]:
     if log.drives.wrench.force is not None:
         lines += signal_lines(replace(log.drives.wrench, joints=None, position=None, deflection=None))
     return [*lines, *(_joint_lines(name, log.drives) if log.drives.signals else [])]
-
-
-def _time_line(drives: DriveColumns) -> ProposedLine:
-    if drives.time is None:
-        return ProposedLine("time = { rate_hz = 1000 }", "no time column recognised: write the logging rate")
-    known = drives.time.unit in _TIME_UNITS
-    column = {"column": drives.time.header, "unit": (drives.time.unit or "s") if known else "s"}
-    return ProposedLine(toml_text.pair("time", column), None if known else "seconds")
 
 
 def _joint_lines(name: str, drives: DriveColumns) -> list[ProposedLine]:

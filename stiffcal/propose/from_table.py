@@ -16,6 +16,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import Roles, recognise
+from stiffcal.propose.explained import ExplainedColumn, explained
 from stiffcal.propose.joint_columns import columns_of_joints
 from stiffcal.propose.lines import (
     ProposedLine,
@@ -56,6 +57,8 @@ class Proposal:
     """Whether the tool point is left to be written."""
     roles: Roles | None = None
     """What the columns of the tables are; None of logs."""
+    columns: tuple[ExplainedColumn, ...] = ()
+    """Every column of the tables, with what it is taken for."""
     to_write: tuple[str, ...] = ()
     """What no log states: lines to write, each with its file and table."""
     runs: tuple[str, ...] = ()
@@ -117,10 +120,16 @@ def draft_campaign(
     marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
     unused = tuple(column.header for column in roles.unused)
     lacks_tool = tool is None and not serves_absolute(roles)
-    files = copies | extra
-    remarks = remarks_of_tables(sniffed)
     proposal = Proposal(
-        manifest, text, files, tuple(marked), unused, remarks=remarks, lacks_tool=lacks_tool, roles=roles
+        manifest,
+        text,
+        copies | extra,
+        tuple(marked),
+        unused,
+        remarks=remarks_of_tables(sniffed),
+        lacks_tool=lacks_tool,
+        roles=roles,
+        columns=tuple(explained(sniffed, roles)),
     )
     check_robot_fits(proposal, roles, urdf)
     return proposal

@@ -8,6 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from stiffcal.campaign.column_names import is_unit_of
+from stiffcal.campaign.source import TIMES_IN_WORDS
 from stiffcal.campaign.typed import expand_columns
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
@@ -124,9 +126,8 @@ def source_lines(
     absolute = serves_absolute(roles)
     lines = [*map(ProposedLine, texts), ProposedLine('sampling = "states"') if absolute else _run_line(roles)]
     if roles.time is not None and not (absolute and _stands_still(roles.time)):
-        written, guessed = unit_of_role(Role((roles.time,)), "time", "s")
-        line = f"time = {{ column = {toml_text.value(roles.time.header)}, unit = {toml_text.value(written)} }}"
-        lines.append(ProposedLine(line, "seconds" if guessed else None))
+        time = time_line(roles.time, None)
+        lines += [time] if time is not None else []
     if absolute:
         payload = _payload_lines(roles)
         places = _target_tables(roles) if roles.targets else _moved_lines(roles, TOOL)
@@ -160,6 +161,34 @@ def _payload_lines(roles: Roles) -> list[ProposedLine]:
         return [] if roles.mass is None else _load_lines(roles, PAYLOAD)
     column = toml_text.value(roles.mass.columns[0].header)
     return [ProposedLine("", f"{column} is 0 in the rows that were looked at: no payload")]
+
+
+def time_line(time: SniffedColumn | None, rate_hz: float | None) -> ProposedLine | None:
+    """Return the line of a log's time: its column, or the rate where the column stands still; None without both.
+
+    Parameters
+    ----------
+    time : the column; None where there is none. rate_hz : as the log states it, where it does.
+    """
+    if time is not None and (rate_hz is None or not _stands_still(time)):
+        known = time.unit in TIMES_IN_WORDS or (time.unit is not None and is_unit_of(time.unit, "time"))
+        written = str(time.unit) if known else _likely_time_unit(time)
+        written = written if written in TIMES_IN_WORDS else unit(written, "time").name
+        line = toml_text.pair("time", {"column": time.header, "unit": written})
+        return ProposedLine(line, time.doubt if known else f"{written}, judged by the values (up to {time.size:.10g})")
+    if rate_hz is None:
+        return None
+    why = "as stated in its first lines"
+    if time is not None:
+        why += f"; {time.header} repeats values: its resolution is lower than the rate"
+    return ProposedLine(f"time = {{ rate_hz = {rate_hz:g} }}", why)
+
+
+def _likely_time_unit(time: SniffedColumn) -> str:
+    """Return the unit of a time without one: seconds, unless they count from 1970 in finer steps."""
+    size = time.size
+    finer = [name for name, least in (("ns", 1e17), ("us", 1e14), ("ms", 1e11)) if size > least]
+    return finer[0] if finer else "s"
 
 
 def _stands_still(time: SniffedColumn) -> bool:
@@ -298,8 +327,12 @@ def _moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
         written, guessed = unit_of_role(roles.position, "position", "m" if size < _LARGEST_POSITION_M else "mm")
         doubts += [f"{written}, judged by the values (up to {size:.4g})"] if guessed else []
         columns = f"position = {columns_text(roles.position)}"
+        doubts += [roles.position.doubt] if roles.position.doubt else []
+        doubts += [f"or of {', '.join(roles.position.others)}"] if roles.position.others else []
         if roles.quaternion is not None:
             columns += f", quaternion_wxyz = {columns_text(roles.quaternion)}"
+        elif roles.matrix is not None:
+            columns += f", matrix = {columns_text(roles.matrix)}"
         units = f"{{ position = {toml_text.value(written)} }}"
         sigma, why = _sigma(roles.position, "position", written)
         of_body = f"{toml_text.pair('frame', TRACKER)}, {toml_text.pair('body', body)}"
@@ -340,8 +373,10 @@ def _sigma(role: Role, key: str, written: str) -> tuple[str, list[ProposedLine]]
     columns = role.sigma.columns
     headers = [column.header for column in columns]
     stated_sigma: dict[str, toml_text.TomlValue] = {key: headers[0] if len(headers) == 1 else headers}
-    factor = unit(written, "length").factor
+    factor = unit(written, "length").factor / role.sigma.coverage
     typical = float(np.nanmedian([value for column in columns for value in column.values])) * factor
+    if role.sigma.coverage != 1.0:
+        stated_sigma["coverage"] = role.sigma.coverage
     stated = sorted({column.unit for column in columns if column.unit is not None} - {written})
     if stated:
         why = f"is in {', '.join(stated)}, the readings in {written}"
@@ -349,6 +384,8 @@ def _sigma(role: Role, key: str, written: str) -> tuple[str, list[ProposedLine]]
         why = f"would be {1e3 * typical:.3g} mm"
     elif not role.sigma.steady:
         why = "varies as the scatter within single readings does; places may be uncertain by more"
+    elif role.sigma.zero_rows:
+        why = f"is 0 in {role.sigma.zero_rows} of the rows that were looked at, which states nothing"
     else:
         return f", {toml_text.pair('sigma', stated_sigma)}", []
     return "", [ProposedLine("", f"{toml_text.pair('sigma', stated_sigma)} left out: it {why}")]

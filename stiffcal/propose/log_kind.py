@@ -13,13 +13,23 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from stiffcal.campaign.file_formats import format_of
-from stiffcal.campaign.source import TIMES_IN_WORDS
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.files import open_regular
 from stiffcal.propose.column_roles import Roles, recognise
-from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, Question, signal_lines
+from stiffcal.propose.explained import ExplainedColumn, explained
+from stiffcal.propose.lines import (
+    FORCE_SENSOR,
+    TOOL,
+    TRACKER,
+    FrameNames,
+    ProposedLine,
+    Question,
+    signal_lines,
+    time_line,
+)
 from stiffcal.propose.other_tables import TEXT, other_table
+from stiffcal.propose.own_rows import by_rows, rows_line
 from stiffcal.propose.table_sniffing import SniffedColumn, sniff_table
 from stiffcal.readers import find_reader
 
@@ -35,6 +45,13 @@ MAKERS: tuple[tuple[str, str, str], ...] = (
     (r"\bNikon\b|\bMetris\b|K-?Series|\bK[46]\d0\b|\biGPS\b|Space ?Probe", "Nikon tracker", "tracker"),
     (r"\bKUKA\b|\bKRC\d?\b|\$(AXIS|POS|TORQUE)_ACT|AxisPos", "KUKA controller trace", "controller"),
     (r"\bABB\b|RobotStudio|Test ?Signal Viewer|\bIRC5\b", "ABB controller trace", "controller"),
+    (r"\bOptiTrack\b|Format Version,.{0,200}Take Name", "OptiTrack Motive", "tracker"),
+    (r"\bQualisys\b|NO_OF_MARKERS|MARKER_NAMES", "Qualisys QTM", "tracker"),
+    (r"\bVicon\b|(?m:^Trajectories\s*$)", "Vicon Nexus", "tracker"),
+    (r"\bPolaris\b|\bNDI\b|(?m:^Tools,Port|^Tool ID,Timestamp)", "NDI tracker", "tracker"),
+    (r"LabVIEW Measurement", "LabVIEW measurement file", "daq"),
+    (r"actual_TCP_force_|\btarget_q_0\b|\bactual_q_0\b", "Universal Robots RTDE recorder", "controller"),
+    (r"\btau_J\[0\]|\bO_T_EE\[0\]", "libfranka log", "controller"),
     (r"\bFANUC\b|\bSt(ä|ae|a)ubli\b|\bYaskawa\b|\bMotoman\b|\bUR1?\d\b", "robot controller trace", "controller"),
 )
 # The frames that proposed signals are in, where the campaign has none of the name.
@@ -56,8 +73,6 @@ FRAMES: dict[str, tuple[ProposedLine, ...]] = {
 _NUMBER = r"[^0-9\n]{0,30}([0-9]{1,30}(?:[.,][0-9]{1,30})?)"
 _LARGEST_FORCE = 1e5
 _COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORECASE)
-_SECONDS = ("s", "ms", "us")
-_FROM_HEADER = "as stated in its first lines"
 _NO_NAMES = "export it with one header line, one time column and names like A1 … A6, Fx, X"
 
 
@@ -81,8 +96,14 @@ class LogKind:
     """What its columns are."""
     headers: tuple[str, ...] = ()
     """The names of all columns."""
+    columns: tuple[ExplainedColumn, ...] = ()
+    """Every column, with what it is taken for."""
     why_not: str = ""
     """Why no signal was found; "" where one was."""
+    rows: ProposedLine | None = None
+    """The condition on rows, where not every row has a reading."""
+    further: tuple[LogKind, ...] = ()
+    """Other sources in the same log, where its signals lie in rows of their own."""
 
     @property
     def options_line(self) -> list[ProposedLine]:
@@ -96,7 +117,9 @@ class LogKind:
         if self.why_not:
             return (ProposedLine(f"# {self.why_not}"),)
         layout = (ProposedLine(toml_text.pair("format", self.format)), *self.options_line)
-        return (*layout, ProposedLine('sampling = "time"'), self.time or unfilled_time(self.name), *self.signals)
+        rows = () if self.rows is None else (self.rows,)
+        time = self.time or unfilled_time(self.name)
+        return (*layout, ProposedLine('sampling = "time"'), time, *rows, *self.signals)
 
 
 def no_joints(columns: Sequence[SniffedColumn]) -> Sequence[SniffedColumn]:
@@ -121,7 +144,7 @@ def log_kind(
     """
     found_format = format_of(display_name)
     text = _first_bytes(path).decode("latin-1")
-    device, name = _maker(path.name.replace("_", " ") + "\n" + (text if found_format == TEXT else ""))
+    device, name = _maker(path.name.replace("_", " ") + "\n" + (text if found_format in (None, TEXT) else ""))
     try:
         reader = find_reader(path, found_format, display_name)
         table = sniff_table(path) if reader.name == TEXT else other_table(reader, path, display_name)
@@ -130,20 +153,44 @@ def log_kind(
         return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
     roles = recognise(table.columns, joints_of(table.columns))
     headers = tuple(column.header for column in table.columns)
-    signals = list(signal_lines(roles, names))
-    if not signals:
+    parts = [part for part in by_rows(roles) if signal_lines(part, names)]
+    if not parts:
         listed = ", ".join(headers[:12])
         why = f"no signal recognised in its columns ({listed}): {_NO_NAMES}"
-        return LogKind(device, name, reader.name, headers=headers, why_not=why)
-    if not name:
-        name = "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
-    counts = _COUNTS.search(text) if reader.name == TEXT else None
+        return LogKind(
+            device, name, reader.name, headers=headers, columns=tuple(explained([table], roles)), why_not=why
+        )
+    kinds = [
+        LogKind(
+            device,
+            name if name and len(parts) == 1 else _source_name(part),
+            reader.name,
+            table.options,
+            time_line(roles.time, table.rate_hz),
+            (*signal_lines(part, names), *_counts_lines(part, text if reader.name == TEXT else "")),
+            part,
+            headers,
+            tuple(explained([table], part)),
+            rows=rows_line(part),
+        )
+        for part in parts
+    ]
+    return replace(kinds[0], further=tuple(kinds[1:]))
+
+
+def _source_name(roles: Roles) -> str:
+    """Return a name for the source of signals whose maker is not known."""
+    return "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
+
+
+def _counts_lines(roles: Roles, text: str) -> list[ProposedLine]:
+    """Return a question where forces are as large as counts of a sensor's electronics."""
+    counts = _COUNTS.search(text)
     force = max((column.size for column in roles.force.columns), default=0.0) if roles.force is not None else 0.0
-    if counts is not None and force > _LARGEST_FORCE:
-        doubt = f"up to {force:.3g}: counts, {counts[2]} per unit? Log or write units, not counts"
-        signals.append(ProposedLine("", doubt))
-    time = _time_line(roles, table.rate_hz)
-    return LogKind(device, name, reader.name, table.options, time, tuple(signals), roles, headers)
+    if force <= _LARGEST_FORCE:
+        return []
+    per_unit = f", {counts[2]} per unit" if counts is not None else ""
+    return [ProposedLine("", f"up to {force:.3g}: counts{per_unit}? Log or write units, not counts")]
 
 
 def with_doubt(line: ProposedLine, names: FrameNames) -> ProposedLine:
@@ -172,13 +219,3 @@ def unfilled_time(source: str) -> ProposedLine:
     what = 'rows per second; or the column of the time, { column = "…", unit = "s" }'
     question = Question(f"sources.{source}", "time", what, ("rate",), "{{ rate_hz = {} }}")
     return ProposedLine("time = {}", "to be filled in: rate_hz, rows per second, or column and unit", question=question)
-
-
-def _time_line(roles: Roles, rate_hz: float | None) -> ProposedLine | None:
-    """Return the line of a log's time, None where neither a column of it nor a rate is known."""
-    time = roles.time
-    if time is not None:
-        known = time.unit in (*_SECONDS, "ns", *TIMES_IN_WORDS)
-        column = {"column": time.header, "unit": (time.unit or "s") if known else "s"}
-        return ProposedLine(toml_text.pair("time", column), time.doubt if known else "seconds")
-    return None if rate_hz is None else ProposedLine(f"time = {{ rate_hz = {rate_hz:g} }}", _FROM_HEADER)

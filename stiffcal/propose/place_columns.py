@@ -11,7 +11,10 @@ import numpy as np
 
 from stiffcal.propose.table_sniffing import SniffedColumn
 
-_UNCERTAINTY = ("sigma", "uncertainty", "unsicherheit", "unc")
+_UNCERTAINTY = ("sigma", "uncertainty", "unsicherheit", "unc", "u")
+_EXPANDED = ("95", "k2")
+"""What stands with an expanded uncertainty of coverage factor 2: U(95), a level of confidence of 95 % (GUM, 6.2)."""
+COVERAGE = 2.0
 _SCATTER = ("std", "stddev", "stdev", "stabw", "sd", "scatter", "streuung")
 _JOINED = re.compile(rf"({'|'.join(_UNCERTAINTY + _SCATTER)}|s)(?P<of>[xyz]\d*)")
 _NUMBERED = re.compile(r"(?P<name>[a-z]*?)(?P<axis>[xyz])(?P<number>\d+)")
@@ -35,6 +38,10 @@ class SigmaColumns:
     """One, for all axes, or three."""
     steady: bool
     """Whether they describe the instrument; otherwise they only state how much each reading scattered."""
+    coverage: float = 1.0
+    """How many standard uncertainties they hold."""
+    zero_rows: int = 0
+    """Rows in which one is 0, which states nothing."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +123,10 @@ def sigma_columns(words: dict[SniffedColumn, list[str]]) -> dict[str, SniffedCol
     """
     found: dict[str, SniffedColumn] = {}
     for column, pieces in words.items():
-        kept = [piece for piece in pieces if piece not in _UNCERTAINTY + _SCATTER]
+        expanded = [piece for piece in pieces if piece in _EXPANDED]
+        if "u" in pieces and not expanded:  # a displacement
+            continue
+        kept = [piece for piece in pieces if piece not in (*_UNCERTAINTY, *_SCATTER, *expanded)]
         joined = _JOINED.fullmatch("".join(pieces))
         if joined is not None or len(kept) < len(pieces):
             found.setdefault(joined["of"] if joined is not None else "".join(kept), column)
@@ -141,13 +151,15 @@ def sigma_of(names: Sequence[str], sigma: dict[str, SniffedColumn], of_all: bool
     for choice in choices:
         columns = tuple(sigma[name] for name in choice if name in sigma)
         if len(columns) == len(choice) and all(_is_positive(column) for column in columns):
-            return SigmaColumns(columns, _is_steady(columns))
+            expanded = any(word in words for column in columns for words in [column.name.lower()] for word in _EXPANDED)
+            zeros = sum(1 for row in zip(*(column.values for column in columns), strict=False) if min(row) == 0.0)
+            return SigmaColumns(columns, _is_steady(columns), COVERAGE if expanded else 1.0, zeros)
     return None
 
 
 def _is_positive(column: SniffedColumn) -> bool:
-    """Return whether a column of uncertainties is above 0 wherever there is a value."""
-    return bool(_finite(column)) and min(_finite(column)) > 0.0
+    """Return whether a column of uncertainties holds any, and nothing below 0."""
+    return bool(_finite(column)) and min(_finite(column)) >= 0.0 < max(_finite(column))
 
 
 def _finite(column: SniffedColumn) -> list[float]:
@@ -158,5 +170,6 @@ def _finite(column: SniffedColumn) -> list[float]:
 def _is_steady(columns: Sequence[SniffedColumn]) -> bool:
     """Return whether columns of uncertainties describe the instrument, by their names or by how little they vary."""
     stated = [any(word in column.name.lower() for word in _UNCERTAINTY) for column in columns]
-    spread = [np.quantile(_finite(column), 0.95) / np.quantile(_finite(column), 0.05) for column in columns]
+    positive = [[value for value in _finite(column) if value > 0.0] for column in columns]
+    spread = [np.quantile(values, 0.95) / np.quantile(values, 0.05) for values in positive]
     return all(stated) or bool(max(spread) <= _STEADY)

@@ -7,8 +7,11 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.displacement_signals import WITHOUT_UNIT
 from stiffcal.campaign.signals import Deflection, Displacement, JointSignals, Pose, Wrench
 from stiffcal.campaign.source import Source
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector
 from stiffcal.quaternions import quaternion_from_rotation
 
@@ -91,14 +94,13 @@ def _pose_readings(body: str, pose: Pose, block: Block) -> dict[str, Floats]:
         readings[f"marker.{body}.{name}"] = block(marker.columns, length)
     if pose.orientation is not None:
         kind, columns = pose.orientation
-        values = block(columns, 1.0 if kind == "quaternion_wxyz" else pose.unit_of("rotation").factor)
+        values = block(columns, 1.0 if kind in WITHOUT_UNIT else pose.unit_of("rotation").factor)
         readings[f"quaternion.{body}"] = _quaternion(kind, values)
-    turn = (
-        1.0 if pose.orientation is None or pose.orientation[0] == "quaternion_wxyz" else pose.unit_of("rotation").factor
-    )
+    turn = 1.0 if pose.orientation is None or pose.orientation[0] in WITHOUT_UNIT else pose.unit_of("rotation").factor
     factor_of = {"position": length, "rotation": turn}
+    coverage = pose.sigma.coverage if pose.sigma is not None else 1.0
     for quantity, columns in pose.sigma_columns().items():
-        readings[f"sigma.{quantity}.{body}"] = block(columns, factor_of[quantity])
+        readings[f"sigma.{quantity}.{body}"] = block(columns, factor_of[quantity] / coverage)
     if pose.sigma is not None and pose.sigma.per_metre is not None:
         name = f"sigma.position.{body}"
         near = pose.sigma.position if isinstance(pose.sigma.position, float) else 0.0
@@ -107,10 +109,23 @@ def _pose_readings(body: str, pose: Pose, block: Block) -> dict[str, Floats]:
     return readings
 
 
+_MATRIX_DIGITS = 0.02
+"""Of elements written with two decimals the products are off by less."""
+
+
 def _quaternion(kind: str, values: Floats) -> Floats:
     if kind == "quaternion_wxyz":
         return values
-    rotation = rotation_from_vector(values.T) if kind == "rotvec" else rotation_from_rpy(values.T)
+    if kind == "matrix":
+        rotation = values.T.reshape(-1, 3, 3)
+        off = np.abs(rotation @ rotation.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        if np.any(off > _MATRIX_DIGITS):
+            row = int(np.nanargmax(off))
+            reason = f"nine columns are no rotation matrix (first in row {row + 1} near here)"
+            mend = "list its elements row by row, or leave the orientation out"
+            raise InputError.at(FaultCode.READING_IMPLAUSIBLE, "campaign.toml", "pose.matrix", reason, mend)
+    else:
+        rotation = rotation_from_vector(values.T) if kind == "rotvec" else rotation_from_rpy(values.T)
     return np.ascontiguousarray(quaternion_from_rotation(rotation).T)
 
 
@@ -118,7 +133,8 @@ def _deflection_readings(deflection: Deflection, block: Block) -> dict[str, Floa
     readings = {"translation": block(deflection.translation, deflection.unit_of("translation").factor)}
     if deflection.rotation is not None:
         readings["rotation"] = block(deflection.rotation, deflection.unit_of("rotation").factor)
+    coverage = deflection.sigma.coverage if deflection.sigma is not None else 1.0
     for quantity, columns in deflection.sigma_columns().items():
         name = "position" if quantity == "translation" else quantity
-        readings[f"sigma.{name}.{deflection.body}"] = block(columns, deflection.unit_of(quantity).factor)
+        readings[f"sigma.{name}.{deflection.body}"] = block(columns, deflection.unit_of(quantity).factor / coverage)
     return readings

@@ -48,6 +48,8 @@ class Layout:
     """Rows per second, where lines above the header state it."""
     has_unit_row: bool = False
     """Whether a row below the names holds units."""
+    holds_numbers: bool = False
+    """Whether rows of numbers were seen."""
 
 
 def layout_of_rows(
@@ -104,6 +106,7 @@ def layout_of_rows(
         thousands=kinds.thousands,
         rate_hz=rate_of(rows[:names_row]),
         has_unit_row=below > names_row + 1,
+        holds_numbers=kinds.n_rows > 0,
     )
 
 
@@ -239,6 +242,7 @@ def _nameless(rows: Sequence[Sequence[str]], kinds: _Kinds, wanted: Collection[s
         kinds.decimal,
         kinds.thousands,
         rate_of(rows[:first]),
+        holds_numbers=True,
     )
 
 
@@ -289,4 +293,5 @@ def _scope(rows: Sequence[Sequence[str]], header: int, names: Sequence[str], kin
         len(columns),
         kinds.decimal,
         kinds.thousands,
+        holds_numbers=True,
     )

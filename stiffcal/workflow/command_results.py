@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from stiffcal.documents import NOT_PROMISED, CommandResult, Number, OrAbsent, Origin
 from stiffcal.model.summary import ModelSummary
+from stiffcal.propose.explained import ExplainedColumn
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -18,6 +19,8 @@ class InitResult(CommandResult):
     """What was written."""
     guessed: list[str]
     """The lines of campaign.toml to look at."""
+    columns: OrAbsent[list[ExplainedColumn]] = None
+    """Of a table: every column, what it is taken for and why, or why it is not taken."""
     to_write: OrAbsent[list[str]] = None
     """Of a folder of logs: the lines that are left to be written, as no log states their values."""
     runs: OrAbsent[list[str]] = None

@@ -83,6 +83,7 @@ def init_campaign(
             "give --from TABLE.csv too",
         )
     lacks_tool = False
+    columns = None
     if any(Path(table).is_dir() for table in tables):
         if len(tables) > 1:
             raise InputError.at(
@@ -127,6 +128,7 @@ def init_campaign(
                 )
         written, guessed = proposal.files, list(proposal.guessed)
         lacks_tool = proposal.lacks_tool
+        columns = list(proposal.columns) or None
         unused = [*proposal.remarks, *unused_columns(proposal.unused)]
         if not of_logs and (urdf is not None or robot is not None):
             from stiffcal.workflow.robot_remarks import remarks_of
@@ -138,7 +140,7 @@ def init_campaign(
             "the position of the tool point is in no table: write xyz_m under [frames.tool] in campaign.toml, in m in "
             "the flange frame, or start with --tool X,Y,Z"
         )
-    return InitResult(warnings=unused, files=files, guessed=guessed)
+    return InitResult(warnings=unused, files=files, guessed=guessed, columns=columns)
 
 
 def _from_folder(

@@ -1,7 +1,7 @@
 """What `check`, `ingest` and `identify` cost with N runs, and after one run more.
 
-    python -m tests.long_campaigns 100 1000 10000
-    python -m tests.long_campaigns 100 --large 1        # and one log of 1 GB, which is not read again
+python -m tests.long_campaigns 100 1000 10000
+python -m tests.long_campaigns 100 --large 1        # and one log of 1 GB, which is not read again
 """
 
 from __future__ import annotations

@@ -69,7 +69,13 @@ def write_runs(folder: Path, first: int, stop: int, rows_per_second: float = RAT
         place = solve_balance(robot, angles, wrench, setup).target_position[:, 0]
         force = share @ loads + generator.normal(scale=0.3, size=(time.size, 3))
         position = 1e3 * (share @ place + NOISE_M * generator.normal(size=(time.size, 3)))
-        _write(folder / f"raw/run{number}_log.csv", "t,A1,A2,A3,A4,A5,A6,Fx,Fy,Fz", time, np.tile(pose, (time.size, 1)), force)
+        _write(
+            folder / f"raw/run{number}_log.csv",
+            "t,A1,A2,A3,A4,A5,A6,Fx,Fy,Fz",
+            time,
+            np.tile(pose, (time.size, 1)),
+            force,
+        )
         begin = BEGIN + number * EVERY
         stamps = [(begin + timedelta(seconds=float(second))).isoformat(timespec="milliseconds") for second in time]
         rows = (f"{stamp},{x:.4f},{y:.4f},{z:.4f}" for stamp, (x, y, z) in zip(stamps, position, strict=True))

@@ -36,12 +36,10 @@ from stiffcal.readers.csv.faults import check_last_line, find_fault
 from stiffcal.readers.csv.layout import CsvOptions, open_log
 from stiffcal.readers.csv.lines import LogText
 from stiffcal.table_layout.cells import GAP_WORDS, is_gap, number
-from stiffcal.table_layout.text import TextLayout
+from stiffcal.table_layout.text import FIRST_BYTES, TextLayout, text_layout
 
 # Large enough that the parser's cost per block vanishes, small enough for flat memory.
 BLOCK = 1 << 22
-# What is called a log need not be a table: a manifest has to say so.
-FURTHER_ENDINGS = (".log",)
 _GAPS = sorted({spelled for word in GAP_WORDS for spelled in (word, word.upper(), word.title())} | {"NaN", "-NaN"})
 
 
@@ -61,9 +59,9 @@ class CsvReader(Reader):
     fuzz_inputs = (FuzzInput(".csv", _write_fuzz_input, ("t", "Fx"), ("run",)),)
 
     def recognises(self, path: Path) -> bool:
-        """Return True for the usual endings, also packed by gzip, bzip2, xz or zstd."""
+        """Return True for the usual endings, also packed (gzip, bzip2, xz, zstd), and for text that holds a table."""
         endings = [suffix.lower() for suffix in path.suffixes if suffix.lower() not in self.packed_endings]
-        return bool(endings) and endings[-1] in (*self.endings, *FURTHER_ENDINGS)
+        return (bool(endings) and endings[-1] in self.endings) or _is_table(path)
 
     def read_header(
         self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
@@ -132,6 +130,18 @@ class CsvReader(Reader):
 
 
 READER = CsvReader()
+
+
+def _is_table(path: Path) -> bool:
+    """Return whether a file is text with rows of numbers, whatever its name ends with."""
+    try:
+        with LogText(path, None, path.name) as text:
+            content = text.peek(FIRST_BYTES)
+            encoding = text.encoding if text.not_yet_decoded else "utf-8"
+        layout = text_layout(content.decode(encoding), encoding)
+    except (InputError, OSError, UnicodeDecodeError):
+        return False
+    return b"\0" not in content and layout.rows.holds_numbers and len(layout.columns) > 1
 
 
 class _WordError(Exception):

@@ -1,0 +1,62 @@
+"""What each column of a table is taken for, in which unit and why; or why it is not taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stiffcal.propose.column_roles import Role, Roles
+from stiffcal.propose.table_sniffing import SniffedTable
+
+_SIGNALS = ("joints", "force", "moment", "mass", "deflection", "rotation", "position", "quaternion", "matrix")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExplainedColumn:
+    """A column of a table, and what it is taken for."""
+
+    file: str
+    """The file that holds it."""
+    column: str
+    """Its name for the manifest."""
+    taken_as: str
+    """What it is taken for: joints, force, …, time, run, sigma of another; "" where it is not used."""
+    unit: str
+    """As the file states it, "" where it does not."""
+    why: str
+    """By what that was decided."""
+
+
+def explained(tables: Sequence[SniffedTable], roles: Roles) -> list[ExplainedColumn]:
+    """Return every column of tables with what it is taken for.
+
+    Parameters
+    ----------
+    tables : in order. roles : what their columns are.
+    """
+    taken: dict[str, str] = {}
+    for name in _SIGNALS:
+        role = getattr(roles, name)
+        if isinstance(role, Role):
+            taken |= {column.header: name for column in role.columns}
+            taken |= {column.header: f"sigma of {name}" for column in role.all_columns[len(role.columns) :]}
+    for target, role in roles.targets:
+        taken |= {column.header: f"position of {target}" for column in role.columns}
+    taken |= {roles.time.header: "time"} if roles.time is not None else {}
+    taken |= {roles.run.header: "run"} if roles.run is not None else {}
+    found = []
+    for table in tables:
+        for column in table.columns:
+            signal = taken.get(column.header, "")
+            why = "its name" if signal else "it holds words" if not column.values else "its name is that of no signal"
+            why += ", its unit" if signal and column.unit is not None else ""
+            found.append(
+                ExplainedColumn(
+                    file=table.path.name, column=column.header, taken_as=signal, unit=column.unit or "", why=why
+                )
+            )
+        found += [
+            ExplainedColumn(file=table.path.name, column=name, taken_as="", unit="", why=why)
+            for name, why in table.left_out
+        ]
+    return found
