@@ -126,8 +126,6 @@ def _sniff(folder: Path, file: str, frames: set[str]) -> tuple[_SniffedLog, ...]
         lines = part.lines
         if not part.why_not:
             lines = tuple(with_doubt(line, names) if line in part.signals else line for line in lines)
-        columns = (
-            tuple(replace(column, file=file) for column in part.columns) if len(part.columns) < MOST_COLUMNS else ()
-        )
+        columns = tuple(replace(column, file="") for column in part.columns[:MOST_COLUMNS])  # alike in all such files
         found.append(_SniffedLog(part.device, part.name, lines, columns, understood=not part.why_not))
     return tuple(found)

@@ -45,6 +45,9 @@ def rate_of(rows: Sequence[Sequence[str]]) -> float | None:
         for line in lines:
             if (found := pattern.search(line)) is not None and (hertz := _positive(found[1])):
                 return hertz
+    for title, line in pairwise(lines):  # Vicon: the number alone, below the title of its part
+        if title[:1].isalpha() and line.strip().isdigit() and int(line):
+            return float(line)
     for line in lines:
         if (found := _PERIOD.search(line)) is not None and (step := _positive(found[2])):
             return 1.0 / (step * _SECONDS[found[1].lower()])

@@ -83,7 +83,8 @@ def layout_of_rows(
     if names_row is None:
         return _nameless(rows, kinds, wanted)
     names = without_comment_sign(rows[names_row], kinds.width)
-    if names[:1] == [NAME] and (scope := _scope(rows, names_row, names, kinds)) is not None:
+    as_wide = kinds.width in (0, len(names))
+    if names[:1] == [NAME] and as_wide and (scope := _scope(rows, names_row, names, kinds)) is not None:
         return scope
     below, units = _units_below(rows, names_row, names, unit_row, wanted)
     above = rows[max(0, names_row - _HIGHEST_HEADER) : names_row]
@@ -189,7 +190,8 @@ def without_comment_sign(row: Sequence[str], width: int) -> list[str]:
 
 def _names_row(rows: Sequence[Sequence[str]], kinds: _Kinds, wanted: Collection[str]) -> int | None:
     """Return the row of names with most rows of data below it; None where none has any, or more stand above all."""
-    scope = next((k for k in range(len(rows) - 1) if is_scope_header(rows[k], rows[k + 1])), None)
+    pairs = (k for k in range(len(rows) - 1) if len(rows[k]) == kinds.width or not kinds.width)
+    scope = next((k for k in pairs if is_scope_header(rows[k], rows[k + 1])), None)
     if scope is not None:
         return scope
     data = [kinds.is_data(k) for k in range(len(rows))]

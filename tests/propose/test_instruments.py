@@ -1,0 +1,245 @@
+"""Logs as instruments' programs write them: what `check` proposes for them reads every value, with no edit."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.arrays import Floats
+from stiffcal.campaign.manifest_type import source_type
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.lines import FrameNames
+from stiffcal.propose.log_kind import LogKind, log_kind
+from stiffcal.reduction.logs import read_rows
+
+N = 40
+RNG = np.random.default_rng(7)
+TIME = np.arange(N) * 0.02
+FORCE = np.round(RNG.normal(0.0, 300.0, (N, 3)), 4)
+PLACE = np.round(np.array([862.0, 75.0, 391.0]) + RNG.normal(0.0, 20.0, (N, 3)), 4)  # mm
+JOINTS = np.round(np.array([-45.8, 4.6, 38.8, -0.1, 51.8, -72.9]) + RNG.normal(0.0, 0.1, (N, 6)), 4)  # deg
+Q = [0.5, -0.5, 0.5, 0.5]
+
+
+def lines_of(rows: Sequence[Sequence[float | str]], delimiter: str, decimal: str = ".") -> str:
+    def cell(value: float | str) -> str:
+        return value if isinstance(value, str) else repr(float(value)).replace(".", decimal)
+
+    return "".join(delimiter.join(map(cell, row)) + "\n" for row in rows)
+
+
+def beside(*columns: object) -> list[list[float | str]]:
+    table = np.column_stack([np.array(column, dtype=object) for column in columns])
+    return [[cell if isinstance(cell, str) else float(cell) for cell in row] for row in table.tolist()]
+
+
+def motive() -> str:
+    body = ["Frame", "Time (Seconds)", *"XYZW", *"XYZ", "", *"XYZ"]
+    what = ["", "", *["Rotation"] * 4, *["Position"] * 3, "Mean Marker Error", *["Position"] * 3]
+    names = ["", "Name", *["plate"] * 8, *["plate:Marker 001"] * 3]
+    kinds = ["", "Type", *["Rigid Body"] * 8, *["Marker"] * 3]
+    ids = ["", "ID", *["1A2B"] * 8, *["33CC"] * 3]
+    rows = beside(np.arange(N), TIME, np.tile([*Q[1:], Q[0]], (N, 1)), PLACE, np.full(N, 0.1), PLACE)
+    head = (
+        "Format Version,1.25,Take Name,t1,Export Frame Rate,50.000000,Rotation Type,Quaternion,Length Units,Millimeters"
+    )
+    return head + "\n\n" + lines_of([kinds, names, ids, what, body], ",") + lines_of(rows, ",")
+
+
+def vicon() -> str:
+    rows = beside(np.arange(N), np.zeros(N), PLACE)
+    return "Trajectories\n50\n,,arm:tool,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n" + lines_of(rows, ",")
+
+
+def qualisys() -> str:
+    head = "NO_OF_FRAMES\t40\nNO_OF_MARKERS\t2\nFREQUENCY\t50\nMARKER_NAMES\tprobe\tbase\n"
+    head += "TRAJECTORY_TYPES\tMeasured\tMeasured\n"
+    return head + lines_of(beside(PLACE, np.tile([10.0, 20.0, 30.0], (N, 1))), "\t")
+
+
+def labview(first: object = TIME) -> str:
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\n***End_of_Header***\t\n\t\nChannels\t3\t\t\t\n"
+    head += (
+        "Samples\t40\t40\t40\t\nDate\t2026/11/20\t2026/11/20\t2026/11/20\t\nY_Unit_Label\tNewton\tNewton\tNewton\t\n"
+    )
+    head += "X0\t0,0E+0\t0,0E+0\t0,0E+0\t\nDelta_X\t0,02\t0,02\t0,02\t\n***End_of_Header***\t\t\t\t\n"
+    return head + "X_Value\tFx\tFy\tFz\tComment\n" + lines_of(beside(first, FORCE), "\t", ",")
+
+
+def rtde() -> str:
+    names = ["timestamp", *(f"target_q_{k}" for k in range(6)), *(f"actual_q_{k}" for k in range(6))]
+    angles = np.radians(JOINTS)
+    return " ".join(names) + "\n" + lines_of(beside(31002.118 + TIME, angles + 0.5, angles), " ")
+
+
+def aligned() -> str:
+    head = "".join(f"{name:>16}" for name in ("t", *(f"A{k}" for k in range(1, 7))))
+    rows = ("".join(f"{value:16.6f}" for value in row) for row in np.column_stack([TIME, JOINTS]))
+    return "\n".join([head, *rows, ""])
+
+
+def franka() -> str:
+    names = ["time", *(f"q[{k}]" for k in range(6)), *(f"q_d[{k}]" for k in range(6)), *(f"q_d[{k}]" for k in range(6))]
+    angles = np.radians(JOINTS)
+    return ", ".join(names) + "\n" + lines_of(beside(TIME, angles, angles, angles), ", ")
+
+
+def union() -> str:
+    rows: list[tuple[float, list[float | str]]] = []
+    for k in range(N):
+        rows.append((TIME[k], [*FORCE[k], "", "", ""]))
+        rows.append((TIME[k] + 0.003, ["", "", "", *PLACE[k]]))
+    head = "__time," + ",".join(f"/ft/wrench/force/{axis}" for axis in "xyz")
+    head += "," + ",".join(f"/probe/point/{axis}" for axis in "xyz")
+    return head + "\n" + lines_of([[time, *cells] for time, cells in rows], ",")
+
+
+def dated(form: str) -> str:
+    words = [form.format(seconds=f"{30 + time:06.3f}", comma=f"{30 + time:06.3f}".replace(".", ",")) for time in TIME]
+    return "Zeitstempel;Kraft X [N];Kraft Y [N];Kraft Z [N]\n" + lines_of(beside(words, FORCE), ";")
+
+
+def low_resolution() -> str:
+    steps = np.floor(TIME / 0.05) * 50
+    head = "Name;PLC force cell\nSampleTime[ms];20\nUnit;ms / N\n\nTime [ms];Fx;Fy;Fz\n"
+    return head + lines_of(beside(steps, FORCE), ";")
+
+
+def ndi() -> str:
+    names = ["Tool ID", "Timestamp", "Frame #", *("Tx", "Ty", "Tz"), *(f"R{i}{k}" for i in range(3) for k in range(3))]
+    rows = beside(np.ones(N), 1785175389.64 + TIME, np.arange(N), PLACE, np.tile(np.eye(3).ravel(), (N, 1)))
+    return ",".join(names) + "\n" + lines_of(rows, ",")
+
+
+def polaris() -> str:
+    rows = beside(np.ones(N), TIME, ["OK"] * N, np.tile(Q, (N, 1)), PLACE)
+    rows.insert(5, ["1", "0.09", "MISSING", *[""] * 7])
+    return "Tools,Time [s],State,Q0,Qx,Qy,Qz,Tx,Ty,Tz\n" + lines_of(rows, ",")
+
+
+def thousands() -> str:
+    cells = [[f"{time:.2f}", *(f'"{value:,.4f}"' for value in row)] for time, row in zip(TIME, 10 * FORCE, strict=True)]
+    return "t [s],Fx [N],Fy [N],Fz [N]\n" + lines_of(cells, ",")
+
+
+def of_words(time: str, x: str, y: str, z: str) -> str:
+    return f"{time};{x};{y};{z}\n" + lines_of(beside(TIME, FORCE), ";", ",")
+
+
+WRENCH, POSITION, ANGLES = "wrench", "position.tool", "joints"
+LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
+    "OptiTrack Motive": (motive, "take.csv", "utf-8", POSITION),
+    "Vicon Nexus": (vicon, "trial.csv", "utf-8", POSITION),
+    "Qualisys QTM": (qualisys, "take.tsv", "utf-8", POSITION),
+    "LabVIEW measurement file": (labview, "force.lvm", "utf-8", WRENCH),
+    "LabVIEW without times": (lambda: labview([""] * N), "force.lvm", "cp1252", WRENCH),
+    "Universal Robots RTDE recorder": (rtde, "robot_data.csv", "utf-8", ANGLES),
+    "several blanks": (aligned, "axes.dat", "utf-8", ANGLES),
+    "an ending that says nothing": (aligned, "axes.trc", "utf-8", ANGLES),
+    "libfranka": (franka, "log.csv", "utf-8", ANGLES),
+    "day first": (lambda: dated("20.11.2026 10:15:{comma}"), "scope.csv", "utf-16", WRENCH),
+    "month first": (lambda: dated("11/20/2026 10:15:{seconds} AM"), "scope.log", "utf-8", WRENCH),
+    "a time of day": (lambda: dated("10:15:{comma}"), "scope.csv", "utf-8-sig", WRENCH),
+    "low resolution": (low_resolution, "plc.csv", "cp1252", WRENCH),
+    "NDI capture": (ndi, "participant.csv", "utf-8", POSITION),
+    "NDI Polaris": (polaris, "polaris.csv", "utf-8", POSITION),
+    "thousands": (thousands, "force.csv", "utf-8", "ten times"),
+    "German": (lambda: of_words("Zeit [s]", "Kraft X / N", "Kraft Y / N", "Kraft Z / N"), "f.txt", "cp1252", WRENCH),
+    "French": (lambda: of_words("temps (s)", "force X", "force Y", "force Z"), "f.txt", "cp1252", WRENCH),
+    "Spanish": (lambda: of_words("tiempo (s)", "fuerza X", "fuerza Y", "fuerza Z"), "f.txt", "utf-8", WRENCH),
+    "Italian": (lambda: of_words("tempo (s)", "forza X", "forza Y", "forza Z"), "f.txt", "utf-8", WRENCH),
+    "Japanese": (lambda: of_words("時間 [s]", "力X [N]", "力Y [N]", "力Z [N]"), "f.txt", "utf-8", WRENCH),
+    "Chinese": (lambda: of_words("时间 (s)", "力 X (N)", "力 Y (N)", "力 Z (N)"), "f.txt", "utf-16", WRENCH),
+}
+
+
+def proposed(folder: Path, name: str, text: str, encoding: str = "utf-8") -> LogKind:
+    (folder / name).write_bytes(text.encode(encoding))
+    return log_kind(folder / name, name, FrameNames())
+
+
+def readings(folder: Path, name: str, kind: LogKind) -> tuple[Floats, dict[str, Floats]]:
+    source = source_type().model_validate(tomllib.loads("\n".join(map(str, kind.lines))))
+    parts = list(read_rows(folder, "log", source, {"": name}))
+    signals = {key: np.concatenate([part.signals[key] for part in parts], axis=1) for key in parts[0].signals}
+    return np.concatenate([part.time for part in parts]), signals
+
+
+@pytest.mark.parametrize("instrument", LOGS)
+def test_what_is_proposed_reads_every_value(tmp_path: Path, instrument: str) -> None:
+    write, name, encoding, signal = LOGS[instrument]
+    kind = proposed(tmp_path, name, write(), encoding)
+    time, signals = readings(tmp_path, name, kind)
+    assert np.allclose(time - time[0], TIME, atol=1e-5)
+    if signal == ANGLES:
+        assert np.allclose(signals[ANGLES], np.radians(JOINTS).T, atol=1e-12)
+    elif signal == POSITION:
+        assert np.allclose(signals[POSITION], PLACE.T / 1e3, rtol=1e-12)
+    else:
+        assert np.allclose(signals[WRENCH][:3], FORCE.T * (10.0 if signal == "ten times" else 1.0), rtol=1e-12)
+
+
+def test_orientations_come_along(tmp_path: Path) -> None:
+    for write, quaternion in ((motive, Q), (polaris, Q), (ndi, [1.0, 0.0, 0.0, 0.0])):
+        _, signals = readings(tmp_path, "log.csv", proposed(tmp_path, "log.csv", write()))
+        assert np.allclose(signals["quaternion.tool"], np.tile(quaternion, (N, 1)).T)
+
+
+def test_each_signal_of_a_union_of_times_has_its_own_rows(tmp_path: Path) -> None:
+    kind = proposed(tmp_path, "union.csv", union())
+    (other,) = kind.further
+    assert np.allclose(readings(tmp_path, "union.csv", kind)[1][WRENCH][:3], FORCE.T, rtol=1e-12)
+    time, signals = readings(tmp_path, "union.csv", other)
+    assert np.allclose(signals[POSITION], PLACE.T / 1e3, rtol=1e-12)
+    assert np.allclose(time, TIME + 0.003)
+
+
+@pytest.mark.parametrize("lost", ["", "MISSING", "nan"])
+def test_a_lost_target_is_refused_with_a_condition_that_can_be_copied(tmp_path: Path, lost: str) -> None:
+    text = "t [s],X [mm],Y [mm],Z [mm]\n" + lines_of(beside(TIME, PLACE), ",")
+    text += ",".join(["0.9", lost, lost, lost]) + "\n" + "1.0,1.5,2.5,3.5\n"
+    (tmp_path / "log.csv").write_text(text)
+    table = {
+        "sampling": "time",
+        "time": {"column": "t [s]", "unit": "s"},
+        "pose": {"position": ["X [mm]", "Y [mm]", "Z [mm]"], "body": "tool", "units": {"position": "mm"}},
+    }
+    with pytest.raises(InputError) as caught:
+        list(read_rows(tmp_path, "log", source_type().model_validate(table), {"": "log.csv"}))
+    condition = "`X [mm]` != ''"
+    assert f'rows = "{condition}"' in caught.value.faults[0].mend
+    source = source_type().model_validate(table | {"rows": condition})
+    assert sum(len(part) for part in read_rows(tmp_path, "log", source, {"": "log.csv"})) == N + 1
+
+
+def test_dates_that_can_be_read_in_two_ways_are_refused_and_both_are_named(tmp_path: Path) -> None:
+    text = dated("05/11/2026 10:15:{seconds}")
+    kind = proposed(tmp_path, "scope.csv", text)
+    assert kind.time is not None
+    assert kind.time.doubt is not None
+    assert "day 5 of month 11" in kind.time.doubt
+    assert "month-first" in kind.time.doubt
+    lines = "\n".join(map(str, kind.lines)).replace("day-first", "iso8601")
+    source = source_type().model_validate(tomllib.loads(lines))
+    with pytest.raises(InputError) as caught:
+        list(read_rows(tmp_path, "log", source, {"": "scope.csv"}))
+    assert caught.value.faults[0].code is FaultCode.TIME_AMBIGUOUS
+
+
+def test_large_t_beside_forces_is_no_moment(tmp_path: Path) -> None:
+    rows = beside(TIME, np.tile([1.0, 2.0, 3.0], (N, 1)), np.tile([-100.1, 20.0, -1500.0], (N, 1)))
+    kind = proposed(tmp_path, "both.csv", "Time,Fx,Fy,Fz,Tx,Ty,Tz\n" + lines_of(rows, ","))
+    assert kind.roles.moment is None
+    assert kind.roles.position is not None
+
+
+def test_every_column_is_explained(tmp_path: Path) -> None:
+    found = {entry.column: entry for entry in proposed(tmp_path, "log.csv", franka()).columns}
+    assert (found["q[0]"].taken_as, found["time"].taken_as) == ("joints", "time")
+    assert found["q_d[0]"].taken_as == ""
+    assert "two columns" in found["q_d[0]"].why
