@@ -130,11 +130,12 @@ class LiveServer:
             def _answer(self, make: Callable[[], tuple[str, str]]) -> None:
                 try:
                     self._check()
-                    text, kind = make()
-                    self._send(HTTPStatus.OK, text, kind)
+                    answer = (HTTPStatus.OK, *make())
                 except RefusedError as error:
-                    self._send(error.status, json.dumps(error.document), "application/json")
-                except (BrokenPipeError, ConnectionError):
+                    answer = error.status, json.dumps(error.document), "application/json"
+                try:
+                    self._send(*answer)
+                except (BrokenPipeError, ConnectionError):  # the page was closed or loaded anew meanwhile
                     self.close_connection = True
 
             def _page(self) -> tuple[str, str]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.live.models import LiveModels
 
-MOST_LINES = 5
+MOST_LINES = 3
 """Of a run that the panel shows: one wrong header has a fault for each of its columns."""
 LOOK_S = 0.5
 """Between two looks: half of what makes a log settled."""

@@ -1,6 +1,6 @@
 (function () {
   /** The logs that a server follows while they are measured: what `check` says of each run; newer ones are shown. */
-  const S = window.stiffcal, EVERY_MS = 1000;
+  const S = typeof stiffcal === "undefined" ? null : stiffcal, EVERY_MS = 1000;
   const token = new URLSearchParams(location.search).get("token");
   const WORDS = { waiting: "waiting", read: "read", faulty: "not used" };
   let shown = Number(document.querySelector('meta[name="watched"]').content);
@@ -13,12 +13,12 @@
     return element;
   }
 
-  const section = made("section", "", "watch");
+  const section = made("details", "", "watch");
   section.id = "watch";
-  section.setAttribute("aria-label", "Logs that are followed");
-  const head = made("h2", "Logs"), counts = made("p", "", "counts"), whole = made("ul"), runs = made("ul", "", "runs");
+  section.open = !S;
+  const counts = made("summary", "Logs"), whole = made("ul"), runs = made("ul", "", "runs");
   counts.setAttribute("role", "status");
-  section.append(head, counts, whole, runs);
+  section.append(counts, whole, runs);
   document.getElementById("panels").before(section);
 
   /** How much of a run is used. */
@@ -30,14 +30,16 @@
     return parts.length ? `: ${parts.join(", ")}` : "";
   }
 
-  let drawn = "";
+  let drawn = "", faulty = 0;
   /** Show what is known; all of it as text, as names and lines come from the campaign. */
   function draw(logs) {
     const text = JSON.stringify([logs.runs, logs.lines]);
     if (text === drawn) return;
     drawn = text;
     const number = (stage) => logs.runs.filter((run) => run.stage === stage).length;
-    counts.textContent = `${number("read")} read, ${number("waiting")} waiting, ${number("faulty")} not used`;
+    counts.textContent = `Logs: ${number("read")} read, ${number("waiting")} waiting, ${number("faulty")} not used`;
+    if (number("faulty") > faulty) section.open = true; // something new is wrong
+    faulty = number("faulty");
     whole.replaceChildren(...logs.lines.map((line) => made("li", line)));
     runs.replaceChildren(...logs.runs.map((run) => {
       const entry = made("li", "", run.stage), name = made("b", run.id || "tables");
@@ -53,9 +55,7 @@
 
   /** Fit what is ticked to the readings that have come, once nothing else is waited for. */
   async function follow(version) {
-    if (version === shown) return;
-    if (!S) { location.reload(); return; }
-    if (S.waitsFor) return;
+    if (version === shown || S.waitsFor) return;
     shown = version;
     await S.refit();
     S.startLive();
@@ -74,7 +74,9 @@
       return;
     }
     draw(answer);
-    await follow(answer.version);
+    // there is something to show: the server sends it, and until then nothing else is asked for
+    if (!S && answer.version !== shown) { location.reload(); return; }
+    if (S) await follow(answer.version);
     setTimeout(look, EVERY_MS);
   }
   look();

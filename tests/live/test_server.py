@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import http.client
 import json
+import socket
+import struct
 import threading
 from collections.abc import Iterator
+from http import HTTPStatus
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
 
 from stiffcal.live.page import live_server
-from stiffcal.live.server import MOST_BYTES, LiveServer
+from stiffcal.live.server import MOST_BYTES, LiveServer, RefusedError
 from stiffcal.view.packing import unpacked
 from stiffcal.workflow.steps import RunContext
 
@@ -119,3 +122,29 @@ def test_a_stranger_s_text_is_text(campaign: Path) -> None:
     made = live_server(campaign, RunContext())
     assert "<script>alert" not in made.page()
     made.close()
+
+
+def test_who_leaves_before_the_answer_leaves_no_traceback(capfd: pytest.CaptureFixture[str]) -> None:
+    asked, gone, answered = threading.Event(), threading.Event(), threading.Event()
+
+    def page() -> str:
+        asked.set()
+        gone.wait(60.0)
+        answered.set()
+        raise RefusedError(HTTPStatus.CONFLICT, {"superseded": True})
+
+    made = LiveServer(page, {})
+    made._http.daemon_threads = False  # closing the server waits for the one that answers
+    thread = threading.Thread(target=made.serve)
+    thread.start()
+    client = socket.create_connection(("127.0.0.1", made.port))
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closed at once, as by a reset
+    host = f"Host: 127.0.0.1:{made.port}"
+    client.sendall(f"GET /?token={made.token} HTTP/1.1\r\n{host}\r\n\r\n".encode())
+    assert asked.wait(60.0)
+    client.close()
+    gone.set()
+    assert answered.wait(60.0)
+    made.stop()
+    thread.join()
+    assert "Traceback" not in capfd.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,14 @@ from tests.live.test_watching import Measuring
 
 pytestmark = pytest.mark.browser
 PATIENCE_MS = 60_000
+
+
+def until(page: Any, condition: str) -> None:
+    """Wait until something holds on the page, whose policy lets playwright's own waiting evaluate nothing."""
+    deadline = time.monotonic() + PATIENCE_MS / 1e3
+    while not page.evaluate(condition):
+        assert time.monotonic() < deadline, condition
+        page.wait_for_timeout(50)
 
 
 def test_runs_appear_on_the_page_by_themselves(tmp_path: Path) -> None:
@@ -43,14 +52,18 @@ def test_runs_appear_on_the_page_by_themselves(tmp_path: Path) -> None:
                 measuring.write(run, measuring.logs[run])
             look(page, "2 read, 0 waiting")
             page.wait_for_selector("body[data-ready]", timeout=PATIENCE_MS)
-            page.get_by_text("pose1 read: 25 load states").wait_for(timeout=PATIENCE_MS)
+            page.get_by_text("pose1 read: 25 load states").wait_for(state="attached", timeout=PATIENCE_MS)
             measuring.write("pose3", "<script>alert(1)</script>\n")
             look(page, "1 not used")
             page.get_by_text("raw/pose3.csv").first.wait_for(timeout=PATIENCE_MS)
+            # what is ticked and where the page is stay: it is not loaded anew
+            page.evaluate("window.same = true")
+            page.evaluate("stiffcal.want({ added: ['bearing-tilt j2'] })")
+            until(page, "stiffcal.parts[0].live.added.length === 1 && !stiffcal.waitsFor")
             measuring.write("pose4", measuring.logs["pose4"])
             look(page, "3 read")
-            page.locator("#error").wait_for(timeout=PATIENCE_MS)
-            page.wait_for_selector("body[data-ready]", timeout=PATIENCE_MS)
+            until(page, "stiffcal.parts[0].n_states === 75 && !stiffcal.waitsFor")
+            assert page.evaluate("window.same && stiffcal.parts[0].live.added[0]") == "bearing-tilt j2"
             assert page.evaluate("stiffcal.fault") == ""
     finally:
         server._http.shutdown()
