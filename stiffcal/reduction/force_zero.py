@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 
@@ -80,6 +81,11 @@ class _Unloaded:
     def readings(self) -> Floats:
         """(u, 3) N."""
         return np.asarray(self.force[self.places])
+
+    @cached_property
+    def alike(self) -> Booleans:
+        """(m, m) whether two readings differ by less than a step that counts."""
+        return np.asarray(np.linalg.norm(self.force[:, None] - self.force[None], axis=2) < LEAST_STEP * self.largest)
 
 
 def moved_zeros(states: LoadStates) -> list[list[MovedZero]]:
@@ -205,17 +211,25 @@ def _new_zero(run: _Unloaded, start: int, end: int) -> list[int]:
     start : an unloaded state. end : the next one, or the number of states.
     """
     force = run.force[start + 1 : end] - run.force[start]
-    alike = np.linalg.norm(force[:, None] - force[None], axis=2) < LEAST_STEP * run.largest
+    alike = run.alike[start + 1 : end, start + 1 : end]
+    returns = alike.sum(axis=1)
+    if returns.max(initial=0) < LEAST_RETURNS:
+        return []
+    steps = (alike @ force) / returns[:, None]
+    sizes = np.sqrt((steps**2).sum(axis=1))
+    able = (returns >= LEAST_RETURNS) & (sizes > LEAST_LEVEL * run.largest)
+    tried: set[bytes] = set()
     # of those returned to most often, the nearest
-    for k in np.lexsort((np.linalg.norm(force, axis=1), -alike.sum(axis=1))):
+    for k in np.lexsort((np.sqrt((force**2).sum(axis=1)), -returns)):
+        members = alike[k].tobytes()
+        if not able[k] or members in tried:
+            continue
+        tried.add(members)
         group = np.flatnonzero(alike[k])
-        if group.size < LEAST_RETURNS:
-            return []
-        step = force[group].mean(axis=0)
-        between = force[group[0] : group[-1] + 1] - step
-        size = np.linalg.norm(between, axis=1)
-        aside = np.abs(between @ step) < ALONG * size * np.linalg.norm(step)
-        if np.linalg.norm(step) > LEAST_LEVEL * run.largest and ((size > LEAST_LEVEL * run.largest) & aside).any():
+        between = force[group[0] : group[-1] + 1] - steps[k]
+        size = np.sqrt((between**2).sum(axis=1))
+        aside = np.abs(between @ steps[k]) < ALONG * size * sizes[k]
+        if ((size > LEAST_LEVEL * run.largest) & aside).any():
             return [start + 1 + int(place) for place in group]
     return []
 

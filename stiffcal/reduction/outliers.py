@@ -8,6 +8,7 @@ not a place between them. The worst goes first, then the rest is looked at again
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, groupby, pairwise
 
@@ -69,11 +70,12 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
     cycles = find_load_cycles(states)
     groups = _groups(states, cycles)
     readings = readings - _misalignment_effect(readings, states, cycles)
-    noise = _noise(readings, groups)
+    residuals = [_smooth_residuals(readings, group) for group in groups]
+    noise = _noise([residual for residual in residuals if residual is not None])
     if noise is None:
         return {}
     white = readings / noise
-    wider = _noisier_runs(white, groups, states.run)
+    wider = _noisier_runs(residuals, noise, groups, states.run)
     if wider:
         white /= np.array([wider.get(number, 1.0) for number in states.run.tolist()])[:, None]
     n_components = white.shape[1]
@@ -158,17 +160,25 @@ def _groups(states: LoadStates, cycles: LoadCycles) -> list[_Group]:
     return groups
 
 
-def _noise(readings: Floats, groups: list[_Group]) -> Floats | None:
+def _smooth_residuals(readings: Floats, group: _Group) -> Floats | None:
+    """Return (m, k) what a smooth course over load leaves of a group's readings; None where too few are complete."""
+    complete: Booleans = np.asarray(np.isfinite(readings[group.members]).all(axis=1))
+    course = _course(group, complete)
+    if course is None:
+        return None
+    across = _basis(course)
+    own = readings[group.members[complete]]
+    left = own - across @ (across.T @ own)
+    return np.asarray(left / np.sqrt(np.maximum(1.0 - (across**2).sum(axis=1), 0.1))[:, None])
+
+
+def _basis(course: Floats) -> Floats:
+    """Return (m, p) an orthonormal basis of the columns of a course (m, p): its square is the hat matrix."""
+    return np.asarray(np.linalg.qr(course)[0])
+
+
+def _noise(residuals: Sequence[Floats]) -> Floats | None:
     """Return (k,) the scatter between like readings: robust, from what smooth courses leave; None where too few."""
-    residuals: list[Floats] = []
-    for group in groups:
-        complete = group.members[np.isfinite(readings[group.members]).all(axis=1)]
-        course = _course(group, np.isin(group.members, complete))
-        if course is None:
-            continue
-        hat = course @ np.linalg.pinv(course)
-        residual = readings[complete] - hat @ readings[complete]
-        residuals.append(residual / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.1))[:, None])
     if not residuals:
         return None
     stacked = np.abs(np.concatenate(residuals))
@@ -179,17 +189,22 @@ def _noise(readings: Floats, groups: list[_Group]) -> Floats | None:
     return np.asarray(np.maximum(noise, floor))
 
 
-def _noisier_runs(white: Floats, groups: list[_Group], run: Integers) -> dict[int, float]:
+def _noisier_runs(
+    residuals: Sequence[Floats | None], noise: Floats, groups: Sequence[_Group], run: Integers
+) -> dict[int, float]:
     """Return runs that scatter wider than the noise as a whole, with by how much.
 
     A target far from the tracker or a shaky stand makes all readings of a run noisier, and none of them bumped. The
     median of n deviations is known to 1.17/√n of itself; three times that is no chance.
     """
     factor_of: dict[int, float] = {}
-    for number, own in sorted(_by_run(groups, run).items()):
-        noise = _noise(white, own)
-        factor = 1.0 if noise is None else float(np.sqrt(np.mean(noise**2)))
-        if factor > 1.0 + 3.0 * 1.17 / np.sqrt(sum(group.members.size for group in own) * white.shape[1]):
+    of_run: dict[int, list[tuple[_Group, Floats | None]]] = {}
+    for group, residual in zip(groups, residuals, strict=True):
+        of_run.setdefault(int(run[group.members[0]]), []).append((group, residual))
+    for number, own in sorted(of_run.items()):
+        scatter = _noise([residual / noise for _, residual in own if residual is not None])
+        factor = 1.0 if scatter is None else float(np.sqrt(np.mean(scatter**2)))
+        if factor > 1.0 + 3.0 * 1.17 / np.sqrt(sum(group.members.size for group, _ in own) * noise.size):
             factor_of[number] = factor
     return factor_of
 
@@ -264,9 +279,9 @@ class _RunReadings:
 
     def _standardised_residuals(self, members: Integers, course: Floats) -> Floats:
         """Return (m,) studentized residuals of readings about their fit by ``course``, the (m, p) design matrix."""
-        hat = course @ np.linalg.pinv(course)
-        residual = self.white[members] - hat @ self.white[members]
-        return np.asarray(np.linalg.norm(residual, axis=1) / np.sqrt(np.maximum(1.0 - np.diag(hat), 0.05)))
+        across, own = _basis(course), self.white[members]
+        residual = own - across @ (across.T @ own)
+        return np.asarray(np.linalg.norm(residual, axis=1) / np.sqrt(np.maximum(1.0 - (across**2).sum(axis=1), 0.05)))
 
     def _course_residuals(self) -> dict[int, float]:
         """Return reading to its studentized residual about its group's smooth course."""
