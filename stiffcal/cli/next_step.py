@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from stiffcal.workflow.check_results import CheckResult
 
+NO_EFFECT = "an effect is in the model (stiffcal add DIR EFFECT --all)"
 LATER = "there is a later campaign of this robot"
 
 
@@ -47,7 +48,8 @@ def line_of(
         return NextLine(command_line("export", folder, "-o", "model.json", store=store))
     if step is Step.NEW_EFFECT:
         return NextLine(f"stiffcal effects new {standing.untested} --from {escaped_path(str(folder))}")
-    return NextLine(command_line(step.value, folder, store=store))
+    missing = step is Step.IDENTIFY and not standing.has_effects
+    return NextLine(command_line(step.value, folder, store=store), once=NO_EFFECT if missing else "")
 
 
 def after_check(folder: Path, result: CheckResult, store: str | None) -> NextLine:
@@ -58,7 +60,9 @@ def after_check(folder: Path, result: CheckResult, store: str | None) -> NextLin
     folder : the campaign folder. result : of `check`. store : where results are kept; None: in the folder.
     """
     if result.ready:
-        return NextLine(command_line("run", folder, store=store))
+        from stiffcal.workflow.standing import has_effects
+
+        return NextLine(command_line("run", folder, store=store), once="" if has_effects(folder) else NO_EFFECT)
     if not lacks_load(result):
         return NextLine(command_line("check", folder, store=store), once="that is done")
     from stiffcal.workflow.plan_refusal import plannable_words
@@ -93,6 +97,16 @@ def after_export(folder: Path, store: str | None) -> NextLine:
     poses = "poses.csv"  # the values are those of model.toml
     line = command_line("predict", folder, "--poses", poses, store=store)
     return NextLine(line, once=f"poses and loads are in {poses}")
+
+
+def after_trust(folder: Path, store: str | None) -> NextLine:
+    """Return the step of a folder whose code may run now; `check` where it holds no campaign that can be read."""
+    from stiffcal.errors import InputError
+
+    try:
+        return following(folder, store)
+    except InputError:
+        return NextLine(command_line("check", folder, store=store))
 
 
 def to_begin(folder: Path, store: str | None = None) -> NextLine:

@@ -12,7 +12,7 @@ import typer
 
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.next_step import to_begin
+from stiffcal.cli.next_step import after_trust
 from stiffcal.cli.options import HERE, AsJson
 from stiffcal.cli.tables import plain_table
 from stiffcal.errors import InputError
@@ -122,7 +122,7 @@ def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
         show_allowed(console, result)
 
     if showing.allowed or yes:
-        answer.give(document if showing.allowed else allow_shown(showing), show_code, to_begin(showing.folder))
+        answer.give(document if showing.allowed else allow_shown(showing), show_code, after_trust(showing.folder, None))
         return OK
     if not answer.as_json:
         _show_paged(lines)
@@ -138,7 +138,7 @@ def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
     if not typer.confirm("Allow this to run with your rights?", default=False, err=True):
         answer.notify("nothing was allowed")
         return NOT_HELD
-    answer.give(allow_shown(showing), show_allowed, to_begin(showing.folder))
+    answer.give(allow_shown(showing), show_allowed, after_trust(showing.folder, None))
     return OK
 
 

@@ -48,6 +48,10 @@ class Standing:
     """Of that fit; None until it is diagnosed."""
     untested: str | None = None
     """Name of the effect that would test the pattern which the diagnosis found; None where none is left to test."""
+    is_ingested: bool = True
+    """Whether its logs have been read and accepted before."""
+    has_effects: bool = True
+    """Whether its model has any effect."""
 
 
 def next_step(standing: Standing, after: Step | None, done: Collection[Step] = ()) -> Step | None:
@@ -67,7 +71,7 @@ def _is_called_for(step: Step, standing: Standing) -> bool:
     diagnosis = standing.diagnosis
     match step:
         case Step.CHECK:
-            return standing.logs_missing
+            return standing.logs_missing or not (standing.is_fitted or standing.is_ingested)
         case Step.IDENTIFY:
             return not standing.is_fitted
         case Step.VALIDATE:

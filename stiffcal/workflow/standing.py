@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.ingest.parts import INGEST
 from stiffcal.ingest.sources import manifest_data_files
 from stiffcal.results.next_step import Standing
 from stiffcal.workflow.history import diagnosis_of_fit, read_history
-from stiffcal.workflow.steps import RunContext
+from stiffcal.workflow.steps import RunContext, open_store
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.results import DiagnoseResult
@@ -29,7 +31,12 @@ def standing_of(folder: Path, context: RunContext) -> Standing:
     history = read_history(folder, context)
     logs_missing = not history.fits and not logs_complete(folder)
     if not history.fits or history.not_fitted_yet is not None:
-        return Standing(logs_missing=logs_missing, is_fitted=False)
+        return Standing(
+            logs_missing=logs_missing,
+            is_fitted=False,
+            is_ingested=bool(history.fits) or is_read(folder, context),
+            has_effects=has_effects(folder),
+        )
     last = history.fits[-1]
     diagnosis = diagnosis_of_fit(folder, context, last.id)
     return Standing(
@@ -40,6 +47,21 @@ def standing_of(folder: Path, context: RunContext) -> Standing:
         diagnosis=diagnosis,
         untested=untested_effect(folder, diagnosis),
     )
+
+
+def is_read(folder: Path, context: RunContext) -> bool:
+    """Return whether logs have been read and accepted into the store before."""
+    return INGEST in open_store(Path(folder), context).documents
+
+
+def has_effects(folder: Path) -> bool:
+    """Return whether the model has any effect; True where there is no model.toml.
+
+    Raises
+    ------
+    InputError : the folder holds no campaign.
+    """
+    return not (Path(folder) / MODEL_FILE).exists() or bool(load_campaign(folder, check_files=False).model.effects)
 
 
 def logs_complete(folder: Path) -> bool:

@@ -72,6 +72,8 @@ def test_an_error_is_within_the_noise_only_where_both_are_known(
     [
         ({"logs_missing": True, "is_fitted": False}, None, Step.CHECK),
         ({"is_fitted": False}, None, Step.IDENTIFY),
+        ({"is_fitted": False, "is_ingested": False}, None, Step.CHECK),
+        ({"is_fitted": False, "is_ingested": False}, Step.CHECK, Step.IDENTIFY),
         ({}, None, Step.VALIDATE),
         ({"heldout_rms": LARGE}, None, Step.DIAGNOSE),
         ({"heldout_rms": SMALL}, None, Step.REPORT),
@@ -99,6 +101,9 @@ def test_only_what_runs_as_it_is_stands_after_next() -> None:
     assert last.once
     assert last.command == "stiffcal compare campaign LATER_DIR"
     assert not last.text.startswith("next:")
+    empty = line_of(FOLDER, standing(is_fitted=False, has_effects=False), None)
+    assert empty.once
+    assert empty.command == "stiffcal identify campaign"
 
 
 def test_run_without_logs_names_check(tmp_path: Path) -> None:

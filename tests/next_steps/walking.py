@@ -67,8 +67,8 @@ class Walker:
                 yield f"does not end: {_way(been, words)}"
                 return
             answered = self.answer(state, words)
-            # the first command is the user's; the others were proposed
-            if been and answered.code not in DONE:
+            # the first command is the user's; the others were proposed, `check` to name what is wrong with the logs
+            if been and answered.code not in ((*DONE, 2) if words[0] == "check" else DONE):
                 yield f"exit code {answered.code}: {_way(been, words)}: {answered.error.strip()[-300:]}"
             been.append((state, words))
             if answered.following is None:
