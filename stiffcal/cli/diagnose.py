@@ -36,6 +36,8 @@ EXPLAINS = (
     "line is of the refitted model"
 )
 
+FIRST_IN = "first in: share of the resamplings in which it ranks first; at the tool: its rms displacement there"
+
 
 def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate = False, store: StoreAt = None) -> int:
     """Find which physical effect the model lacks.
@@ -244,7 +246,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Show the ranking for the next single step."""
     if not result.findings:
         return
-    table = plain_table("effect", "place", "verdict", "held-out poses, rms>", "explains>", "first in>", "at the tool>")
+    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", "first in>", "at the tool>")
     table.add_row("present model", "", "", deviation(result.rms), "", "", "")
     for finding in result.findings[:MOST_ROWS]:
         table.add_row(
@@ -264,6 +266,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
         console.print(f"  and {more} more with lower rank (all in --json)")
     if any(finding.explains is not None for finding in result.findings):
         console.print(f"  {EXPLAINS}", soft_wrap=True)
+    console.print(f"  {FIRST_IN}", soft_wrap=True)
     _show_found_later(console, result)
 
 

@@ -134,7 +134,7 @@ def _detail_lines(proposal: EffectProposal) -> list[str]:
         return ["  no further details"]
     lines = [f"  {finding.why}"] if finding.why and finding.evidence is None else []
     if finding.evidence is not None:
-        parts = (finding.evidence.means, finding.evidence.alike, finding.evidence.check)
+        parts = (finding.evidence.means, finding.evidence.check)  # what looks alike stands above
         lines += [f"  {text}" for text in parts if text]
     if finding.confidence is not None:
         lines.append(f"  first in {share(finding.confidence)} of the resamplings of poses")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +35,7 @@ time = { column = "time", unit = "iso8601" }
 pose = { frame = "base", body = "target", position = ["X", "Y", "Z"], units = { position = "mm" } }
 """
 RATE, HOLD_S, RAMP_S, LOAD_N = 20.0, 1.6, 0.4, 300.0
-BEGIN = datetime(2026, 11, 2, 8, 0, tzinfo=timezone.utc)
+BEGIN = datetime(2026, 11, 2, 8, 0, tzinfo=UTC)
 EVERY = timedelta(minutes=3)
 """From one run to the next: two hundred in a day's shift of ten hours."""
 
