@@ -20,11 +20,12 @@ JOINT_STEMS = (
     *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel"),
     *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
+    *("aiposa", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
     *("軸", "関節", "関節角", "角度", "轴", "关节", "关节角"),
 )
 TIMES = (
     *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
-    *("temps", "tiempo", "tempo", "時間", "時刻", "时间", "epochtime", "systemtime"),
+    *("temps", "tiempo", "tempo", "時間", "時刻", "时间", "epochtime", "systemtime", "ipoc"),
 )
 QUATERNIONS = (*(("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz")),)
 NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")

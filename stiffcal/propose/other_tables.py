@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from stiffcal.campaign.column_names import header_parts
+from stiffcal.campaign.column_names import header_parts, is_unit
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import recognise
@@ -73,4 +73,6 @@ def other_table(reader: Reader, path: Path, display_name: str) -> SniffedTable:
 def _name_and_unit(header: str, units: Mapping[str, str]) -> tuple[str, str | None]:
     """Return a column's name without its unit, and the unit that stands there or next to it."""
     parts = header_parts(header)
+    if parts.unit is None or not is_unit(parts.unit):  # q[0] is an element, and 0 no unit
+        return header, units.get(header)
     return parts.name, units.get(header) or parts.unit
