@@ -76,7 +76,7 @@ def test_a_cell_of_poses_that_is_no_number_is_named(tmp_path: Path) -> None:
     assert "cell A4" in caught.value.place
 
 
-TABLE = {
+TABLE: dict[str, Any] = {
     "run": ["=1+1", "@x", "https://a.b"],
     "row": [1, 2, 3],
     "Fx [N]": [0.1, float("nan"), -1e-300],
