@@ -50,6 +50,11 @@ class Role:
     """What is open about the columns; "" where nothing is."""
 
     @property
+    def stands_still(self) -> bool:
+        """Whether no value changes over the rows: of an orientation that was not measured, as noise moves others."""
+        return all(len(column.values) > 1 and len(set(column.values)) == 1 for column in self.columns)
+
+    @property
     def all_columns(self) -> tuple[SniffedColumn, ...]:
         """The columns, and those of their uncertainty."""
         return self.columns + (self.sigma.columns if self.sigma is not None else ())

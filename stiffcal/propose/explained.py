@@ -37,18 +37,21 @@ def explained(tables: Sequence[SniffedTable], roles: Roles) -> list[ExplainedCol
     taken: dict[str, str] = {}
     for name in _SIGNALS:
         role = getattr(roles, name)
-        if isinstance(role, Role):
+        if isinstance(role, Role) and not (name in ("quaternion", "matrix") and role.stands_still):
             taken |= {column.header: name for column in role.columns}
             taken |= {column.header: f"sigma of {name}" for column in role.all_columns[len(role.columns) :]}
     for target, role in roles.targets:
         taken |= {column.header: f"position of {target}" for column in role.columns}
     taken |= {roles.time.header: "time"} if roles.time is not None else {}
     taken |= {roles.run.header: "run"} if roles.run is not None else {}
+    orientations = [role for role in (roles.quaternion, roles.matrix) if role is not None and role.stands_still]
+    still = {column for role in orientations for column in role.columns}
     found = []
     for table in tables:
         for column in table.columns:
             signal = taken.get(column.header, "")
             why = "its name" if signal else "it holds words" if not column.values else "its name is that of no signal"
+            why = "an orientation that never changes is not measured" if column in still else why
             why += ", its unit" if signal and column.unit is not None else ""
             found.append(
                 ExplainedColumn(

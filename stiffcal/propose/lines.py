@@ -125,7 +125,7 @@ def source_lines(
         texts.append(tables[0].options_text)
     absolute = serves_absolute(roles)
     lines = [*map(ProposedLine, texts), ProposedLine('sampling = "states"') if absolute else _run_line(roles)]
-    if roles.time is not None and not (absolute and _stands_still(roles.time)):
+    if not _needs_no_time(roles):
         time = time_line(roles.time, None)
         lines += [time] if time is not None else []
     if absolute:
@@ -184,6 +184,11 @@ def time_line(time: SniffedColumn | None, rate_hz: float | None) -> ProposedLine
     return ProposedLine(f"time = {{ rate_hz = {rate_hz:g} }}", why)
 
 
+def _needs_no_time(roles: Roles) -> bool:
+    """Return whether the times of a table of states give no order of its rows, or there are none."""
+    return roles.time is None or (serves_absolute(roles) and _stands_still(roles.time))
+
+
 def _likely_time_unit(time: SniffedColumn) -> str:
     """Return the unit of a time without one: seconds, unless they count from 1970 in finer steps."""
     size = time.size
@@ -214,6 +219,8 @@ def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
         "pose": [roles.position, roles.quaternion] if roles.deflection is None and not roles.targets else [None],
     }
     signals |= {f"poses.{name}": [role] for name, role in roles.targets}
+    single = {"run": roles.run, "time": None if _needs_no_time(roles) else roles.time}
+    signals |= {name: [Role((column,))] for name, column in single.items() if column is not None}
     sentences = []
     for signal, signal_roles in signals.items():
         columns = {column for role in signal_roles if role is not None for column in role.all_columns}
@@ -329,10 +336,12 @@ def _moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
         columns = f"position = {columns_text(roles.position)}"
         doubts += [roles.position.doubt] if roles.position.doubt else []
         doubts += [f"or of {', '.join(roles.position.others)}"] if roles.position.others else []
-        if roles.quaternion is not None:
-            columns += f", quaternion_wxyz = {columns_text(roles.quaternion)}"
-        elif roles.matrix is not None:
-            columns += f", matrix = {columns_text(roles.matrix)}"
+        for key, role in (("quaternion_wxyz", roles.quaternion), ("matrix", roles.matrix)):
+            if role is not None and role.stands_still:
+                doubts.append(f"{', '.join(c.header for c in role.columns)} never change: no measured orientation")
+            elif role is not None:
+                columns += f", {key} = {columns_text(role)}"
+                break
         units = f"{{ position = {toml_text.value(written)} }}"
         sigma, why = _sigma(roles.position, "position", written)
         of_body = f"{toml_text.pair('frame', TRACKER)}, {toml_text.pair('body', body)}"

@@ -292,6 +292,15 @@ def wanted_columns(
     )
 
 
+def _of_column(source: Source, signal: str, column: str) -> WantedColumns:
+    """Return the column of the run's names, or of the time, as the one that is wanted."""
+    if signal == "run":
+        return WantedColumns((), (column,))
+    if source.time is not None and source.time.in_words:
+        return WantedColumns((), (), (column,), date_order=source.time.date_order)
+    return WantedColumns((column,))
+
+
 def _side_by_side(
     folder: Path, source: Source, files: Mapping[str, str], gaps: frozenset[str], unjudged: frozenset[str]
 ) -> Batch:
@@ -304,7 +313,7 @@ def _side_by_side(
         wanted = wanted_columns(source, (signal,), gaps, unjudged)
         if signal in extra and extra[signal] is not None:
             column = str(extra[signal])
-            wanted = WantedColumns((), (column,)) if signal == "run" else WantedColumns((column,))
+            wanted = _of_column(source, signal, column)
         if not wanted.names:
             raise InputError.at(
                 FaultCode.SOURCE_UNKNOWN,

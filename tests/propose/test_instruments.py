@@ -23,7 +23,9 @@ TIME = np.arange(N) * 0.02
 FORCE = np.round(RNG.normal(0.0, 300.0, (N, 3)), 4)
 PLACE = np.round(np.array([862.0, 75.0, 391.0]) + RNG.normal(0.0, 20.0, (N, 3)), 4)  # mm
 JOINTS = np.round(np.array([-45.8, 4.6, 38.8, -0.1, 51.8, -72.9]) + RNG.normal(0.0, 0.1, (N, 6)), 4)  # deg
-Q = [0.5, -0.5, 0.5, 0.5]
+TURN = RNG.normal(0.0, 1e-3, N)
+Q = np.column_stack([np.cos(TURN / 2), np.sin(TURN / 2), np.zeros(N), np.zeros(N)])
+R = np.array([[1, 0, 0, 0, np.cos(a), -np.sin(a), 0, np.sin(a), np.cos(a)] for a in TURN])
 
 
 def lines_of(rows: Sequence[Sequence[float | str]], delimiter: str, decimal: str = ".") -> str:
@@ -44,7 +46,7 @@ def motive() -> str:
     names = ["", "Name", *["plate"] * 8, *["plate:Marker 001"] * 3]
     kinds = ["", "Type", *["Rigid Body"] * 8, *["Marker"] * 3]
     ids = ["", "ID", *["1A2B"] * 8, *["33CC"] * 3]
-    rows = beside(np.arange(N), TIME, np.tile([*Q[1:], Q[0]], (N, 1)), PLACE, np.full(N, 0.1), PLACE)
+    rows = beside(np.arange(N), TIME, Q[:, [1, 2, 3, 0]], PLACE, np.full(N, 0.1), PLACE)
     head = (
         "Format Version,1.25,Take Name,t1,Export Frame Rate,50.000000,Rotation Type,Quaternion,Length Units,Millimeters"
     )
@@ -112,12 +114,12 @@ def low_resolution() -> str:
 
 def ndi() -> str:
     names = ["Tool ID", "Timestamp", "Frame #", *("Tx", "Ty", "Tz"), *(f"R{i}{k}" for i in range(3) for k in range(3))]
-    rows = beside(np.ones(N), 1785175389.64 + TIME, np.arange(N), PLACE, np.tile(np.eye(3).ravel(), (N, 1)))
+    rows = beside(np.ones(N), 1785175389.64 + TIME, np.arange(N), PLACE, R)
     return ",".join(names) + "\n" + lines_of(rows, ",")
 
 
 def polaris() -> str:
-    rows = beside(np.ones(N), TIME, ["OK"] * N, np.tile(Q, (N, 1)), PLACE)
+    rows = beside(np.ones(N), TIME, ["OK"] * N, Q, PLACE)
     rows.insert(5, ["1", "0.09", "MISSING", *[""] * 7])
     return "Tools,Time [s],State,Q0,Qx,Qy,Qz,Tx,Ty,Tz\n" + lines_of(rows, ",")
 
@@ -185,9 +187,17 @@ def test_what_is_proposed_reads_every_value(tmp_path: Path, instrument: str) -> 
 
 
 def test_orientations_come_along(tmp_path: Path) -> None:
-    for write, quaternion in ((motive, Q), (polaris, Q), (ndi, [1.0, 0.0, 0.0, 0.0])):
+    for write in (motive, polaris, ndi):
         _, signals = readings(tmp_path, "log.csv", proposed(tmp_path, "log.csv", write()))
-        assert np.allclose(signals["quaternion.tool"], np.tile(quaternion, (N, 1)).T)
+        assert np.allclose(signals["quaternion.tool"], Q.T)
+
+
+def test_an_orientation_that_never_changes_is_not_measured(tmp_path: Path) -> None:
+    rows = beside(TIME, PLACE, np.tile([1, 0, 0, 0], (N, 1)))
+    kind = proposed(tmp_path, "log.csv", "t [s],X [mm],Y [mm],Z [mm],Q0,Q1,Q2,Q3\n" + lines_of(rows, ","))
+    assert kind.roles.joints is None
+    assert {entry.column for entry in kind.columns if not entry.taken_as} == {"Q0", "Q1", "Q2", "Q3"}
+    assert "quaternion.tool" not in readings(tmp_path, "log.csv", kind)[1]
 
 
 def test_each_signal_of_a_union_of_times_has_its_own_rows(tmp_path: Path) -> None:
