@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -40,6 +41,12 @@ def test_what_is_left_after_the_limit_is_named(monkeypatch: pytest.MonkeyPatch, 
 
     monkeypatch.setattr(improve, "diagnose_campaign", diagnose)
     first: Any = diagnose()
-    result = improve._add_and_remove(recorder, first, improve.always)
+    results: list[Any] = []
+
+    def all_steps() -> Iterator[object]:
+        results.append((yield from improve._add_and_remove(recorder, first, improve.always)))
+
+    assert len(list(all_steps())) == 2 * len(steps)  # each of them, and the diagnosis after it
+    (result,) = results
     assert [step.effect for step in steps] == list(LAWS[: min(n_laws, 2)])
     assert [LAWS[2] in text for text in result.warnings] == [True] * (n_laws > 2)
