@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.signals import DeadWeight, Deflection, JointSignals, Wrench
+from stiffcal.campaign.signals import DeadWeight, Deflection, JointSignals, Pose, Wrench
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.measured_links import measure_links
@@ -141,6 +141,7 @@ def check_load_states(
     zeros = force_zero_faults(chosen, chain)
     repeated = repeated_rows(states.select((loads[states.run] | states.absolute) & states.used))
     warnings = loaded_references(chosen) + rezeroed_table(chosen, chain) + repeated + rows_without_place(states)
+    warnings += orientations_not_measured(states, campaign)
     warnings += [f"{fault.place}: {fault.reason}; {fault.mend}" for fault in zeros]
     if not states.deflection_given and states.setup.targets:
         faults += check_kinematics(states, chain, estimated)
@@ -211,6 +212,28 @@ def rows_without_place(states: LoadStates) -> list[str]:
     rows = ", ".join(str(int(row)) for row in states.row[missing[:MOST_ROWS_NAMED]])
     more = f" and {missing.size - MOST_ROWS_NAMED} more" if missing.size > MOST_ROWS_NAMED else ""
     return [f"no target was measured in row {rows}{more} of absolute runs: not used"]
+
+
+def orientations_not_measured(states: LoadStates, campaign: Campaign) -> list[str]:
+    """Return a warning for each orientation that the manifest names where no state has one: positions alone count."""
+    given = [np.isfinite(part).any() for part in (states.rotation, states.deflection[:, :, 3:])]
+    named = [
+        (f"sources.{source}.{name}", columns)
+        for source, name, signal in campaign.manifest.signals()
+        if (columns := _orientation_columns(signal))
+    ]
+    if any(given) or not named or not states.used.any():
+        return []
+    return [
+        f"{place}: no state has an orientation, {', '.join(columns)} have gaps in all rows: positions alone are used"
+        for place, columns in named
+    ]
+
+
+def _orientation_columns(signal: object) -> tuple[str, ...]:
+    if isinstance(signal, Pose):
+        return () if signal.orientation is None else signal.orientation[1]
+    return tuple(signal.rotation or ()) if isinstance(signal, Deflection) else ()
 
 
 def loaded_references(states: LoadStates) -> list[str]:
