@@ -27,7 +27,9 @@ PACKAGES = ("numpy", "scipy", "pyarrow", "h5py", "pandas", "pydantic")
 # A file changed within this time of being hashed may carry the same time of change: clocks of file systems are coarse.
 RACY_NS = 3_000_000_000
 ALWAYS_HASHED = 64 << 20
-"""Sources up to so many bytes are compared by their content in every command: 0.05 to 0.2 s of SHA-256."""
+"""Bytes of sources, the smallest first, that are compared by their content in every command: 0.05 to 0.2 s of SHA-256.
+
+Of thousands of logs no command reads gigabytes only to learn that nothing has changed."""
 
 
 MOST_NAMED = 6
@@ -209,9 +211,9 @@ def sources_state(folder: Path, files: Sequence[str], *, settle: bool = False) -
     """Return one digest over the file system's data on the large sources, "" where that cannot show a change.
 
     Name, device, inode, size, times of change of content and of inode: whoever writes a file without changing these has
-    changed the clock of the machine. Of sources up to `ALWAYS_HASHED` nothing is taken: their content is compared. A
-    file that was changed just now may be changed again within the same tick of the file system's clock; not every file
-    system shows what is written through a mapping (`file_systems`). Both must be hashed.
+    changed the clock of the machine. Of the smallest, `ALWAYS_HASHED` bytes of them together, nothing is taken: their
+    content is compared. A file that was changed just now may be changed again within the same tick of the file system's
+    clock; not every file system shows what is written through a mapping (`file_systems`). Both must be hashed.
 
     Parameters
     ----------
@@ -222,8 +224,9 @@ def sources_state(folder: Path, files: Sequence[str], *, settle: bool = False) -
     """
     rows = []
     try:
+        compared = _always_compared(folder, files)
         for file in files:
-            if _is_small(folder, file):
+            if file in compared:
                 continue
             for path in _parts(folder / file):
                 if not shows_mapped_writes(path) or _is_recent(path) or (settle and not write_back(path)):
@@ -244,8 +247,16 @@ def _is_recent(path: Path) -> bool:
     return max(status.st_mtime_ns, status.st_ctime_ns) + RACY_NS > time.time_ns()
 
 
-def _is_small(folder: Path, file: str) -> bool:
-    return sum(path.stat().st_size for path in _parts(folder / file)) <= ALWAYS_HASHED
+def _always_compared(folder: Path, files: Sequence[str]) -> frozenset[str]:
+    """Return the sources whose content is compared in every command: the smallest, up to `ALWAYS_HASHED` together."""
+    sizes = sorted((sum(path.stat().st_size for path in _parts(folder / file)), file) for file in dict.fromkeys(files))
+    compared, total = set(), 0
+    for size, file in sizes:
+        total += size
+        if total > ALWAYS_HASHED:
+            break
+        compared.add(file)
+    return frozenset(compared)
 
 
 def changed_sources(
@@ -272,14 +283,16 @@ def changed_sources(
     outside = {source.file: source.sha256 for source in elsewhere}
     named = list(dict.fromkeys(files)) if files is not None else list(known)
     missing = [file for file in named if not (folder / file).exists()]
-    new = [file for file in named if file not in known and file not in missing]
+    absent = frozenset(missing)
+    new = [file for file in named if file not in known and file not in absent]
     new += [name for name in outside if name not in known]
-    dropped = [file for file in known if file not in named and file not in outside]
+    still = frozenset(named)
+    dropped = [file for file in known if file not in still and file not in outside]
     changed = [name for name, digest in outside.items() if name in known and known[name].sha256 != digest]
     settled = not thorough and known_state != "" and known_state == sources_state(folder, named)
     state = known_state if settled else sources_state(folder, named, settle=True)
-    compared = [file for file in named if file in known and file not in missing]
-    compared = [file for file in compared if not settled or _is_small(folder, file)]
+    always = _always_compared(folder, [file for file in named if file not in absent]) if settled else frozenset(named)
+    compared = [file for file in named if file in known and file not in absent and file in always]
     resized = {file for file in compared if _state(folder, file)[0] != known[file].bytes}
     found = {source.file: source for source in _hash_files(folder, [file for file in compared if file not in resized])}
     changed += [file for file in compared if file in resized or found[file].sha256 != known[file].sha256]

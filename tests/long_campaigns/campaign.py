@@ -84,7 +84,7 @@ def write_runs(folder: Path, first: int, stop: int, rows_per_second: float = RAT
 
 
 def _course(n_loads: int, rate: float) -> tuple[Floats, Floats]:
-    """Return (n,) times, s, and (n, l) the share of each load at each of them: held, then ramps from one to the next."""
+    """Return (n,) times, s, and (n, l) the share of each load at each: held, then ramps from one to the next."""
     corners = np.cumsum(np.stack([np.full(n_loads, RAMP_S), np.full(n_loads, HOLD_S)], axis=1).ravel()) - RAMP_S
     time = np.arange(0.0, corners[-1], 1.0 / rate)
     held = np.repeat(np.eye(n_loads), 2, axis=0)

@@ -6,6 +6,7 @@ import hashlib
 import os
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,6 +14,7 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.store import Provenance, Store, changed_sources, hash_sources, versions
 from stiffcal.store.document_shape import result_from
+from stiffcal.store.file_systems import shows_mapped_writes
 
 
 @pytest.fixture
@@ -79,3 +81,33 @@ def test_a_missing_file_is_named(folder: Path) -> None:
         pytest.raises(InputError, match=r"raw/x\.csv: cannot be read: No such file"),
     ):
         hashes.result()
+
+
+def test_of_many_logs_only_so_many_bytes_are_compared_in_every_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hundred gigabytes of small logs are hashed once, as one log of a hundred gigabytes is."""
+    from stiffcal.store import provenance
+
+    if not shows_mapped_writes(tmp_path):
+        pytest.skip("this file system does not show every change in the files' times")
+    monkeypatch.setattr(provenance, "RACY_NS", -(10**18))  # as if the logs had been written long ago
+    monkeypatch.setattr(provenance, "ALWAYS_HASHED", 25)
+    files = [f"log{k}.csv" for k in range(6)]
+    for file in files:
+        (tmp_path / file).write_text("0123456789")
+    with provenance.hash_sources(tmp_path, files) as hashes:
+        sources = hashes.result()
+    then = Provenance.now("ingest", sources, {})
+    hashed: list[str] = []
+    true_hash = provenance._hash_file
+
+    def hash_file(folder: Path, file: str, *rest: Any) -> Any:
+        hashed.append(file)
+        return true_hash(folder, file, *rest)
+
+    monkeypatch.setattr(provenance, "_hash_file", hash_file)
+    assert not provenance.changed_sources(then, tmp_path, files, known_state=hashes.state)
+    assert len(hashed) == 2
+    (tmp_path / "log5.csv").write_text("0123456780")
+    assert provenance.changed_sources(then, tmp_path, files, known_state=hashes.state).changed == ("log5.csv",)
