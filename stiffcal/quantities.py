@@ -204,6 +204,10 @@ def _canonical(name: str, table: dict[str, float]) -> str:
 
 def _advice(name: str, quantity: str) -> str:
     known = unit_names(quantity)
+    if "/" in name and _TABLES[quantity] is _LENGTH:  # a strain is no length, however much its name looks like one
+        return "that is a strain: log the change of length, strain times the rod's length, in one of " + ", ".join(
+            known
+        )
     suggestions = get_close_matches(name.lower(), [text.lower() for text in known], n=1)
     for other_quantity, table in _TABLES.items():
         if table is not _TABLES[quantity] and _canonical(name, table) in table:

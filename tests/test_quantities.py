@@ -98,3 +98,11 @@ def test_import_is_light() -> None:
     assert (
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
     )
+
+
+def test_a_strain_is_refused_and_no_length_is_proposed_for_it() -> None:
+    for written in ("um/m", "µm/m", "mm/m"):
+        with pytest.raises(UnknownUnitError) as caught:
+            unit(written, "length")
+        assert "did you mean" not in caught.value.mend
+        assert "rod's length" in caught.value.mend
