@@ -148,10 +148,13 @@ def draft_from_folder(
 def are_logs(tables: Sequence[Path], urdf: Path | None = None, robot: str | None = None) -> bool:
     """Return whether files are logs over time that no load state can be made of without those of other instruments."""
     kinds = [log_kind(path, path.name, _frame_names(None), _joints_of(urdf, robot)) for path in tables]
-    if any(kind.why_not or kind.time is None for kind in kinds):
+    if any(kind.why_not for kind in kinds):
         return False
     roles = together([LoggingDevice(kind) for kind in kinds])
-    return bool(_lacking(roles)) and not serves_absolute(roles)
+    lacking = _lacking(roles)
+    # without times it may be a table of load states whose columns have other names, unless it is one instrument's alone
+    over_time = all(kind.time is not None for kind in kinds)
+    return len(lacking) >= (1 if over_time else 2) and not serves_absolute(roles)
 
 
 def draft_of_logs(

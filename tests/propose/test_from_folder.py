@@ -176,6 +176,14 @@ def test_one_log_of_one_instrument(tmp_path: Path, device: str) -> None:
     assert (tmp_path / "campaign" / "raw" / log.name).exists()
 
 
+def test_one_log_without_times_is_an_instrument_s_too(tmp_path: Path) -> None:
+    log = tmp_path / "polaris.csv"
+    log.write_text("Frame,X [mm],Y [mm],Z [mm]\n" + "".join(f"{n},{n}.5,2.5,3.5\n" for n in range(20)))
+    result = init_campaign(tmp_path / "campaign", tables=[log], robot="irb4400")
+    assert result.runs == ["polaris"]
+    assert len([line for line in result.to_write or [] if "[sources." in line]) == 3
+
+
 def test_a_rate_that_nothing_states_is_left_to_be_written(tmp_path: Path) -> None:
     folder_of(tmp_path)
     for k in range(1, 4):
