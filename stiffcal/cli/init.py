@@ -43,10 +43,10 @@ def init(
             "or for each log of clamped and friction runs. Or from a folder of logs, some for each run.",
         ),
     ] = None,
-    urdf: Annotated[Path | None, typer.Option(metavar="F", help="The robot as a URDF (with --from).")] = None,
+    urdf: Annotated[Path | None, typer.Option(metavar="F", help="The robot as a URDF, or its package.")] = None,
     robot: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="A bundled robot (irb4400, …) or a robot.toml (with --from)."),
+        typer.Option(metavar="NAME", help="A bundled robot (irb4400, …) or a robot.toml."),
     ] = None,
     tool: Annotated[
         str | None,

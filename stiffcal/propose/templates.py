@@ -125,11 +125,16 @@ def write_template(folder: Path, kind: str, *, overwrite: bool = False) -> list[
         raise InputError.at(
             FaultCode.OPTION_INVALID, "command line", "--kind", reason, "use one of " + ", ".join(template_kinds())
         )
-    texts = {MANIFEST_FILE: (template / MANIFEST_FILE).read_text(encoding="utf-8"), "robot.toml": robot_template()}
+    texts = {MANIFEST_FILE: template_manifest(kind), "robot.toml": robot_template()}
     for name in ("robot.toml", "model.toml", "simulate.toml"):  # what this kind has of its own
         file = template / name
         texts |= {name: file.read_text(encoding="utf-8")} if file.exists() else {}
     return write_folder(folder, texts, overwrite=overwrite)
+
+
+def template_manifest(kind: str) -> str:
+    """Return the commented campaign.toml of a kind that there is."""
+    return (_templates()[kind] / MANIFEST_FILE).read_text(encoding="utf-8")
 
 
 def write_folder(

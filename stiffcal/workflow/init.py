@@ -12,6 +12,7 @@ from stiffcal.campaign.reach import check_given
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
+from stiffcal.propose.chosen_urdf import chosen_urdf
 from stiffcal.propose.from_logs import KINDS_OF_LOGS
 from stiffcal.propose.from_table import Proposal
 from stiffcal.propose.lines import Question
@@ -44,7 +45,8 @@ def init_campaign(
     tables : propose the campaign from the headers and values of one table, or of several of equal length (angles in
         one, forces in another), instead; for clamped and friction runs from their logs, one run each. Or one folder of
         logs.
-    urdf, robot : with a table: the robot as URDF, or the name of a bundled one or a robot file (*.toml).
+    urdf, robot : the robot as URDF (a file, or the folder of its package), or the name of a bundled one or a robot file
+        (*.toml); of templates that of "load" alone takes one.
     tool : with a table: where the load acts and the displacement is measured, m, in the flange frame.
     ask : of a folder of logs: called with what no log states, returns the answer or "".
     overwrite : also over files that are there.
@@ -72,6 +74,13 @@ def init_campaign(
         raise InputError.at(
             FaultCode.OPTION_CONFLICT, "command line", "--tool", f"a {kind} run has no tool point", "leave it out"
         )
+    if urdf is not None and robot is None:
+        urdf = chosen_urdf(urdf)
+    if not tables and tool is None and kind in (None, "load") and (urdf is not None or robot is not None):
+        from stiffcal.propose.of_robot import write_for_robot
+
+        made = write_for_robot(folder, urdf=urdf, robot=robot, overwrite=overwrite)
+        return InitResult(warnings=[], files=[str(file) for file in made], guessed=[])
     only_with_table = {"--urdf": urdf, "--robot": robot, "--tool": tool}
     option = next((name for name, given in only_with_table.items() if given is not None), None)
     if not tables and option is not None:

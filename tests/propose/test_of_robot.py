@@ -1,0 +1,70 @@
+"""`init --robot` and `init --urdf` without a table; the folder of a package in place of its URDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.workflow.init import init_campaign
+
+
+def urdf_text(joints: int) -> str:
+    mesh = '<visual><geometry><mesh filename="package://arm/meshes/base.stl"/></geometry></visual>'
+    lines = [f'<robot name="arm"><link name="l0">{mesh}</link>']
+    for k in range(1, joints + 1):
+        lines.append(
+            f'<link name="l{k}"/><joint name="j{k}" type="revolute"><parent link="l{k - 1}"/><child link="l{k}"/>'
+        )
+        lines.append(f'<origin xyz="0 0 0.3"/><axis xyz="0 {k % 2} {(k + 1) % 2}"/>')
+        lines.append('<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>')
+    return "".join([*lines, "</robot>"])
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    (tmp_path / "arm" / "urdf").mkdir(parents=True)
+    (tmp_path / "arm" / "package.xml").write_text("<package/>")
+    (tmp_path / "arm" / "urdf" / "arm.urdf").write_text(urdf_text(7))
+    (tmp_path / "arm" / "urdf" / "macros.xacro").write_text("<robot/>")
+    return tmp_path / "arm"
+
+
+@pytest.mark.parametrize("inside", ["", "urdf/arm.urdf"])
+def test_the_robot_of_a_package_is_in_the_folder(package: Path, tmp_path: Path, inside: str) -> None:
+    init_campaign(tmp_path / "cell", urdf=package / inside)
+    campaign = load_campaign(tmp_path / "cell", check_files=False)
+    assert campaign.chain.joint_names == tuple(f"j{k}" for k in range(1, 8))
+    joints = campaign.manifest.sources["controller"].joints
+    assert joints is not None
+    assert joints.position == tuple(f"A{k}" for k in range(1, 8))
+
+
+def test_a_bundled_robot_is_in_the_folder(tmp_path: Path) -> None:
+    init_campaign(tmp_path / "cell", robot="kr125")
+    assert len(load_campaign(tmp_path / "cell", check_files=False).chain.joint_names) == 6
+
+
+def fault(folder: Path, urdf: Path) -> InputError:
+    with pytest.raises(InputError) as caught:
+        init_campaign(folder, urdf=urdf)
+    assert not folder.exists()
+    return caught.value
+
+
+def test_what_is_no_single_urdf_is_named(package: Path, tmp_path: Path) -> None:
+    cell = tmp_path / "cell"
+    (package / "urdf" / "other.urdf").write_text(urdf_text(6))
+    assert fault(cell, package).code == FaultCode.OPTION_INVALID
+    (package / "urdf" / "other.urdf").unlink()
+    (package / "urdf" / "arm.urdf").rename(package / "urdf" / "arm.urdf.xacro")
+    for given in (package, package / "urdf" / "arm.urdf.xacro"):
+        found = fault(cell, given)
+        assert found.code == FaultCode.URDF_INVALID
+        assert f"xacro {package / 'urdf' / 'arm.urdf.xacro'} > arm.urdf" in str(found)
+    assert fault(cell, package / "meshes.urdf").code == FaultCode.FILE_MISSING
+    (tmp_path / "empty").mkdir()
+    assert fault(cell, tmp_path / "empty").code == FaultCode.FILE_MISSING
