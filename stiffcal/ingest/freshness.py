@@ -94,23 +94,36 @@ def with_stored_runs(campaign: Campaign, store: Store) -> Campaign:
     """
     if campaign.found is None or any(run.files for run in campaign.manifest.runs):
         return campaign
-    if not store.exists or PROVENANCE not in store.documents:
+    known = _stored_runs(store)
+    if not known:
         return campaign
     from stiffcal.campaign.found_runs import with_known_runs
 
+    return replace(campaign, manifest=with_known_runs(campaign.manifest, known))
+
+
+def new_runs(campaign: Campaign, store: Store) -> list[str]:
+    """Return the runs that files have made since the store was written; none where there is no store."""
+    known = _stored_runs(store) if campaign.found is not None else {}
+    return [run.id for run in campaign.manifest.runs if run.files and run.id not in known] if known else []
+
+
+def _stored_runs(store: Store) -> dict[str, dict[str, str]]:
+    """Return the files of each run that a store was made of, by source; none where it does not hold them."""
+    if not store.exists or PROVENANCE not in store.documents:
+        return {}
     with store.snapshot() as snapshot:
         try:
             then = _provenance_of(snapshot)
         except DamagedStoreError:  # reported where the store is compared with the campaign
-            return campaign
+            return {}
     manifest = then.settings.get("manifest")
     runs = manifest.get("runs") if isinstance(manifest, dict) else None
-    known = {
+    return {
         run["id"]: {source: file for source, file in run["files"].items() if isinstance(file, str)}
         for run in (runs if isinstance(runs, list) else [])
         if isinstance(run, dict) and isinstance(run.get("id"), str) and isinstance(run.get("files"), dict)
     }
-    return replace(campaign, manifest=with_known_runs(campaign.manifest, known))
 
 
 def _provenance_of(snapshot: Snapshot) -> Provenance:

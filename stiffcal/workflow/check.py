@@ -154,7 +154,7 @@ def check_loaded(
         )
         missing += unusable
     raise_faults(faults)
-    remarks = unpartnered_remarks(campaign.manifest, campaign.found)
+    remarks = unpartnered_remarks(campaign.manifest, campaign.found) + _new_runs(campaign)
     return replace(
         result,
         warnings=[*remarks, *result.warnings],
@@ -162,6 +162,18 @@ def check_loaded(
         ready=not missing,
         missing=missing,
     )
+
+
+def _new_runs(campaign: Campaign) -> list[str]:
+    """Return a sentence on the runs that files have added since the last ingest."""
+    if campaign.found is None:
+        return []
+    from stiffcal.ingest.freshness import new_runs
+    from stiffcal.store import Store
+    from stiffcal.wording import count, listing
+
+    names = new_runs(campaign, Store(campaign.folder / "store", display_name="store"))
+    return [f"{count(len(names), 'run')} new since the last ingest: {listing(names)}"] if names else []
 
 
 def _read_in_full(campaign: Campaign) -> bool:

@@ -33,7 +33,9 @@ def test_a_file_that_is_added_is_a_run_of_the_next_ingest(tmp_path: Path) -> Non
     folder = campaign_of_files(tmp_path / "campaign")
     assert [run.id for run in ingest_campaign(folder).runs] == ["pose1"]
     (folder / "pose2_states.csv").rename(folder / "raw/pose2_states.csv")
-    assert [run.id for run in check_campaign(folder, quick=True).runs] == ["pose1", "pose2"]
+    checked = check_campaign(folder, quick=True)
+    assert [run.id for run in checked.runs] == ["pose1", "pose2"]
+    assert len([warning for warning in checked.warnings if "pose2" in warning]) == 1
     result = ingest_campaign(folder)
     assert [run.id for run in result.runs] == ["pose1", "pose2"]
     assert "raw/pose2_states.csv" in result.changed
