@@ -26,6 +26,7 @@ _PERIOD = re.compile(
     + _NUMBER,
     re.IGNORECASE,
 )
+_ALONE = re.compile(r"[0-9]{1,9}(?:\.[0-9]{1,9})?")
 _STEP = re.compile(r"^delta_x\s+" + _NUMBER, re.IGNORECASE)
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 _MARKER_KEYS = ("marker_names", "markernames", "markers", "marker names")
@@ -46,8 +47,8 @@ def rate_of(rows: Sequence[Sequence[str]]) -> float | None:
             if (found := pattern.search(line)) is not None and (hertz := _positive(found[1])):
                 return hertz
     for title, line in pairwise(lines):  # Vicon: the number alone, below the title of its part
-        if title[:1].isalpha() and line.strip().isdigit() and int(line):
-            return float(line)
+        if title[:1].isalpha() and _ALONE.fullmatch(line.strip()) and (hertz := _positive(line)):
+            return hertz
     for line in lines:
         if (found := _PERIOD.search(line)) is not None and (step := _positive(found[2])):
             return 1.0 / (step * _SECONDS[found[1].lower()])
