@@ -17,6 +17,7 @@ from stiffcal.log_columns import (
     Options,
     WantedColumns,
     batch_of_columns,
+    check_columns,
     common_length,
     damaged_file_errors,
     nearest_name,
@@ -33,7 +34,21 @@ PLAIN_CLASSES = (
     "struct",
     *(f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64)),
 )
-IN_MATLAB = "save what is in it as vectors, e.g. s = table2struct(T, ToScalar=true); save(file, '-struct', 's')"
+OF_TABLES = {"table": "writetable", "timetable": "writetimetable"}
+"""What writes a table of MATLAB as text."""
+
+
+def in_matlab(kind: str, name: str) -> str:
+    """Return the line that exports a variable which only MATLAB can read.
+
+    Examples
+    --------
+    >>> in_matlab("timetable", "log")
+    "in MATLAB: writetimetable(log, 'log.csv')"
+    """
+    if kind in OF_TABLES:
+        return f"in MATLAB: {OF_TABLES[kind]}({name}, 'log.csv')"
+    return "in MATLAB: save what is in it as vectors of numbers or cells of words"
 
 
 @dataclass(frozen=True)
@@ -47,12 +62,16 @@ class Vector:
 class OpenMat(OpenLog):
     """An open MAT file."""
 
-    def __init__(self, columns: dict[str, Vector], display_name: str, place: str) -> None:
+    def __init__(self, columns: dict[str, Vector], display_name: str, place: str, unreadable: str) -> None:
         lengths = {column.n_rows for column in columns.values()}
         self.columns, self.units = tuple(columns), {}  # MAT files state no units
         self.n_rows = lengths.pop() if len(lengths) == 1 else None
         self.display_name, self.place = display_name, place
-        self._vectors = columns
+        self._vectors, self._unreadable = columns, unreadable
+
+    def check(self, wanted: WantedColumns) -> None:
+        """Raise an `InputError` for each wanted column that is not there; it may be in what only MATLAB can read."""
+        check_columns(wanted, self.columns, self.display_name, self.place, self._unreadable)
 
     def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
         """Yield the rows in batches.
@@ -86,7 +105,7 @@ def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenMa
     place = f"variable {variable}" if variable else ""
     mend = "copy it again from its origin, or save it again"
     with damaged_file_errors("MAT file", display_name, mend), _open_tree(path, display_name) as tree:
-        yield OpenMat(_columns(tree, options, display_name), display_name, place)
+        yield OpenMat(_columns(tree, options, display_name), display_name, place, _unreadable(tree))
 
 
 def _open_tree(path: Path, display_name: str) -> AbstractContextManager[Tree]:
@@ -151,7 +170,8 @@ def _columns(tree: Tree, options: Options, display_name: str) -> dict[str, Vecto
         opaque = [name for name, member in members.items() if tree.kind(member) not in PLAIN_CLASSES]
         if opaque:
             reason = f"{opaque[0]!r} is a MATLAB {tree.kind(members[opaque[0]])}, which only MATLAB can read"
-            raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, f"variable {opaque[0]}", reason, IN_MATLAB)
+            mend = in_matlab(tree.kind(members[opaque[0]]), opaque[0])
+            raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, f"variable {opaque[0]}", reason, mend)
         listed = ", ".join(repr(name) for name in list(members)[:12]) or "nothing"
         raise InputError.at(
             FaultCode.FILE_EMPTY,
@@ -163,10 +183,19 @@ def _columns(tree: Tree, options: Options, display_name: str) -> dict[str, Vecto
     return columns
 
 
+def _unreadable(tree: Tree) -> str:
+    """Return a sentence on the first variable that only MATLAB can read, "" where there is none."""
+    for name, member in (tree.members(tree.top) or {}).items():
+        if (kind := tree.kind(member)) not in PLAIN_CLASSES:
+            return f"if it is in the {kind} {name!r}: {in_matlab(kind, name)}"
+    return ""
+
+
 def _matrix_columns(tree: Tree, item: Any, names: object, path: str, display_name: str) -> dict[str, Vector]:
     if tree.kind(item) not in PLAIN_CLASSES:
         reason = f"it is a MATLAB {tree.kind(item)}, which only MATLAB can read"
-        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, f"variable {path}", reason, IN_MATLAB)
+        mend = in_matlab(tree.kind(item), path)
+        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, f"variable {path}", reason, mend)
     vectors = tree.vectors(item)
     if not isinstance(names, list) or len(names) != len(vectors):
         counts = f"{len(names)} names for " if isinstance(names, list) else "its columns have no names: "

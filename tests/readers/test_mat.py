@@ -134,7 +134,7 @@ def test_what_only_matlab_reads_is_named(tmp_path: Path) -> None:
         file.create_dataset("T", data=np.zeros((1, 6), np.uint32)).attrs["MATLAB_class"] = np.bytes_("timetable")
     reported = fault(path, WantedColumns(("x",)))
     assert "'T' is a MATLAB timetable, which only MATLAB can read" in reported
-    assert "table2struct" in reported
+    assert "writetimetable(" in reported
 
 
 def test_damage_that_would_end_the_library_is_refused(tmp_path: Path) -> None:
@@ -151,3 +151,16 @@ def test_damage_that_would_end_the_library_is_refused(tmp_path: Path) -> None:
         path.write_bytes(whole[:at] + what + whole[at + len(what) :])
         with pytest.raises(InputError, match="^raw/log.mat: "):
             list(READER.read_batches(path, {}, WantedColumns(("t", "Fx")), "raw/log.mat"))
+
+
+@pytest.mark.parametrize(("kind", "line"), [("table", "writetable(T,"), ("timetable", "writetimetable(T,")])
+def test_a_table_of_matlab_is_refused_with_the_line_that_exports_it(tmp_path: Path, kind: str, line: str) -> None:
+    path = tmp_path / "log.mat"
+    for others in ((), ("t",)):
+        with h5py.File(path, "w") as file:
+            for name in ("T", *others):
+                held = np.bytes_(kind if name == "T" else "double")
+                file.create_dataset(name, data=np.zeros((1, 6))).attrs["MATLAB_class"] = held
+        with pytest.raises(InputError) as caught:
+            find_reader(path).read_header(path, {}, "raw/log.mat", WantedColumns(("Fx",)))
+        assert line in str(caught.value)
