@@ -56,14 +56,20 @@ def outlines(file: IO[bytes], size: int, display_name: str) -> dict[str, Outline
 def _outline(parts: Parts, part: str) -> Outline:
     outline = Outline()
     row, column, is_text = -1, -1, False
+    columns: dict[str, int | None] = {}
 
     def begin(name: str, attributes: dict[str, str]) -> None:
         nonlocal row, column, is_text
         if name == "c":
-            place = place_of_cell(attributes.get("r", ""))
-            if place is not None and place[0] != row:
-                raise parts.damaged(f"cell {attributes['r']} stands in row {row + 1}")
-            column = place[1] if place is not None else column + 1
+            reference = attributes.get("r", "")
+            letters = reference.rstrip("0123456789")
+            if letters not in columns:
+                place = place_of_cell(f"{letters}1")
+                columns[letters] = place[1] if place is not None else None
+            if reference and (columns[letters] is None or reference != f"{letters}{row + 1}"):
+                raise parts.damaged(f"cell {reference} stands in row {row + 1}")
+            found = columns[letters]
+            column = found if found is not None else column + 1
             is_text = attributes.get("t") == "str"
             if attributes.get("t") == "e":
                 outline.errors.add((row, column))

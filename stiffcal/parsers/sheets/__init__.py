@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 LIBRARIES = ("python_calamine",)
 """Imported before the limits of a log hold."""
 Cell: TypeAlias = str | float | bool | datetime | date | time | timedelta
+ROWS_FOR_LAYOUT = 1000
+"""So many rows show where the names stand, and how numbers are written."""
 _NUMBERED_ROWS = 4
 """Rows of which a remark names each; of more it names the first and says how many."""
 
@@ -83,7 +85,7 @@ class OpenSheet(OpenLog):
     def _layout(self, wanted: Sequence[str]) -> Layout:
         skip, decimal, unit_row = (self._given.get(key) for key in ("skip_rows", "decimal", "unit_row"))
         return layout_of_rows(
-            self._texts,
+            self._texts[:ROWS_FOR_LAYOUT],
             wanted=wanted,
             header_row=skip if isinstance(skip, int) else None,
             unit_row=unit_row if isinstance(unit_row, bool) else None,

@@ -17,6 +17,8 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import PIECE, check_unpacked
 
 PIECE_OF_XML = 1 << 16
+CELLS = frozenset(("row", "c", "v", "f", "is"))
+"""Elements of the rows of a worksheet of Excel."""
 BYTES_A_CELL = 64
 """What calamine takes for each cell in the rectangle of a sheet, and Python for what it gives of an empty one."""
 
@@ -74,9 +76,15 @@ class Parts:
             raise self.damaged(f"it has no part {name}")
         parser = expat.ParserCreate(namespace_separator=" ")
         parser.StartDoctypeDeclHandler = self._refuse_doctype
-        parser.StartElementHandler = lambda full, attributes: begin(
-            full.rpartition(" ")[2], {_attribute(key): value for key, value in attributes.items()}
-        )
+        names: dict[str, str] = {}
+
+        def start(full: str, attributes: dict[str, str]) -> None:
+            name = names.get(full) or names.setdefault(full, full.rpartition(" ")[2])
+            if name not in CELLS:  # of millions: their attributes have no space
+                attributes = {_attribute(key): value for key, value in attributes.items()}
+            begin(name, attributes)
+
+        parser.StartElementHandler = start
         if end is not None:
             parser.EndElementHandler = lambda full: end(full.rpartition(" ")[2])
         with self._archive.open(name) as stream:
