@@ -31,6 +31,7 @@ ACROSS_ROOMS = {
     "fuzz": "spoils inputs",
     "independent": "tests against engines from outside",
     "laboratory": "builds robots, states and campaigns for all tests",
+    "long_campaigns": "measures campaigns of thousands of runs",
     "next_steps": "follows what answers propose as the next step, until it ends",
     "python": "`import stiffcal` as scripts, notebooks and plugins use it",
     "rates": "counts how often the right effect is named",
