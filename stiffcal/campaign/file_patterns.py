@@ -32,8 +32,8 @@ def natural_key(name: str) -> NameKey:
 
     Examples
     --------
-    >>> sorted(["pose10", "pose9", "Pose2"], key=natural_key)
-    ['pose9', 'pose10', 'Pose2']
+    >>> sorted(["pose10", "pose9", "pose2b"], key=natural_key)
+    ['pose2b', 'pose9', 'pose10']
     >>> natural_key("pose07") == natural_key("pose7")
     True
     """

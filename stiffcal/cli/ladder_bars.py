@@ -30,7 +30,7 @@ COUNT_S = 0.8
 
 
 @dataclass(frozen=True)
-class Rung:
+class LadderLine:
     """A line of the ladder."""
 
     name: str
@@ -43,18 +43,18 @@ class Rung:
     """Whether it counts for the scale: a model with effects."""
 
 
-def rungs_of(steps: Sequence[ImproveStep], noise: Rms | None) -> list[Rung]:
+def rungs_of(steps: Sequence[ImproveStep], noise: Rms | None) -> list[LadderLine]:
     """Return the ladder from no model down to the noise.
 
     Parameters
     ----------
     steps : of `improve`, the model as it was first. noise : in the same measure; None where it is not known.
     """
-    rungs = [Rung("no model", steps[0].zero_model, deviation(steps[0].zero_model))]
+    rungs = [LadderLine("no model", steps[0].zero_model, deviation(steps[0].zero_model))]
     for step in steps:
         text = deviation(step.heldout_rms) if step.heldout_rms else "not done"
-        rungs.append(Rung(step_words(step), step.heldout_rms, text, is_model=True))
-    return [*rungs, Rung("noise", noise, deviation(noise) if noise else NOT_KNOWN)]
+        rungs.append(LadderLine(step_words(step), step.heldout_rms, text, is_model=True))
+    return [*rungs, LadderLine("noise", noise, deviation(noise) if noise else NOT_KNOWN)]
 
 
 def step_words(step: ImproveStep) -> str:
@@ -62,7 +62,7 @@ def step_words(step: ImproveStep) -> str:
     return "present model" if step.action == "start" else f"{step.action} {step.effect} ({places(step.where)})"
 
 
-def ladder_lines(rungs: Sequence[Rung], scheme: str | None, width: int) -> list[str]:
+def ladder_lines(rungs: Sequence[LadderLine], scheme: str | None, width: int) -> list[str]:
     """Return the ladder as lines of at most `width` columns; without bars where they have no room.
 
     Parameters
@@ -72,7 +72,7 @@ def ladder_lines(rungs: Sequence[Rung], scheme: str | None, width: int) -> list[
     Examples
     --------
     >>> sizes = {"no model": 1e-3, "present model": 1e-4, "add backlash (joint 4)": 2.5e-5, "noise": 2.5e-5}
-    >>> rungs = [Rung(name, Rms(size, None), f"{1e3 * size:.3f} mm", 5e-4 > size) for name, size in sizes.items()]
+    >>> rungs = [LadderLine(name, Rms(size, None), f"{1e3 * size:.3f} mm", 5e-4 > size) for name, size in sizes.items()]
     >>> for line in ladder_lines(rungs, None, 64)[2:]:
     ...     print(line)
     no model                           1.000 mm   10.0 ×
@@ -92,7 +92,7 @@ def ladder_lines(rungs: Sequence[Rung], scheme: str | None, width: int) -> list[
     return lines
 
 
-def _bars(rungs: Sequence[Rung], room: int) -> list[str]:
+def _bars(rungs: Sequence[LadderLine], room: int) -> list[str]:
     """Return a bar for each rung, all on one scale from zero to the largest error of a model."""
     models = [rung.rms for rung in rungs if rung.is_model and rung.rms is not None]
     measure = next((name for name in MEASURES if models and all(_size(rms, name) is not None for rms in models)), None)

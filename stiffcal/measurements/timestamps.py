@@ -152,7 +152,7 @@ def _order_in(texts: Sequence[str], text: str, display_name: str, place: str) ->
     if not day:
         return ""
     reason = f"{text!r} is day {day} of month {month}, or day {month} of month {day}"
-    mend = f'give the time column unit = "{DAY_FIRST}" or unit = "{MONTH_FIRST}"'
+    mend = 'give the time column unit = "day-first" or unit = "month-first"'
     raise InputError.at(FaultCode.TIME_AMBIGUOUS, display_name, place, reason, mend)
 
 

@@ -33,7 +33,7 @@ NAMELESS = "column"
 
 
 @dataclass(frozen=True)
-class Column:
+class ArrayColumn:
     """A column: its rows, and how to have them."""
 
     n_rows: int
@@ -43,7 +43,7 @@ class Column:
 class OpenArrays(OpenLog):
     """The columns in an open file."""
 
-    def __init__(self, columns: dict[str, Column], display_name: str, place: str) -> None:
+    def __init__(self, columns: dict[str, ArrayColumn], display_name: str, place: str) -> None:
         lengths = {column.n_rows for column in columns.values()}
         self.columns, self.units = tuple(columns), {}
         self.n_rows = lengths.pop() if len(lengths) == 1 else None
@@ -127,7 +127,7 @@ def _head(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return shape, dtype
 
 
-def _columns(arrays: dict[str, _Array], options: Options, display_name: str) -> dict[str, Column]:
+def _columns(arrays: dict[str, _Array], options: Options, display_name: str) -> dict[str, ArrayColumn]:
     """Return the columns that the options point at."""
     requested, names = options.get("array"), options.get("columns")
     if requested is not None:
@@ -136,7 +136,7 @@ def _columns(arrays: dict[str, _Array], options: Options, display_name: str) -> 
             reason = f"no array {requested!r}"
             raise InputError.at(FaultCode.LOG_PART_MISSING, display_name, "npz.array", reason, mend)
         arrays = {"": arrays[str(requested)]}
-    columns: dict[str, Column] = {}
+    columns: dict[str, ArrayColumn] = {}
     alone = len(arrays) == 1
     for name, array in arrays.items():
         if array.dtype.hasobject:
@@ -158,7 +158,7 @@ def _columns(arrays: dict[str, _Array], options: Options, display_name: str) -> 
     return columns
 
 
-def _of_array(array: _Array, stem: str, own_name: str) -> dict[str, Column]:
+def _of_array(array: _Array, stem: str, own_name: str) -> dict[str, ArrayColumn]:
     """Return the columns of an array; `stem`: what their names begin with, "" where it is the only array."""
     if not array.shape or len(array.shape) > 2:
         return {}
@@ -166,15 +166,15 @@ def _of_array(array: _Array, stem: str, own_name: str) -> dict[str, Column]:
     if array.dtype.names:
         fields = array.dtype.names if len(array.shape) == 1 else ()
         prefix = f"{stem}." if stem else ""
-        return {f"{prefix}{name}": Column(n_rows, partial(_field, array, name)) for name in fields}
+        return {f"{prefix}{name}": ArrayColumn(n_rows, partial(_field, array, name)) for name in fields}
     if len(array.shape) == 1:
-        return {own_name or f"{NAMELESS}1": Column(n_rows, array.load)}
+        return {own_name or f"{NAMELESS}1": ArrayColumn(n_rows, array.load)}
     width = array.shape[1]
     COLUMNS.check(width, own_name or "the array")
     names = [f"{stem}[{k}]" if stem else f"{NAMELESS}{k + 1}" for k in range(width)]
     if width == 1 and own_name:
         names = [own_name]
-    return {name: Column(n_rows, partial(_column, array, k)) for k, name in enumerate(names)}
+    return {name: ArrayColumn(n_rows, partial(_column, array, k)) for k, name in enumerate(names)}
 
 
 def _field(array: _Array, name: str) -> NDArray[Any]:

@@ -171,15 +171,15 @@ class OpenSheet(OpenLog):
                     [self._number(row, column, name, layout, gaps, (row, column) in merged) for row in rows]
                 )
                 continue
-            words = [self._texts[row][column].strip() if column < len(self._texts[row]) else "" for row in rows]
-            if "" in words:
+            cells = [self._texts[row][column].strip() if column < len(self._texts[row]) else "" for row in rows]
+            if "" in cells:
                 raise self._fault(
-                    FaultCode.CELL_EMPTY, rows[words.index("")], column, name, "the cell is empty", "fill it in"
+                    FaultCode.CELL_EMPTY, rows[cells.index("")], column, name, "the cell is empty", "fill it in"
                 )
             if name in wanted.times:
-                numbers[name] = seconds_of_times(words, self.display_name, name, start + 1)
+                numbers[name] = seconds_of_times(cells, self.display_name, name, start + 1)
             else:
-                texts[name] = words
+                texts[name] = cells
         bad = first_not_finite(numbers, wanted, 0)
         if bad is not None:
             reason = f"{bad[2]} is not a finite number"
