@@ -204,6 +204,7 @@ def place_label(where: Where) -> str:
 
     Examples
     --------
+    >>> from stiffcal.model.summary import Where
     >>> place_label(Where(joints=[2, 4])), place_label(Where(pairs=[[5, 6]])), place_label(Where())
     ('j2, j4', 'j5-j6', 'setup')
     """
