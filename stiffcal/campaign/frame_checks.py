@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Pose
-from stiffcal.campaign.sizes import implausible_length
+from stiffcal.campaign.sizes import FARTHEST_ON_A_ROBOT_M, implausible_length
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 
@@ -86,7 +86,7 @@ def _far_frame_faults(manifest: Manifest, name: str) -> Iterator[Fault]:
     """
     frame = manifest.frames[name]
     for length in frame.xyz_m if frame.parent not in ("base", *manifest.frames) else ():
-        mistake = implausible_length(length)
+        mistake = implausible_length(length, FARTHEST_ON_A_ROBOT_M)
         if mistake is not None:
             yield Fault(FaultCode.VALUE_INVALID, _MANIFEST, f"frames.{name}.xyz_m", mistake.reason, mistake.mend)
 

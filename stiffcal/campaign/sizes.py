@@ -14,14 +14,20 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 from stiffcal.campaign.typed import WrongValueError, array_schema, vector_of
 
 LONGEST_M = 100.0  # ten times the reach of the largest robots
+FARTHEST_ON_A_ROBOT_M = 10.0
+"""Of a frame on the flange or a link from it: more than twice the reach of the largest arms; in mm a tool is longer."""
 HEAVIEST_KG = 1e6  # a thousand times the mass of large ones
 LARGEST_ANGLE_DEG = 36_000.0  # a hundred turns: an angle of a robot's geometry is below one
 LARGEST_RATIO = 1e6
 GRAVITY_MPS2 = (1.5, 15.0)  # between the Moon's and half as much again as the Earth's; and 0: weight left out
 
 
-def implausible_length(metres: float) -> WrongValueError | None:
+def implausible_length(metres: float, longest: float = LONGEST_M) -> WrongValueError | None:
     """Return the reason why a robot cannot have such a length, with a mend; None where it can.
+
+    Parameters
+    ----------
+    longest : that is taken, m.
 
     Examples
     --------
@@ -29,7 +35,7 @@ def implausible_length(metres: float) -> WrongValueError | None:
     1200 m exceeds the size of any robot; 1200 looks like mm: write 1.2
     >>> implausible_length(-1.2)
     """
-    if abs(metres) <= LONGEST_M:
+    if abs(metres) <= longest:
         return None
     unit, factor = ("mm", 1e-3) if abs(metres) <= 1e3 * LONGEST_M else ("µm", 1e-6)
     mend = f"{metres:.9g} looks like {unit}: write {metres * factor:.9g}"

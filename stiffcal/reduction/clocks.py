@@ -23,6 +23,8 @@ from stiffcal.reduction.holds import Holds, find_holds
 from stiffcal.reduction.ramps import MOST_STEPS, Integral, ramp_answers, robust_mean, spread_of
 
 LEAST_OVERLAP = 0.3  # of the shorter log
+# Logs of one run begin and end within a part of it; a rate or unit that is wrong is so by more than this factor.
+MOST_APART = 3.0
 MOST_GRID = 1 << 14  # points of the common grid on which every lag is tried
 LEAST_GAIN = 1.5  # the residual at the best lag against that at the next best one, in log-likelihood per 25 %
 SETTLED_S = 1e-6  # a lag that moves by less has settled: a fiftieth of the quickest logs' step
@@ -190,7 +192,7 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
     best = int(np.argmax(gain))
     n_free = u.shape[1] * y.shape[1]
     if share[best] * min(len(u), len(y)) < 4.0 * n_free + 60.0 or share[best] < 0.02:
-        return f"{second.source} does not follow {first.source}"
+        return f"{second.source} does not follow {first.source}{_of_another_length(first, second)}"
     # the next best lag outside the peak: loads that repeat exactly do not distinguish one cycle from the next
     falls = np.flatnonzero(gain < 0.5 * gain[best])
     left = falls[falls < best].max(initial=-1)
@@ -199,6 +201,14 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
     if elsewhere.size and share[best] < 0.999 and gain[best] < 1.02 * elsewhere.max():
         return f"the loads repeat: {second.source} matches {first.source} at more than one time offset"
     return float(lags[best] * step + second.time[0] - first.time[0])
+
+
+def _of_another_length(first: SharedSignal, second: SharedSignal) -> str:
+    """Return in words that the two logs last so differently that a rate or a unit of time is wrong, or ""."""
+    lasts, other = float(np.ptp(second.time)), float(np.ptp(first.time))
+    if other <= MOST_APART * lasts and lasts <= MOST_APART * other:
+        return ""
+    return f", and lasts {lasts:.4g} s where that lasts {other:.4g} s: check rate_hz or the unit of time of both"
 
 
 def _interval(time: Floats) -> float:

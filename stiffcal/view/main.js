@@ -87,7 +87,8 @@
   S.showContent = function (data) {
     const before = { ...S.state },
       old = S.data,
-      ghost = S.asGhost();
+      earlier = S.ghost,
+      shown = S.asGhost();
     const sheet = document.getElementById("page"),
       panels = document.getElementById("panels"),
       { scrollTop } = sheet;
@@ -99,9 +100,14 @@
     S.repair();
     for (const entry of panels.querySelectorAll("details")) entry.open = open.includes(entry.closest("section").id + entry.className);
     showVerdict(data);
+    // a diagnosis shows the same model again: its points stay, and so does where they were before it
+    const isSame = Boolean(present && earlier && present.id === before.model),
+      ghost = isSame ? earlier : shown;
     if (ghost && S.n) {
-      const places = statesIn(old);
-      S.moveFrom({ ...ghost, move: inOrder(ghost.move, places), turn: inOrder(ghost.turn, places) });
+      const places = statesIn(old),
+        placed = { ...ghost, move: inOrder(ghost.move, places), turn: inOrder(ghost.turn, places) };
+      if (isSame) S.ghost = placed;
+      else S.moveFrom(placed);
     }
     S.redraw();
     sheet.scrollTop = scrollTop;

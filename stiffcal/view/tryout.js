@@ -157,7 +157,10 @@
     const { data } = S,
       live = S.isLive(),
       own = data.effects.map((effect) => effect.name);
-    const inModel = live ? [...new Set([...own.filter((name) => !S.wanted.added.includes(name)), ...S.wanted.removed])] : own;
+    // an effect that is tried stands among the candidates; a diagnosis of the tried model offers it no more
+    const offers = data.candidates.map((entry) => entry.name);
+    const isTried = (name) => S.wanted.added.includes(name) && offers.includes(name);
+    const inModel = live ? [...new Set([...own.filter((name) => !isTried(name)), ...S.wanted.removed])] : own;
     const key = JSON.stringify([
       inModel,
       ticked(),
@@ -165,7 +168,7 @@
       S.part,
       data.diagnosis_of,
       data.is_diagnosed,
-      data.candidates.map((entry) => entry.name),
+      offers,
       S.waitsFor !== "",
     ]);
     if (key === listed) return;

@@ -158,6 +158,13 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
             "line 2, column t: '0,0' has a decimal mark other than '.'; set",
         ),
         (PLAIN.replace(b",", b";"), {"decimal": ","}, "has a decimal mark other than ','; set csv.decimal = \".\""),
+        (
+            PLAIN.replace(b",", b";") + b"0.2;1,5;3\n",
+            {},
+            "line 4, column Fx: '1,5' has a decimal mark other than '.'; correct the cell",
+        ),
+        (b"PK\x03\x04" + bytes(range(256)), {}, "a workbook or another packed file, not text; name it .xlsx"),
+        (PLAIN.decode().encode("utf-16")[:-1], {}, "the file is cut off in the middle of a character"),
         (PLAIN.replace(b"1.5", b"1 5000.0"), {}, "line 2, column Fx: '1 5000.0' is not a number"),
         (
             PLAIN.replace(b"1.5", b"1'500.0").replace(b"+3e2", b"1 500.0"),

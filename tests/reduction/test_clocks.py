@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,17 @@ def test_offsets_of_made_up_logs(rate: float, ahead: float) -> None:
     assert found.std < 0.01
     back = offset_between(tracker, force)
     assert back.value == pytest.approx(-found.value)
+
+
+def test_a_log_whose_rate_is_wrong_is_named_by_how_long_it_lasts() -> None:
+    """2.5 readings a second that are taken for 100."""
+    generator = np.random.default_rng(1)
+    time, wrench, _ = load_cycle(generator)
+    tracker = tracker_of(generator, time, wrench, 0.0, 2.5)
+    fast = replace(tracker, time=tracker.time * 0.025)
+    found = offset_between(SharedSignal("ft", time, wrench, True), fast)
+    assert found.value is None
+    assert "check rate_hz" in found.reason
 
 
 def test_given_offsets_are_taken_and_the_first_source_counts() -> None:

@@ -123,8 +123,8 @@ def test_a_tool_in_another_unit_is_refused_with_the_number_to_write(tmp_path: Pa
 
 def test_a_frame_on_the_robot_is_near_it_and_a_tracker_stands_anywhere(tmp_path: Path) -> None:
     near = "xyz_m = [0.0, 0.0, 0.2]"
-    far = changed(MANIFEST, (near, "xyz_m = [0.0, 0.0, 200.0]"))
-    line = "campaign.toml: frames.tool.xyz_m: 200 m exceeds the size of any robot; 200 looks like mm: write 0.2"
+    far = changed(MANIFEST, (near, "xyz_m = [0.0, 0.0, 60.0]"))
+    line = "campaign.toml: frames.tool.xyz_m: 60 m exceeds the size of any robot; 60 looks like mm: write 0.06"
     assert fault_of(write_campaign(tmp_path / "c", far)) == f"{line} [value-invalid]"
     plant = MANIFEST + '\n[frames.plant]\nparent = "base"\nxyz_m = [4512.0, -812.5, 3.0]\n'
     load_campaign(write_campaign(tmp_path / "plant", plant), check_files=False)

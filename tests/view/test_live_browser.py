@@ -103,6 +103,10 @@ def test_an_effect_is_ticked_and_the_error_falls(live_page: tuple[Any, Path]) ->
     shown.locator("#diagnose").click()
     _waited(shown)
     assert "stale" not in (shown.locator("#candidates").get_attribute("class") or "")
+    # the same model: where its points were stays, and the effect, no candidate any more, can be unticked
+    assert shown.evaluate("Array.from(stiffcal.ghost.move)") == before
+    assert shown.locator(f"#candidates input[data-effect='{EFFECT}']").count() == 0
+    assert shown.locator(f"#in-model input[data-effect='{EFFECT}']").is_checked()
     shown.locator("#write").click()
     _waited(shown)
     assert "6" in (folder / "model.toml").read_text("utf-8")

@@ -141,10 +141,10 @@ def _number_fault(cell: str, name: str, layout: TextLayout, row: int) -> tuple[s
         return "the cell is empty", left_out
     other_mark = "," if layout.rows.decimal == "." else "."
     if re.fullmatch(r"[+-]?\d*" + re.escape(other_mark) + r"\d+([eE][+-]?\d+)?", cell):
-        return (
-            f"{cell!r} has a decimal mark other than {layout.rows.decimal!r}",
-            f"set csv.{toml_text.pair('decimal', other_mark)}",
-        )
+        reason = f"{cell!r} has a decimal mark other than {layout.rows.decimal!r}"
+        if row > 1:  # the rows before have the layout's
+            return reason, f"correct the cell in a copy, or leave the row out: {exclude}"
+        return reason, f"set csv.{toml_text.pair('decimal', other_mark)}"
     if re.fullmatch(r"[+-]?\d{1,3}([., '\u00a0]\d{3})+([.,]\d+)?", cell):
         return f"{cell!r} has thousands separators", "write numbers without separators"
     if cell == name:

@@ -153,6 +153,12 @@ def _first_lines(text: LogText, skip: int, display_name: str) -> str:
         They hold bytes of another encoding than it was given, or a line too long for a header.
     """
     content = text.peek(FIRST_BYTES, skip)
+    if content.startswith(b"PK\x03\x04"):
+        reason, mend = (
+            "a workbook or another packed file, not text",
+            "name it .xlsx or .ods, or write format in its source",
+        )
+        raise InputError.at(FaultCode.FORMAT_UNKNOWN, display_name, "", reason, mend)
     lines = content.split(b"\n")
     header = next((k for k, line in enumerate(lines) if k >= skip and line.strip()), 0)
     if len(lines[header]) > LONGEST_HEADER:

@@ -269,6 +269,10 @@ class LogText(io.RawIOBase):
             return self._decoder.decode(raw, final=self._ended).encode("utf-8")
         except UnicodeError as error:
             place = f"byte {self._taken - len(raw) + getattr(error, 'start', 0) + 1}"
+            if self._ended and getattr(error, "end", -1) == len(getattr(error, "object", b"")):
+                reason = f"the file is cut off in the middle of a character ({self.encoding})"
+                mend = "log again, or copy the file again from its origin"
+                raise InputError.at(FaultCode.FILE_INCOMPLETE, self.display_name, place, reason, mend) from None
             reason = f"the bytes are not {self.encoding} ({getattr(error, 'reason', error)})"
             raise InputError.at(
                 FaultCode.ENCODING_WRONG,
