@@ -8,12 +8,33 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import jsonschema
 import pytest
 
 SCHEMAS = Path(__file__).parents[2] / "schemas"
+
+
+@contextmanager
+def as_at_a_terminal(number: signal.Signals) -> Iterator[None]:
+    """Have a child begin with a signal as a terminal's children do: ``nohup`` and ``&`` hand down an ignored one."""
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
+
+
+@contextmanager
+def ended_at_last(process: subprocess.Popen[str]) -> Iterator[None]:
+    """End a process that a test has failed to end: to leave it would wait for ever."""
+    try:
+        yield
+    finally:
+        process.kill()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent in another way there")
@@ -23,7 +44,11 @@ def test_the_page_is_served_until_it_is_interrupted(campaign: Path, tmp_path: Pa
     place = tmp_path / "temporary"
     place.mkdir()
     own = {**os.environ, "TMPDIR": str(place)}
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own) as process:
+    with (
+        as_at_a_terminal(getattr(signal, number)),
+        subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own) as process,
+        ended_at_last(process),
+    ):
         assert process.stdout is not None
         decoder, text = json.JSONDecoder(), ""
         while True:
