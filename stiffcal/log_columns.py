@@ -216,7 +216,11 @@ def damaged_file_errors(
     """
     try:
         yield
-    except (InputError, MemoryError):
+    except (
+        InputError,
+        MemoryError,
+        SystemError,
+    ):  # SystemError: a library that was given no memory, and names no error
         raise
     except Exception as error:
         if isinstance(error, OSError) and error.errno in (errno.EFBIG, errno.ENOSPC, errno.EDQUOT):

@@ -67,7 +67,8 @@ def _last_answer(channel: Channel, request: Request) -> bytes:
                 limits.renew(len(message))
     except InputError as error:
         return fault_message(error)
-    except MemoryError:
+    except (MemoryError, SystemError):
+        # a library in C that does not look whether it was given memory returns nothing, and names no error
         return plain_message(MEMORY)
     except BrokenPipeError:
         raise

@@ -105,21 +105,12 @@ def init_campaign(
         if not of_logs:
             return _from_folder(folder, Path(tables[0]), urdf, robot, tool, ask=ask, overwrite=overwrite)
         tables = [Path(tables[0]) / file for file in files_in(Path(tables[0]))]
-    elif tables and not of_logs and kind != "absolute":
-        from stiffcal.propose.from_folder import are_logs, propose_of_logs
-
-        with _at_rest(tables) as files_at_rest:
-            if all(path.is_file() for path in files_at_rest) and are_logs(files_at_rest, urdf, robot):
-                return _result(
-                    propose_of_logs(
-                        folder, files_at_rest, urdf=urdf, robot=robot, tool=tool, ask=ask, overwrite=overwrite
-                    )
-                )
     if not tables:
         from stiffcal.propose.templates import write_template
 
         written, guessed, unused = write_template(folder, kind or "load", overwrite=overwrite), [], []
     else:
+        from stiffcal.propose.from_folder import are_logs, propose_of_logs
         from stiffcal.propose.from_logs import propose_from_logs
         from stiffcal.propose.from_table import propose_campaign
 
@@ -127,6 +118,17 @@ def init_campaign(
             with suppress(OSError):
                 check_given(urdf)
         with _at_rest(tables) as files_at_rest:
+            is_kind_of_its_own = of_logs or kind == "absolute"
+            if (
+                not is_kind_of_its_own
+                and all(map(Path.is_file, files_at_rest))
+                and are_logs(files_at_rest, urdf, robot)
+            ):
+                return _result(
+                    propose_of_logs(
+                        folder, files_at_rest, urdf=urdf, robot=robot, tool=tool, ask=ask, overwrite=overwrite
+                    )
+                )
             if of_logs:
                 proposal = propose_from_logs(
                     folder, str(kind), files_at_rest, urdf=urdf, robot=robot, overwrite=overwrite

@@ -122,7 +122,7 @@ def test_format_from_ending(file: str, expected: str | None) -> None:
         (JointSignals, {"position": "A1..A6", "velocity": "v1..v5"}, "unequal numbers"),
         (JointSignals, {"position": "A1..A6", "units": {"position": "N"}}, "unit of force"),
         (Wrench, {"columns": ["Fx", "Fy"]}, "2 columns"),
-        (Wrench, {"columns": "F1..F3", "units": {"force": "Newton"}}, "not a known unit of force"),
+        (Wrench, {"columns": "F1..F3", "units": {"force": "stone"}}, "not a known unit of force"),
         (Pose, {"frame": "tracker"}, "either position or markers"),
         (Pose, {"position": "p1..p3", "rpy": "r1..r3", "rotvec": "v1..v3"}, "given twice"),
         (Pose, {"markers": {"a": "a1..a3", "b": "b1..b3"}}, "2 markers"),

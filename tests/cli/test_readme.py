@@ -56,7 +56,7 @@ def test_init_of_each_kind_is_understood_by_check(tmp_path: Path, capsys: pytest
 
 
 def test_init_options_that_do_not_go_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for words in (["--robot", "irb4400"], ["--from", "x.csv", "--kind", "ids"]):
+    for words in (["--tool", "0,0,0.1"], ["--from", "x.csv", "--kind", "ids"]):
         with pytest.raises(SystemExit) as end:
             main(["init", str(tmp_path / "new"), *words])
         assert end.value.code == 2

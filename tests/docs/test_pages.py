@@ -168,7 +168,7 @@ def test_the_notebook_holds_the_page_s_cells_with_their_output(built: Path) -> N
     cells = [cell for cell in document["cells"] if cell["cell_type"] == "code"]
     assert [cell["source"] + "\n" for cell in cells] == [block.text for block in blocks_of(PAGE) if block.tag == "run"]
     kinds = [output["output_type"] for cell in cells for output in cell["outputs"]]
-    assert (kinds.count("stream"), kinds.count("display_data")) == (4, 2)
+    assert (kinds.count("stream"), kinds.count("display_data")) == (5, 2)
     words = "".join(cell["source"] for cell in document["cells"] if cell["cell_type"] == "markdown")
     assert ".md)" not in words
     assert "{download}" not in words

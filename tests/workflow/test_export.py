@@ -100,8 +100,8 @@ def _stiffnesses(file: Path) -> list[str]:
 
 
 def test_unknown_ending_and_missing_folder(campaign: Path) -> None:
-    with pytest.raises(InputError, match=r"a name that ends in \.xlsx does not fit"):
-        export_campaign(campaign, output=Path("states.xlsx"))
+    with pytest.raises(InputError, match=r"a name that ends in \.doc does not fit"):
+        export_campaign(campaign, output=Path("states.doc"))
     with pytest.raises(InputError, match="its folder does not exist"):
         export_campaign(campaign, output=campaign / "nowhere" / "states.csv")
 
