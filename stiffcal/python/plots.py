@@ -43,7 +43,8 @@ class CampaignPlots:
         Parameters
         ----------
         against : the column, with its unit or without: ``tau_4``, ``load_N``, ``A1_deg``.
-        component : ``dx``, ``dy``, ``dz`` (base axes), ``rx``, ``ry``, ``rz``; None: the displacement that is largest.
+        component : ``dx``, ``dy``, ``dz`` (base axes), ``rx``, ``ry``, ``rz``; None: the displacement that is largest,
+            whatever the model.
         color : a column that colours the points.
         heldout : in poses that the fit has left out, or of the fit itself.
         ax : where to draw; None: on axes of its own.
@@ -68,7 +69,9 @@ class CampaignPlots:
         }
         first = {name: next(column for column in frame.columns if _is_of(column, name)) for name in components}
         if component is None:
-            sizes = {name: float(np.nanmean(frame[first[name]] ** 2)) for name in LENGTHS if name in first}
+            # of what was measured: the same for every model of the campaign, so that their pictures compare
+            measured = {name: first[name].removesuffix("residual") + "measured" for name in LENGTHS if name in first}
+            sizes = {name: float(np.nanmean(frame[column] ** 2)) for name, column in measured.items()}
             component = max(sizes, key=lambda name: sizes[name]) if sizes else next(iter(first), "")
         if component not in first:
             reason, mend = f"unknown component {component or '(nothing)'}", f"choose {', '.join(first) or 'none'}"

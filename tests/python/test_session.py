@@ -230,9 +230,9 @@ def test_a_picture_of_the_residual_on_axes_of_one_s_own(session: stiffcal.Campai
     (points,) = axes.collections
     drawn = np.asarray(points.get_offsets())
     assert drawn[:, 0].tolist() == frame["tau_4_Nm"].tolist()
-    assert drawn[:, 1] == pytest.approx(1e6 * frame["target_dz_m_residual"].to_numpy())
+    assert drawn[:, 1] == pytest.approx(1e3 * frame["target_dz_m_residual"].to_numpy())
     assert np.asarray(points.get_array()) == pytest.approx(np.degrees(frame["A1_rad"].to_numpy()))
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("tau_4 [N·m]", "residual dz [µm]")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("tau_4 [N·m]", "residual dz [mm]")
     with pytest.raises(stiffcal.InputError, match=r"residuals: tau_9: there is no such column; columns: state, run"):
         session.plot.residual("tau_9", ax=axes)
     with pytest.raises(stiffcal.InputError, match="unknown component x; choose dx, dy, dz, rx, ry, rz"):
@@ -283,6 +283,15 @@ def test_a_trial_is_compared_with_the_fit(with_play: stiffcal.CampaignSession) -
     changed = table.loc["joint-compliance.j4.c"]
     assert changed["after"] - changed["before"] == changed["change"]
     assert table["p_value"].isna().all()  # the same readings: no two independent fits
+
+
+def test_pictures_of_two_models_show_the_same_component_in_the_same_unit(with_play: stiffcal.CampaignSession) -> None:
+    from matplotlib.figure import Figure
+
+    trial = with_play.with_effect("backlash", joints=[4])
+    labels = {one.plot.residual("tau_4", ax=Figure().subplots()).get_ylabel() for one in (with_play, trial)}
+    assert len(labels) == 1
+    assert "[mm]" in labels.pop()
 
 
 def test_a_comparison_shows_the_stiffness_before_and_after(with_play: stiffcal.CampaignSession) -> None:

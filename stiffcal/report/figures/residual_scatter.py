@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from stiffcal.arrays import Floats
 from stiffcal.report.drawing_library import drawing_library
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-FINE = 5e-4  # m, rad: below it micrometres and microradians are easier to read
 
 
 @dataclass(frozen=True)
@@ -49,9 +45,8 @@ def draw_residual_scatter(content: ScatterContent, axes: Axes | None) -> Axes:
         from matplotlib import pyplot
 
         axes = pyplot.subplots()[1]
-    small = float(np.nanmax(np.abs(content.residual), initial=0.0)) < FINE
-    unit = ("µrad" if small else "mrad") if content.rotation else ("µm" if small else "mm")
-    residual = content.residual * (1e6 if small else 1e3)
+    # one unit, whatever the residual's size: pictures of two models compare
+    unit, residual = "mrad" if content.rotation else "mm", 1e3 * content.residual
     axes.axhline(0.0, color="0.7", linewidth=0.8)
     if content.shades is None:
         axes.scatter(content.values, residual, s=12)
