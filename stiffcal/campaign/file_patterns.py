@@ -122,7 +122,7 @@ class FilePattern:
         if not _FREE.search(part):
             names: Iterable[str] = [part] if rest or (folder / here / part).exists() else []
         elif leads_outside(folder, here) is not None:
-            return  # whoever opens a file there reports the link
+            return  # opening a file there reports the link
         else:
             names = _matching(folder / here, part, folders=bool(rest))
         for name in names:

@@ -123,7 +123,7 @@ class PlainFiles:
             self._inside[parent] = not escapes(file) and leads_outside(self._folder, parent or ".") is None
         try:
             return self._inside[parent] and stat.S_ISREG(os.lstat(f"{self._folder}/{file}").st_mode)
-        except (OSError, ValueError):  # what is wrong with it is found by whoever looks closer
+        except (OSError, ValueError):  # the check that reads it names the fault
             return False
 
 

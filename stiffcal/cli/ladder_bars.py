@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiffcal.workflow.improve_results import ImproveStep
 
 WIDEST, NARROWEST = 40, 12
-"""Columns of a bar: more show no more, in fewer a tenth cannot be told from nothing."""
+"""Columns of a bar: more show no more, in fewer a tenth cannot be distinguished from zero."""
 WIDEST_LADDER = 100
 """Columns of the whole where there is no terminal, or a wide one."""
 GAP = "   "

@@ -104,5 +104,5 @@ class LogFiles:
                 opened.seek(-min(_TAIL, path.stat().st_size), os.SEEK_END)
                 tail = opened.read(_TAIL)
         except (OSError, InputError):
-            return False  # whoever reads it reports why
+            return False  # reading it reports why
         return tail.rstrip(b"\0")[-1:] not in (b"\n", b"\r")

@@ -27,7 +27,7 @@ PATIENCE_S = 2.0
 TOKEN_HEADER = "X-Stiffcal-Token"
 
 
-class Beside(Protocol):
+class BackgroundTask(Protocol):
     """What goes on in a thread of its own while a server answers."""
 
     def run(self) -> None:
@@ -60,17 +60,17 @@ class LiveServer:
     ----------
     page : returns the HTML of the page.
     answers : by the name of what the page asks for: takes the request's document, returns a text that is sent as it is.
-    beside : what goes on while it answers; None: nothing.
+    background : what goes on while it answers; None: nothing.
     """
 
     def __init__(
         self,
         page: Callable[[], str],
         answers: dict[str, Callable[[Document], str]],
-        beside: Beside | None = None,
+        background: BackgroundTask | None = None,
     ) -> None:
         self.token = secrets.token_urlsafe(32)
-        self.page, self.answers, self.beside = page, answers, beside
+        self.page, self.answers, self.background = page, answers, background
         self._http = ThreadingHTTPServer((HOST, 0), self._handler())
         self._http.daemon_threads = True
 
@@ -86,22 +86,22 @@ class LiveServer:
 
     def serve(self) -> None:
         """Answer until the process is interrupted or `stop` is called."""
-        beside = None if self.beside is None else Thread(target=self.beside.run, daemon=True)
-        if beside is not None:
-            beside.start()
+        background = None if self.background is None else Thread(target=self.background.run, daemon=True)
+        if background is not None:
+            background.start()
         try:
             self._http.serve_forever(poll_interval=0.2)
         finally:
-            if self.beside is not None and beside is not None:
-                self.beside.stop()
-                beside.join(PATIENCE_S)
+            if self.background is not None and background is not None:
+                self.background.stop()
+                background.join(PATIENCE_S)
             self.close()
 
     def close(self) -> None:
         """Give the port back."""
         self._http.server_close()
-        if self.beside is not None:
-            self.beside.close()
+        if self.background is not None:
+            self.background.close()
 
     def stop(self) -> None:
         """End `serve`, which runs in another thread."""

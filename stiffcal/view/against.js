@@ -104,7 +104,7 @@
     let viewsKey = "";
     /** Buttons for a model and the one before it. */
     function showViews(pair) {
-      const shown = S.state.beside ? "beside" : pair?.before.id === S.residual().model.id ? "before" : "after";
+      const shown = S.state.sideBySide ? "side by side" : pair?.before.id === S.residual().model.id ? "before" : "after";
       const key = pair ? [pair.before.id, pair.after.id, shown].join("/") : "";
       if (key === viewsKey) return;
       viewsKey = key;
@@ -114,9 +114,9 @@
       views.replaceChildren(
         ...(pair
           ? [
-              button("before", "before", { ...showing(pair.before), beside: 0 }, pair.before.label),
-              button("after", "after", { ...showing(pair.after), beside: 0 }, pair.after.label),
-              button("beside", "side by side", { ...showing(pair.after), beside: 1 }, "both on one scale"),
+              button("before", "before", { ...showing(pair.before), sideBySide: 0 }, pair.before.label),
+              button("after", "after", { ...showing(pair.after), sideBySide: 0 }, pair.after.label),
+              button("side by side", "side by side", { ...showing(pair.after), sideBySide: 1 }, "both on one scale"),
             ]
           : []),
       );
@@ -192,7 +192,7 @@
       showViews(pair);
       const { g, width, height } = S.begin(canvas);
       const others = pair ? pair.residuals : [];
-      const sides = (pair && S.state.beside ? others : [shown]).map(S.pointsOf);
+      const sides = (pair && S.state.sideBySide ? others : [shown]).map(S.pointsOf);
       const colours = sides.map((points) => S.coloursOf(points, others)),
         [{ legend, palette, scale }] = colours;
       showLegend(scale ? [] : legend, palette);

@@ -3,7 +3,7 @@
   const first = () => ({
     part: 0,
     model: "",
-    beside: -1,
+    sideBySide: -1,
     kind: "heldout",
     off: [],
     mode: "part",
@@ -230,7 +230,7 @@
         ? { x: data.evidence[missing].variable, y: `r.e${missing + 1}` }
         : null;
     if (opening && !keys.has(state.x) && !keys.has(state.y)) Object.assign(state, opening);
-    if (![0, 1].includes(state.beside)) state.beside = data.change ? 1 : 0;
+    if (![0, 1].includes(state.sideBySide)) state.sideBySide = data.change ? 1 : 0;
     if (!keys.has(state.x)) state.x = proposed ? proposed.variable : (data.variables[0]?.name ?? "");
     if (state.colour !== "none" && !keys.has(state.colour))
       state.colour = ["branch", "joint", data.direction, "run"].find((key) => keys.has(key)) ?? "none";

@@ -213,7 +213,7 @@ def test_the_server_tells_the_page_under_the_same_rules(tmp_path: Path) -> None:
     measuring = Measuring(tmp_path / "c")
     measuring.watcher.close()
     server = live_server(measuring.folder, RunContext(), watch=True)
-    watcher = server.beside
+    watcher = server.background
     assert isinstance(watcher, LogWatcher)
     thread = threading.Thread(target=server._http.serve_forever)  # without the thread that looks: the test looks itself
     thread.start()

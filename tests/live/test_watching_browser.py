@@ -32,7 +32,7 @@ def test_runs_appear_on_the_page_by_themselves(tmp_path: Path) -> None:
     measuring.watcher.close()
     measuring.now = 0.0  # long ago: nobody writes what lies there
     server = live_server(measuring.folder, RunContext(), watch=True)
-    watcher = server.beside
+    watcher = server.background
     assert isinstance(watcher, LogWatcher)
     thread = threading.Thread(target=server._http.serve_forever)  # the test itself looks at the logs
     thread.start()

@@ -35,7 +35,7 @@ def lines_of(rows: Sequence[Sequence[float | str]], delimiter: str, decimal: str
     return "".join(delimiter.join(map(cell, row)) + "\n" for row in rows)
 
 
-def beside(*columns: object) -> list[list[float | str]]:
+def next_to(*columns: object) -> list[list[float | str]]:
     table = np.column_stack([np.array(column, dtype=object) for column in columns])
     return [[cell if isinstance(cell, str) else float(cell) for cell in row] for row in table.tolist()]
 
@@ -46,7 +46,7 @@ def motive() -> str:
     names = ["", "Name", *["plate"] * 8, *["plate:Marker 001"] * 3]
     kinds = ["", "Type", *["Rigid Body"] * 8, *["Marker"] * 3]
     ids = ["", "ID", *["1A2B"] * 8, *["33CC"] * 3]
-    rows = beside(np.arange(N), TIME, Q[:, [1, 2, 3, 0]], PLACE, np.full(N, 0.1), PLACE)
+    rows = next_to(np.arange(N), TIME, Q[:, [1, 2, 3, 0]], PLACE, np.full(N, 0.1), PLACE)
     head = (
         "Format Version,1.25,Take Name,t1,Export Frame Rate,50.000000,Rotation Type,Quaternion,Length Units,Millimeters"
     )
@@ -54,14 +54,14 @@ def motive() -> str:
 
 
 def vicon() -> str:
-    rows = beside(np.arange(N), np.zeros(N), PLACE)
+    rows = next_to(np.arange(N), np.zeros(N), PLACE)
     return "Trajectories\n50\n,,arm:tool,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n" + lines_of(rows, ",")
 
 
 def qualisys() -> str:
     head = "NO_OF_FRAMES\t40\nNO_OF_MARKERS\t2\nFREQUENCY\t50\nMARKER_NAMES\tprobe\tbase\n"
     head += "TRAJECTORY_TYPES\tMeasured\tMeasured\n"
-    return head + lines_of(beside(PLACE, np.tile([10.0, 20.0, 30.0], (N, 1))), "\t")
+    return head + lines_of(next_to(PLACE, np.tile([10.0, 20.0, 30.0], (N, 1))), "\t")
 
 
 def labview(first: object = TIME) -> str:
@@ -70,13 +70,13 @@ def labview(first: object = TIME) -> str:
         "Samples\t40\t40\t40\t\nDate\t2026/11/20\t2026/11/20\t2026/11/20\t\nY_Unit_Label\tNewton\tNewton\tNewton\t\n"
     )
     head += "X0\t0,0E+0\t0,0E+0\t0,0E+0\t\nDelta_X\t0,02\t0,02\t0,02\t\n***End_of_Header***\t\t\t\t\n"
-    return head + "X_Value\tFx\tFy\tFz\tComment\n" + lines_of(beside(first, FORCE), "\t", ",")
+    return head + "X_Value\tFx\tFy\tFz\tComment\n" + lines_of(next_to(first, FORCE), "\t", ",")
 
 
 def rtde() -> str:
     names = ["timestamp", *(f"target_q_{k}" for k in range(6)), *(f"actual_q_{k}" for k in range(6))]
     angles = np.radians(JOINTS)
-    return " ".join(names) + "\n" + lines_of(beside(31002.118 + TIME, angles + 0.5, angles), " ")
+    return " ".join(names) + "\n" + lines_of(next_to(31002.118 + TIME, angles + 0.5, angles), " ")
 
 
 def aligned() -> str:
@@ -88,7 +88,7 @@ def aligned() -> str:
 def franka() -> str:
     names = ["time", *(f"q[{k}]" for k in range(6)), *(f"q_d[{k}]" for k in range(6)), *(f"q_d[{k}]" for k in range(6))]
     angles = np.radians(JOINTS)
-    return ", ".join(names) + "\n" + lines_of(beside(TIME, angles, angles, angles), ", ")
+    return ", ".join(names) + "\n" + lines_of(next_to(TIME, angles, angles, angles), ", ")
 
 
 def union() -> str:
@@ -103,23 +103,23 @@ def union() -> str:
 
 def dated(form: str) -> str:
     words = [form.format(seconds=f"{30 + time:06.3f}", comma=f"{30 + time:06.3f}".replace(".", ",")) for time in TIME]
-    return "Zeitstempel;Kraft X [N];Kraft Y [N];Kraft Z [N]\n" + lines_of(beside(words, FORCE), ";")
+    return "Zeitstempel;Kraft X [N];Kraft Y [N];Kraft Z [N]\n" + lines_of(next_to(words, FORCE), ";")
 
 
 def low_resolution() -> str:
     steps = np.floor(TIME / 0.05) * 50
     head = "Name;PLC force cell\nSampleTime[ms];20\nUnit;ms / N\n\nTime [ms];Fx;Fy;Fz\n"
-    return head + lines_of(beside(steps, FORCE), ";")
+    return head + lines_of(next_to(steps, FORCE), ";")
 
 
 def ndi() -> str:
     names = ["Tool ID", "Timestamp", "Frame #", *("Tx", "Ty", "Tz"), *(f"R{i}{k}" for i in range(3) for k in range(3))]
-    rows = beside(np.ones(N), 1785175389.64 + TIME, np.arange(N), PLACE, R)
+    rows = next_to(np.ones(N), 1785175389.64 + TIME, np.arange(N), PLACE, R)
     return ",".join(names) + "\n" + lines_of(rows, ",")
 
 
 def polaris() -> str:
-    rows = beside(np.ones(N), TIME, ["OK"] * N, Q, PLACE)
+    rows = next_to(np.ones(N), TIME, ["OK"] * N, Q, PLACE)
     rows.insert(5, ["1", "0.09", "MISSING", *[""] * 7])
     return "Tools,Time [s],State,Q0,Qx,Qy,Qz,Tx,Ty,Tz\n" + lines_of(rows, ",")
 
@@ -130,7 +130,7 @@ def thousands() -> str:
 
 
 def of_words(time: str, x: str, y: str, z: str) -> str:
-    return f"{time};{x};{y};{z}\n" + lines_of(beside(TIME, FORCE), ";", ",")
+    return f"{time};{x};{y};{z}\n" + lines_of(next_to(TIME, FORCE), ";", ",")
 
 
 WRENCH, POSITION, ANGLES = "wrench", "position.tool", "joints"
@@ -193,7 +193,7 @@ def test_orientations_come_along(tmp_path: Path) -> None:
 
 
 def test_an_orientation_that_never_changes_is_not_measured(tmp_path: Path) -> None:
-    rows = beside(TIME, PLACE, np.tile([1, 0, 0, 0], (N, 1)))
+    rows = next_to(TIME, PLACE, np.tile([1, 0, 0, 0], (N, 1)))
     kind = proposed(tmp_path, "log.csv", "t [s],X [mm],Y [mm],Z [mm],Q0,Q1,Q2,Q3\n" + lines_of(rows, ","))
     assert kind.roles.joints is None
     assert {entry.column for entry in kind.columns if not entry.taken_as} == {"Q0", "Q1", "Q2", "Q3"}
@@ -211,7 +211,7 @@ def test_each_signal_of_a_union_of_times_has_its_own_rows(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("lost", ["", "MISSING", "nan"])
 def test_a_lost_target_is_refused_with_a_condition_that_can_be_copied(tmp_path: Path, lost: str) -> None:
-    text = "t [s],X [mm],Y [mm],Z [mm]\n" + lines_of(beside(TIME, PLACE), ",")
+    text = "t [s],X [mm],Y [mm],Z [mm]\n" + lines_of(next_to(TIME, PLACE), ",")
     text += ",".join(["0.9", lost, lost, lost]) + "\n" + "1.0,1.5,2.5,3.5\n"
     (tmp_path / "log.csv").write_text(text)
     table = {
@@ -242,7 +242,7 @@ def test_dates_that_can_be_read_in_two_ways_are_refused_and_both_are_named(tmp_p
 
 
 def test_large_t_beside_forces_is_no_moment(tmp_path: Path) -> None:
-    rows = beside(TIME, np.tile([1.0, 2.0, 3.0], (N, 1)), np.tile([-100.1, 20.0, -1500.0], (N, 1)))
+    rows = next_to(TIME, np.tile([1.0, 2.0, 3.0], (N, 1)), np.tile([-100.1, 20.0, -1500.0], (N, 1)))
     kind = proposed(tmp_path, "both.csv", "Time,Fx,Fy,Fz,Tx,Ty,Tz\n" + lines_of(rows, ","))
     assert kind.roles.moment is None
     assert kind.roles.position is not None

@@ -208,24 +208,24 @@ def test_an_effect_that_was_added_is_shown_before_and_after_on_one_scale(browser
     model.write_text(whole, encoding="utf-8")
     view_campaign(folder)
     page, complaints = opened(browser, folder / "view.html")
-    assert page.evaluate("[stiffcal.state.x, stiffcal.state.y, stiffcal.state.beside]") == ["torque6", "r.e1", 1]
+    assert page.evaluate("[stiffcal.state.x, stiffcal.state.y, stiffcal.state.sideBySide]") == ["torque6", "r.e1", 1]
     titles = page.locator("#against-note").inner_text()
     assert "fit 1" in titles
     assert "fit 2" in titles
     scale = "JSON.stringify(['x', 'y'].map((a) => stiffcal.locked(`${a} torque6 r.e1`, [0, 0])))"
-    beside = page.evaluate(scale)
+    both = page.evaluate(scale)
     shades = {}
     for name, shown in (("before", "fit1"), ("after", "fit2")):
         page.get_by_role("button", name=name, exact=True).click()
         settled(page)
-        assert page.evaluate("[stiffcal.state.model, stiffcal.state.beside]") == [shown, 0]
-        assert page.evaluate(scale) == beside
+        assert page.evaluate("[stiffcal.state.model, stiffcal.state.sideBySide]") == [shown, 0]
+        assert page.evaluate(scale) == both
         shades[name] = page.locator("#poses-note").inner_text()
     # colours too: the largest of the scale is the earlier model's in both
     assert shades["before"] == shades["after"]
     page.get_by_role("button", name="side by side").click()
     settled(page)
-    assert page.evaluate("stiffcal.state.beside") == 1
+    assert page.evaluate("stiffcal.state.sideBySide") == 1
     assert complaints == []
     page.context.close()
 
