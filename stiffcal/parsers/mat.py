@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from numpy.typing import NDArray
-
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.log_columns import (
-    Batch,
-    Options,
-    WantedColumns,
-    batch_of_columns,
-    check_columns,
-    common_length,
-    damaged_file_errors,
-    nearest_name,
-)
-from stiffcal.parsers.open_log import OpenLog
+from stiffcal.log_columns import Options, damaged_file_errors, nearest_name
+from stiffcal.parsers.named_columns import NamedColumn, OpenColumns
 from stiffcal.parsers.signatures import begins_like_hdf5
 
 PLAIN_CLASSES = (
@@ -51,49 +39,8 @@ def in_matlab(kind: str, name: str) -> str:
     return "in MATLAB: save what is in it as vectors of numbers or cells of words"
 
 
-@dataclass(frozen=True)
-class Vector:
-    """A column: how many rows it has, and how to read some of them."""
-
-    n_rows: int
-    read: Callable[[int, int], NDArray[Any]]
-
-
-class OpenMat(OpenLog):
-    """An open MAT file."""
-
-    def __init__(self, columns: dict[str, Vector], display_name: str, place: str, unreadable: str) -> None:
-        lengths = {column.n_rows for column in columns.values()}
-        self.columns, self.units = tuple(columns), {}  # MAT files state no units
-        self.n_rows = lengths.pop() if len(lengths) == 1 else None
-        self.display_name, self.place = display_name, place
-        self._vectors, self._unreadable = columns, unreadable
-
-    def check(self, wanted: WantedColumns) -> None:
-        """Raise an `InputError` for each wanted column that is not there; it may be in what only MATLAB can read."""
-        check_columns(wanted, self.columns, self.display_name, self.place, self._unreadable)
-
-    def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
-        """Yield the rows in batches.
-
-        Raises
-        ------
-        InputError
-            For a damaged or cut off file, columns of unequal length, a column of another kind, a number that is not
-            finite.
-        """
-        lengths = {name: self._vectors[name].n_rows for name in wanted.names}
-        n_rows = common_length(lengths, wanted, self.display_name)
-
-        def read(name: str, start: int, end: int) -> NDArray[Any]:
-            return self._vectors[name].read(start, end)
-
-        for start in range(0, n_rows, self.BATCH_ROWS):
-            yield batch_of_columns(read, wanted, start, min(start + self.BATCH_ROWS, n_rows), self.display_name)
-
-
 @contextmanager
-def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenMat]:
+def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenColumns]:
     """Open a log.
 
     Raises
@@ -105,7 +52,7 @@ def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenMa
     place = f"variable {variable}" if variable else ""
     mend = "copy it again from its origin, or save it again"
     with damaged_file_errors("MAT file", display_name, mend), _open_tree(path, display_name) as tree:
-        yield OpenMat(_columns(tree, options, display_name), display_name, place, _unreadable(tree))
+        yield OpenColumns(_columns(tree, options, display_name), display_name, place, _unreadable(tree))
 
 
 def _open_tree(path: Path, display_name: str) -> AbstractContextManager[Tree]:
@@ -130,11 +77,11 @@ class Tree(Protocol):
     def kind(self, item: Any) -> str:
         """Return MATLAB's name of an item's class."""
 
-    def vectors(self, item: Any) -> dict[str, Vector]:
+    def vectors(self, item: Any) -> dict[str, NamedColumn]:
         """Return the columns of a matrix by number from 1, of a vector by the empty name."""
 
 
-def _columns(tree: Tree, options: Options, display_name: str) -> dict[str, Vector]:
+def _columns(tree: Tree, options: Options, display_name: str) -> dict[str, NamedColumn]:
     """Return the columns that the options point at."""
     variable, names = str(options.get("variable") or ""), options.get("columns")
     item, path = tree.top, ""
@@ -191,7 +138,7 @@ def _unreadable(tree: Tree) -> str:
     return ""
 
 
-def _matrix_columns(tree: Tree, item: Any, names: object, path: str, display_name: str) -> dict[str, Vector]:
+def _matrix_columns(tree: Tree, item: Any, names: object, path: str, display_name: str) -> dict[str, NamedColumn]:
     if tree.kind(item) not in PLAIN_CLASSES:
         reason = f"it is a MATLAB {tree.kind(item)}, which only MATLAB can read"
         mend = in_matlab(tree.kind(item), path)

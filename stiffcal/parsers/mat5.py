@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import loadmat, whosmat
 
-from stiffcal.parsers.mat import PLAIN_CLASSES, Vector
+from stiffcal.parsers.mat import PLAIN_CLASSES
+from stiffcal.parsers.named_columns import NamedColumn
 
 Read = Callable[[int, int], NDArray[Any]]
 
@@ -62,7 +63,7 @@ class Tree5:
             return "struct"
         return {"O": "cell", "U": "char", "V": "opaque"}.get(value.dtype.kind, "double")
 
-    def vectors(self, item: Any) -> dict[str, Vector]:
+    def vectors(self, item: Any) -> dict[str, NamedColumn]:
         """Return the columns of a matrix by number from 1, of a vector by the empty name."""
         kind = self.kind(item)
         shape = self._outline[item[1]][0] if item[0] == "" else item[1].shape if isinstance(item[1], np.ndarray) else ()
@@ -79,8 +80,8 @@ class Tree5:
             return read
 
         if 1 in (n_rows, n_columns):
-            return {"": Vector(n_rows * n_columns, reader(None))}
-        return {str(k + 1): Vector(n_rows, reader(k)) for k in range(n_columns)}
+            return {"": NamedColumn(n_rows * n_columns, reader(None))}
+        return {str(k + 1): NamedColumn(n_rows, reader(k)) for k in range(n_columns)}
 
 
 def _cell_word(cell: Any) -> str:

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.parsers.hdf5_files import Read, by_chunk, checked, members_of, open_hdf5
-from stiffcal.parsers.mat import PLAIN_CLASSES, Vector
+from stiffcal.parsers.mat import PLAIN_CLASSES
+from stiffcal.parsers.named_columns import NamedColumn
 
 MOST_LETTERS = 1 << 16  # of a word in a cell
 
@@ -44,7 +45,7 @@ class Tree73:
         kind = item.attrs.get("MATLAB_class", b"struct" if isinstance(item, h5py.Group) else b"double")
         return kind.decode() if isinstance(kind, bytes) else str(kind)
 
-    def vectors(self, item: Any) -> dict[str, Vector]:
+    def vectors(self, item: Any) -> dict[str, NamedColumn]:
         """Return the columns of a matrix by number from 1, of a vector by the empty name."""
         if not isinstance(item, h5py.Dataset) or item.ndim != 2 or "MATLAB_empty" in item.attrs:
             return {}
@@ -54,9 +55,9 @@ class Tree73:
         n_columns, n_rows = item.shape
         if n_rows == 1:
             rows = by_chunk(lambda a, b: np.asarray(item[a:b, 0]), item, 0, n_columns)
-            return {"": Vector(n_columns, self._reader(kind, rows))}
+            return {"": NamedColumn(n_columns, self._reader(kind, rows))}
         rows_of = [by_chunk(partial(_transposed, item, column), item, 1, n_rows) for column in range(n_columns)]
-        vectors = [Vector(n_rows, self._reader(kind, rows)) for rows in rows_of]
+        vectors = [NamedColumn(n_rows, self._reader(kind, rows)) for rows in rows_of]
         return {"" if n_columns == 1 else str(k + 1): vector for k, vector in enumerate(vectors)}
 
     def _reader(self, kind: str, read: Read) -> Read:

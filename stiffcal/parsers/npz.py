@@ -16,57 +16,16 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS
-from stiffcal.log_columns import (
-    Batch,
-    Options,
-    WantedColumns,
-    batch_of_columns,
-    common_length,
-    damaged_file_errors,
-    nearest_name,
-)
-from stiffcal.parsers.open_log import OpenLog
+from stiffcal.log_columns import Options, damaged_file_errors, nearest_name
+from stiffcal.parsers.named_columns import NamedColumn, OpenColumns
 
 NPY = b"\x93NUMPY"
 NAMELESS = "column"
 """Columns of a matrix without names are called column1, column2 …, as those of a text without a header are."""
 
 
-@dataclass(frozen=True)
-class ArrayColumn:
-    """A column: its rows, and how to have them."""
-
-    n_rows: int
-    values: Callable[[], NDArray[Any]]
-
-
-class OpenArrays(OpenLog):
-    """The columns in an open file."""
-
-    def __init__(self, columns: dict[str, ArrayColumn], display_name: str, place: str) -> None:
-        lengths = {column.n_rows for column in columns.values()}
-        self.columns, self.units = tuple(columns), {}
-        self.n_rows = lengths.pop() if len(lengths) == 1 else None
-        self.display_name, self.place = display_name, place
-        self._columns = columns
-
-    def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
-        """Yield the rows in batches.
-
-        Raises
-        ------
-        InputError
-            For a damaged file, columns of unequal length, a column of another kind, a number that is not finite.
-        """
-        n_rows = common_length({name: self._columns[name].n_rows for name in wanted.names}, wanted, self.display_name)
-        arrays = {name: self._columns[name].values() for name in wanted.names}
-        for start in range(0, n_rows, self.BATCH_ROWS):
-            end = min(start + self.BATCH_ROWS, n_rows)
-            yield batch_of_columns(lambda name, a, b: arrays[name][a:b], wanted, start, end, self.display_name)
-
-
 @contextmanager
-def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenArrays]:
+def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenColumns]:
     """Open a log.
 
     Raises
@@ -79,7 +38,7 @@ def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenAr
         file.seek(0)
         arrays = {"": _single(file)} if is_single else _archive(file)
         place = "array" if is_single else "arrays"
-        yield OpenArrays(_columns(arrays, options, display_name), display_name, place)
+        yield OpenColumns(_columns(arrays, options, display_name), display_name, place)
 
 
 @dataclass(frozen=True)
@@ -127,7 +86,7 @@ def _head(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return shape, dtype
 
 
-def _columns(arrays: dict[str, _Array], options: Options, display_name: str) -> dict[str, ArrayColumn]:
+def _columns(arrays: dict[str, _Array], options: Options, display_name: str) -> dict[str, NamedColumn]:
     """Return the columns that the options point at."""
     requested, names = options.get("array"), options.get("columns")
     if requested is not None:
@@ -136,7 +95,7 @@ def _columns(arrays: dict[str, _Array], options: Options, display_name: str) -> 
             reason = f"no array {requested!r}"
             raise InputError.at(FaultCode.LOG_PART_MISSING, display_name, "npz.array", reason, mend)
         arrays = {"": arrays[str(requested)]}
-    columns: dict[str, ArrayColumn] = {}
+    columns: dict[str, NamedColumn] = {}
     alone = len(arrays) == 1
     for name, array in arrays.items():
         if array.dtype.hasobject:
@@ -158,7 +117,7 @@ def _columns(arrays: dict[str, _Array], options: Options, display_name: str) -> 
     return columns
 
 
-def _of_array(array: _Array, stem: str, own_name: str) -> dict[str, ArrayColumn]:
+def _of_array(array: _Array, stem: str, own_name: str) -> dict[str, NamedColumn]:
     """Return the columns of an array; `stem`: what their names begin with, "" where it is the only array."""
     if not array.shape or len(array.shape) > 2:
         return {}
@@ -166,22 +125,25 @@ def _of_array(array: _Array, stem: str, own_name: str) -> dict[str, ArrayColumn]
     if array.dtype.names:
         fields = array.dtype.names if len(array.shape) == 1 else ()
         prefix = f"{stem}." if stem else ""
-        return {f"{prefix}{name}": ArrayColumn(n_rows, partial(_field, array, name)) for name in fields}
+        return {f"{prefix}{name}": NamedColumn(n_rows, partial(_field, array, name)) for name in fields}
     if len(array.shape) == 1:
-        return {own_name or f"{NAMELESS}1": ArrayColumn(n_rows, array.load)}
+        return {own_name or f"{NAMELESS}1": NamedColumn(n_rows, partial(_rows, array))}
     width = array.shape[1]
     COLUMNS.check(width, own_name or "the array")
     names = [f"{stem}[{k}]" if stem else f"{NAMELESS}{k + 1}" for k in range(width)]
     if width == 1 and own_name:
         names = [own_name]
-    return {name: ArrayColumn(n_rows, partial(_column, array, k)) for k, name in enumerate(names)}
+    return {name: NamedColumn(n_rows, partial(_column, array, k)) for k, name in enumerate(names)}
 
 
-def _field(array: _Array, name: str) -> NDArray[Any]:
+def _rows(array: _Array, start: int, end: int) -> NDArray[Any]:
+    return array.load()[start:end]
+
+
+def _field(array: _Array, name: str, start: int, end: int) -> NDArray[Any]:
     values: NDArray[Any] = array.load()[name]
-    return values
+    return values[start:end]
 
 
-def _column(array: _Array, number: int) -> NDArray[Any]:
-    values: NDArray[Any] = array.load()[:, number]
-    return values
+def _column(array: _Array, number: int, start: int, end: int) -> NDArray[Any]:
+    return array.load()[start:end, number]

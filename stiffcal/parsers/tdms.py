@@ -14,17 +14,8 @@ from numpy.typing import NDArray
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
-from stiffcal.log_columns import (
-    Batch,
-    Options,
-    WantedColumns,
-    batch_of_columns,
-    common_length,
-    damaged_file_errors,
-    missing_library,
-    nearest_name,
-)
-from stiffcal.parsers.open_log import OpenLog
+from stiffcal.log_columns import Options, damaged_file_errors, missing_library, nearest_name
+from stiffcal.parsers.named_columns import NamedColumn, OpenColumns
 
 LIBRARIES = ("nptdms",)
 """Imported before the limits of a log hold."""
@@ -32,41 +23,8 @@ UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 WAVEFORM_TIME = "time"
 
 
-class OpenTdms(OpenLog):
-    """The channels of a group of an open TDMS file."""
-
-    def __init__(self, channels: dict[str, Any], display_name: str, place: str) -> None:
-        lengths = {_length(channel) for channel in channels.values()}
-        self.columns = tuple(channels)
-        self.units = {name: unit for name, channel in channels.items() if (unit := _unit(channel))}
-        self.n_rows = lengths.pop() if len(lengths) == 1 else None
-        self.display_name, self.place = display_name, place
-        self._channels = channels
-
-    def batches(self, wanted: WantedColumns) -> Iterator[Batch]:
-        """Yield the rows in batches.
-
-        Raises
-        ------
-        InputError
-            For a damaged file, channels of unequal length, a channel that holds no numbers, a number that is not
-            finite.
-        """
-        lengths = {name: _length(channel) for name, channel in self._channels.items()}
-        n_rows = common_length(lengths, wanted, self.display_name)
-
-        def read(name: str, start: int, end: int) -> NDArray[Any]:
-            channel = self._channels[name]
-            if isinstance(channel, _Waveform):
-                return channel.times(start, end)
-            return np.asarray(channel.read_data(start, end - start))
-
-        for start in range(0, n_rows, self.BATCH_ROWS):
-            yield batch_of_columns(read, wanted, start, min(start + self.BATCH_ROWS, n_rows), self.display_name)
-
-
 @contextmanager
-def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenTdms]:
+def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenColumns]:
     """Open a log.
 
     Raises
@@ -89,28 +47,28 @@ def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenTd
     ):
         _check_finished(file, display_name)
         group = _group(file, options, display_name)
-        yield OpenTdms(_channels(group), display_name, f"group {group.name}")
+        yield OpenColumns(_columns(group), display_name, f"group {group.name}")
 
 
-class _Waveform:
-    """The times of channels that were written as waveforms: evenly spaced from an offset."""
-
-    def __init__(self, channel: Any) -> None:
-        self.n_rows = len(channel)
-        self._offset = float(channel.properties.get("wf_start_offset", 0.0))
-        self._step = float(channel.properties["wf_increment"])
-
-    def times(self, start: int, end: int) -> NDArray[np.float64]:
-        """Return seconds of rows `start` to before `end`."""
-        return np.asarray(self._offset + self._step * np.arange(start, end), dtype=np.float64)
-
-
-def _channels(group: Any) -> dict[str, Any]:
+def _columns(group: Any) -> dict[str, NamedColumn]:
+    """Return the channels of a group, and the times of those that were written as waveforms."""
     channels: dict[str, Any] = {channel.name: channel for channel in group.channels()}
+    columns = {name: NamedColumn(len(channel), _reader(channel), _unit(channel)) for name, channel in channels.items()}
     waveform = next((channel for channel in channels.values() if "wf_increment" in channel.properties), None)
-    if waveform is not None and WAVEFORM_TIME not in channels and float(waveform.properties["wf_increment"]) > 0.0:
-        channels[WAVEFORM_TIME] = _Waveform(waveform)
-    return channels
+    if waveform is not None and WAVEFORM_TIME not in columns and float(waveform.properties["wf_increment"]) > 0.0:
+        columns[WAVEFORM_TIME] = NamedColumn(len(waveform), _times(waveform), "s")
+    return columns
+
+
+def _reader(channel: Any) -> Callable[[int, int], NDArray[Any]]:
+    return lambda start, end: np.asarray(channel.read_data(start, end - start))
+
+
+def _times(waveform: Any) -> Callable[[int, int], NDArray[np.float64]]:
+    """Return what gives the times, s, of a waveform's rows: evenly spaced from an offset."""
+    offset = float(waveform.properties.get("wf_start_offset", 0.0))
+    step = float(waveform.properties["wf_increment"])
+    return lambda start, end: np.asarray(offset + step * np.arange(start, end), dtype=np.float64)
 
 
 def _check_finished(file: Any, display_name: str) -> None:
@@ -156,12 +114,6 @@ def _group(file: Any, options: Options, display_name: str) -> Any:
     )
 
 
-def _length(channel: Any) -> int:
-    return channel.n_rows if isinstance(channel, _Waveform) else len(channel)
-
-
 def _unit(channel: Any) -> str:
-    if isinstance(channel, _Waveform):
-        return "s"
     property_of: Callable[[str], Any] = channel.properties.get
     return next((str(property_of(key)).strip() for key in UNIT_PROPERTIES if property_of(key)), "")
