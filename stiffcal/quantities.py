@@ -17,6 +17,8 @@ _STANDARD_GRAVITY = 9.80665
 _POUND_FORCE_N = _POUND_KG * _STANDARD_GRAVITY
 
 _LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": _INCH_M}
+# Of a rod's length; what a rod reads follows with it.
+_STRAIN = {"m/m": 1.0, "mm/m": 1e-3, "um/m": 1e-6, "nm/m": 1e-9}
 _ANGLE = {
     "rad": 1.0,
     "mrad": 1e-3,
@@ -48,6 +50,7 @@ _TABLES: dict[str, dict[str, float]] = {
     "length": _LENGTH,
     "position": _LENGTH,
     "translation": _LENGTH,
+    "strain": _STRAIN,
     "angle": _ANGLE,
     "rotation": _ANGLE,
     "force": _FORCE,
@@ -63,6 +66,7 @@ _TABLES: dict[str, dict[str, float]] = {
 # Other spellings of the same unit, per table, so that "C" is a temperature and nothing else.
 _ALIASES: dict[int, dict[str, str]] = {
     id(_LENGTH): {"inch": "in", "micron": "um"},
+    id(_STRAIN): dict.fromkeys(("microstrain", "ustrain", "uε", "uϵ", "ue"), "um/m"),
     id(_ANGLE): {"°": "deg", "º": "deg", "Grad": "deg", "turn": "rev", "turns": "rev"},
     id(_TEMPERATURE): {"°C": "degC", "C": "degC", "°F": "degF", "kelvin": "K"},
     id(_TIME): {"sec": "s", "h": "h"},
@@ -204,10 +208,8 @@ def _canonical(name: str, table: dict[str, float]) -> str:
 
 def _advice(name: str, quantity: str) -> str:
     known = unit_names(quantity)
-    if "/" in name and _TABLES[quantity] is _LENGTH:  # a strain is no length, however much its name looks like one
-        return "that is a strain: log the change of length, strain times the rod's length, in one of " + ", ".join(
-            known
-        )
+    if _TABLES[quantity] is _LENGTH and _canonical(name, _STRAIN) in _STRAIN:
+        return "that is a strain, which rods under [ids] alone can read; use one of " + ", ".join(known)
     suggestions = get_close_matches(name.lower(), [text.lower() for text in known], n=1)
     for other_quantity, table in _TABLES.items():
         if table is not _TABLES[quantity] and _canonical(name, table) in table:

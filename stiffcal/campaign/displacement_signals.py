@@ -16,13 +16,14 @@ from stiffcal.campaign.typed import (
     LengthUnit,
     Name,
     Positive,
+    RodUnit,
     TomlTable,
     Vector3,
     WrongValueError,
     columns_of_count,
     expand_columns,
 )
-from stiffcal.quantities import Unit
+from stiffcal.quantities import Unit, unit, unit_names
 
 
 def _sigma(value: object) -> float | tuple[str, ...]:
@@ -176,14 +177,25 @@ class LengthSigma(TomlTable):
     length: Positive | None = None
 
 
+class RodUnits(TomlTable):
+    """Unit of rods' length changes; a strain counts in the length of each rod."""
+
+    length: RodUnit = "m"
+
+
 class Lengths(Signal):
     """Length changes of integral deformation sensors; each column is a rod under `[ids]`."""
 
     columns: Columns
-    units: LengthUnits = LengthUnits()
+    units: RodUnits = RodUnits()
     sigma: LengthSigma | None = None
 
     quantity_of: ClassVar[dict[str, str]] = {"length": "length"}
+
+    def unit_of(self, key: str) -> Unit:
+        """Return the unit of the columns: of a length, m, or of a strain, which each rod's length makes one."""
+        written = self.units.length
+        return unit(written, "strain" if written in unit_names("strain") else self.quantity_of[key])
 
     def column_names(self) -> tuple[str, ...]:
         """Return every column the signal reads, in order."""

@@ -10,11 +10,11 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.absolute_checks import absolute_sources
 from stiffcal.campaign.displacement_signals import WITHOUT_UNIT
-from stiffcal.campaign.gauges import gauges_of, rods_of, stated_sigma
+from stiffcal.campaign.gauges import gauges_of, rods_of, sigma_of_gauges, sigma_of_rods
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.markers import markers_of
 from stiffcal.campaign.naming import body_number
-from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, JointSignals, Lengths, Pose, Signal, Wrench
+from stiffcal.campaign.signals import DeadWeight, Deflection, JointSignals, Pose, Signal, Wrench
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -234,7 +234,7 @@ def _sigma(manifest: Manifest, load: _Load) -> Sigma:
         elif isinstance(signal, Deflection) and signal.sigma is not None:
             translation = translation or _scaled(signal.sigma.translation, signal.unit_of("translation").factor)
             rotation = rotation or _scaled(signal.sigma.rotation, signal.unit_of("rotation").factor)
-    rods, gauges = stated_sigma(manifest, Lengths), stated_sigma(manifest, Displacement)
+    rods, gauges = sigma_of_rods(manifest), sigma_of_gauges(manifest)
     motors = _motor_sigma(manifest)
     return Sigma(translation, rotation, load.force_sigma, load.moment_sigma, rods, gauges, motors, place, place_turn)
 

@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import body_number
-from stiffcal.campaign.signals import Displacement, Lengths, Signal
+from stiffcal.campaign.signals import Displacement, Lengths
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, Gauge
@@ -28,7 +28,7 @@ def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamPropertie
     InputError
         A rod sits on a link that is no beam, or its ends are one point.
     """
-    sigma = stated_sigma(manifest, Lengths)
+    sigma = _stated_sigma_of_rods(manifest)
     columns = [
         name for _, _, signal in manifest.signals() if isinstance(signal, Lengths) for name in signal.column_names()
     ]
@@ -37,14 +37,14 @@ def rods_of(manifest: Manifest, chain: Chain) -> tuple[tuple[Rods, BeamPropertie
         rods.setdefault(_link_of(name, manifest, chain), []).append(name)
     return tuple(
         (
-            _rods_on(link, tuple(names), manifest, chain, np.nan if sigma is None else sigma),
+            _rods_on(link, tuple(names), manifest, chain, np.array([sigma.get(name, np.nan) for name in names])),
             chain.beams[link].shape,
         )
         for link, names in rods.items()
     )
 
 
-def _rods_on(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain, sigma: float) -> Rods:
+def _rods_on(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain, sigma: Floats) -> Rods:
     """Put the rods of one link; their warping as written, else as the drawn section has it."""
     start = np.array([manifest.ids[name].start_m for name in names])
     end = np.array([manifest.ids[name].end_m for name in names])
@@ -56,7 +56,7 @@ def _rods_on(link: str, names: tuple[str, ...], manifest: Manifest, chain: Chain
         stated = manifest.ids[name].warping_m2
         if stated is not None:
             warping[row] = stated
-    rods = replace(rods_between(link, start, end, sigma, names), warping=warping)
+    rods = replace(rods_between(link, start, end, names=names), warping=warping, sigma=sigma)
     return replace(rods, growth=rods.length * _expansion_next_to(link, names, manifest, chain))
 
 
@@ -100,13 +100,46 @@ def gauges_of(manifest: Manifest, frames: Mapping[str, Attachment], targets: tup
     return tuple(gauges)
 
 
-def stated_sigma(manifest: Manifest, kind: type[Displacement] | type[Lengths]) -> float | None:
-    """Return the stated standard uncertainty of rods or gauges, m: the first that states one."""
+def metres_of_rods(manifest: Manifest) -> dict[str, float]:
+    """Return how many metres a unit of each logged rod's reading is, by the rod's name.
+
+    Of a strain it is the rod's length, from its ends, times the unit. Rods that nothing places on a link are left out.
+    """
+    metres = {}
     for _, _, signal in manifest.signals():
-        if isinstance(signal, kind) and signal.sigma is not None and signal.sigma.length is not None:
-            return float(signal.sigma.length * _metres(signal))
+        if not isinstance(signal, Lengths):
+            continue
+        written = signal.unit_of("length")
+        for name in signal.columns:
+            if written.quantity == "length":
+                metres[name] = written.factor
+            elif name in manifest.ids:
+                rod = manifest.ids[name]
+                metres[name] = written.factor * float(np.linalg.norm(np.subtract(rod.end_m, rod.start_m)))
+    return metres
+
+
+def _stated_sigma_of_rods(manifest: Manifest) -> dict[str, float]:
+    """Return the standard uncertainty of each rod whose signal states one, m."""
+    metres = metres_of_rods(manifest)
+    return {
+        name: signal.sigma.length * metres[name]
+        for _, _, signal in manifest.signals()
+        if isinstance(signal, Lengths) and signal.sigma is not None and signal.sigma.length is not None
+        for name in signal.columns
+        if name in metres
+    }
+
+
+def sigma_of_rods(manifest: Manifest) -> float | None:
+    """Return the stated standard uncertainty of rods, m, None where none is; of several the root of the mean square."""
+    stated = list(_stated_sigma_of_rods(manifest).values())
+    return float(np.sqrt(np.mean(np.square(stated)))) if stated else None
+
+
+def sigma_of_gauges(manifest: Manifest) -> float | None:
+    """Return the stated standard uncertainty of gauges, m: the first that states one."""
+    for _, _, signal in manifest.signals():
+        if isinstance(signal, Displacement) and signal.sigma is not None and signal.sigma.length is not None:
+            return float(signal.sigma.length * signal.unit_of("length").factor)
     return None
-
-
-def _metres(signal: Signal) -> float:
-    return float(signal.unit_of("length").factor)

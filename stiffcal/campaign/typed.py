@@ -228,6 +228,21 @@ MassUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("mass")), WithJs
 CurrentUnit: TypeAlias = Annotated[str, AfterValidator(_known_unit("current")), WithJsonSchema(_unit_schema("current"))]
 
 
+def _rod_unit(name: str) -> str:
+    try:
+        return unit(name, "strain").name
+    except UnknownUnitError:
+        return _known_unit("length")(name)
+
+
+RodUnit: TypeAlias = Annotated[
+    str,
+    AfterValidator(_rod_unit),
+    WithJsonSchema({"type": "string", "examples": [*unit_names("length"), *unit_names("strain")]}),
+]
+"""The unit of rods' length changes: a length, or a strain, of each rod's length."""
+
+
 def _joint_unit(name: object) -> str:
     for quantity in ("angle", "length"):
         try:

@@ -10,6 +10,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_setup, resolve_frames
+from stiffcal.campaign.gauges import metres_of_rods
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
 from stiffcal.campaign.robot_checks import unfilled_faults
@@ -275,7 +276,8 @@ def _read_log(
     progress(f"reading {file}", 0.0)
     motors = MotorSide(source, campaign.chain, name)
     files = campaign.manifest.files_of(name, run)
-    for everything in read_rows(campaign.folder, name, source, files, exclusions=exclusions):
+    metres = metres_of_rods(campaign.manifest)
+    for everything in read_rows(campaign.folder, name, source, files, exclusions=exclusions, metres_of_rods=metres):
         rows = motors.joint_side(rows_of_run(source, run, everything))
         if len(rows) == 0:
             continue

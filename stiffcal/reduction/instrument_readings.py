@@ -16,8 +16,16 @@ from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector
 from stiffcal.quaternions import quaternion_from_rotation
 
 
-def instrument_readings(source: Source, numbers: Mapping[str, Floats], name: str = "") -> dict[str, Floats]:
-    """Return the signals of a source in SI, channels first, from its columns by name; ``name`` is the source's."""
+def instrument_readings(
+    source: Source, numbers: Mapping[str, Floats], name: str = "", metres_of_rods: Mapping[str, float] | None = None
+) -> dict[str, Floats]:
+    """Return the signals of a source in SI, channels first, from its columns by name.
+
+    Parameters
+    ----------
+    source : what the manifest states. numbers : columns as logged. name : the source's.
+    metres_of_rods : metres of a unit of each rod's reading; needed where the source logs rods.
+    """
     readings: dict[str, Floats] = {}
 
     def block(columns: tuple[str, ...], factor: float = 1.0, offset: float = 0.0) -> Floats:
@@ -41,8 +49,8 @@ def instrument_readings(source: Source, numbers: Mapping[str, Floats], name: str
         gauge: Displacement = source.displacement
         readings[f"displacement.{name}"] = block((gauge.column,), gauge.unit_of("length").factor)
     if source.lengths is not None:
-        metres = source.lengths.unit_of("length").factor
-        readings |= {f"lengths.{rod}": block((rod,), metres) for rod in source.lengths.columns}
+        metres = metres_of_rods or {}
+        readings |= {f"lengths.{rod}": block((rod,), metres[rod]) for rod in source.lengths.columns}
     if source.temperature is not None:
         kelvin = source.temperature.unit_of("temperature")
         readings["temperature"] = block(source.temperature.columns, kelvin.factor, kelvin.offset)

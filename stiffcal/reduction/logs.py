@@ -67,6 +67,7 @@ def read_rows(
     files: Mapping[str, str],
     observer: Callable[[Rows], None] | None = None,
     exclusions: RowExclusions = NOTHING_EXCLUDED,
+    metres_of_rods: Mapping[str, float] | None = None,
 ) -> Iterator[Rows]:
     """Yield the rows of a source, streamed; rows that are left out come too, and may hold anything.
 
@@ -77,6 +78,7 @@ def read_rows(
     files : signal name to file; ``""`` for a file that holds all signals.
     observer : called with the rows that are not left out, as they come; it may raise.
     exclusions : the rows that are left out: they are not checked, and what is no number there is NaN.
+    metres_of_rods : metres of a unit of each rod's reading; needed where the source logs rods.
 
     Raises
     ------
@@ -97,13 +99,15 @@ def read_rows(
         if missing is not None:
             raise _missing_reading(folder, name, source, files, *missing)
         check_sizes(judged, files)
-        rows = _as_rows(kept, source, name, excluded)
+        rows = _as_rows(kept, source, name, excluded, metres_of_rods)
         if observer is not None:
             observer(rows.chosen(~excluded) if excluded.any() else rows)
         yield rows
 
 
-def _as_rows(kept: KeptRows, source: Source, name: str, excluded: Booleans) -> Rows:
+def _as_rows(
+    kept: KeptRows, source: Source, name: str, excluded: Booleans, metres_of_rods: Mapping[str, float] | None
+) -> Rows:
     """Return the rows in SI; what is left out and no number of any use is NaN."""
     numbers = kept.numbers
     if excluded.any():
@@ -111,7 +115,7 @@ def _as_rows(kept: KeptRows, source: Source, name: str, excluded: Booleans) -> R
             column: np.where(excluded & ~(np.abs(values) <= LARGEST), np.nan, values)
             for column, values in numbers.items()
         }
-    readings = instrument_readings(source, numbers, name)
+    readings = instrument_readings(source, numbers, name, metres_of_rods)
     return Rows(kept.number, _time(source, numbers, kept.number), kept.run, readings)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stiffcal.campaign.gauges import metres_of_rods
 from stiffcal.campaign.manifest import Manifest, Run
 from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
@@ -44,7 +45,8 @@ def tabled_states(
             motors = MotorSide(source, chain, name, starts_anew=False)
             observe = None if observer is None else partial(_observe, partial(observer, name, display_name), motors)
             exclusions = RowExclusions.of(manifest, name, None if run is None else run.id)
-            rows = _signals_together(list(motors.all(read_rows(folder, name, source, files, observe, exclusions))))
+            read = read_rows(folder, name, source, files, observe, exclusions, metres_of_rods(manifest))
+            rows = _signals_together(list(motors.all(read)))
             tables.append(_with_labels(manifest, name, run, rows, display_name))
             _check_order(tables[-1], display_name, partial(_place, folder, source, files))
         table = concatenated(tables)

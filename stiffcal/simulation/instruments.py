@@ -38,6 +38,7 @@ from stiffcal.simulation.true_motion import TrueRun
 
 # Decimals that text logs are written with: a digit finer than these steps (SI) adds nothing to any instrument.
 _WRITTEN_STEP = {
+    "strain": 1e-8,
     "mass": 1e-6, "length": 1e-8, "position": 1e-8, "translation": 1e-8, "angle": 1e-8, "rotation": 1e-8, "force": 1e-4,
     "moment": 1e-4, "torque": 1e-6, "temperature": 1e-3, "time": 1e-6, "velocity": 1e-8, "current": 1e-6,
 }  # fmt: skip
@@ -309,13 +310,14 @@ def _torque_constants(signal: JointSignals, place: str, count: int) -> Floats:
     return np.broadcast_to(np.array(signal.torque_constant), (count,))
 
 
-def as_columns(signal: Signal, reading: SignalSamples) -> dict[str, Floats]:
+def as_columns(signal: Signal, reading: SignalSamples, metres_of_rods: Mapping[str, float]) -> dict[str, Floats]:
     """Return a signal's columns in the lab's units.
 
     Parameters
     ----------
     signal : from the manifest.
     reading : with its errors.
+    metres_of_rods : metres of a unit of each rod's reading.
     """
     value = reading.value
     if isinstance(signal, Pose) and reading.rotation is not None and signal.orientation is not None:
@@ -332,7 +334,10 @@ def as_columns(signal: Signal, reading: SignalSamples) -> dict[str, Floats]:
     for number, name in enumerate(signal.column_names()):
         unit = units.get(name)
         column = np.ascontiguousarray(value[:, number])
-        result[name] = column if unit is None else (column - unit.offset) / unit.factor
+        if isinstance(signal, Lengths):
+            result[name] = column / metres_of_rods[name]
+        else:
+            result[name] = column if unit is None else (column - unit.offset) / unit.factor
     return result
 
 

@@ -73,6 +73,8 @@ class RecordingContext:
 
     rods: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     """Rod to its link's node, and what it reads, (7,): of that node's displacement, and per kelvin."""
+    metres_of_rods: Mapping[str, float] = field(default_factory=dict)
+    """Metres of a unit of each rod's reading."""
 
     def misplaced(self, run: int) -> Floats:
         """Return (6,) the error of the robot's pose in a run, beyond its kinematics, m and rad, base axes."""
@@ -200,7 +202,7 @@ def record(recording: RecordingContext, device: Device) -> DeviceLog:
         if name == "deflection":
             # the unloaded reading, which was taken off, errs like all others
             reading = replace(reading, value=reading.value - (reading.value[:1] - truth.value[:1]))
-        columns.update(as_columns(signal, reading))
+        columns.update(as_columns(signal, reading, recording.metres_of_rods))
         decimals.update(decimals_of(signal))
         units.update({key: value.name for key, value in signal.columns_with_units().items()})
         disturbed_holds.update(disturbed_holds_of_signal)

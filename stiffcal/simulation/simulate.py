@@ -20,6 +20,7 @@ import numpy as np
 import tomlkit
 
 from stiffcal.campaign.file_patterns import ANY
+from stiffcal.campaign.gauges import metres_of_rods
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE, check_model
@@ -165,7 +166,9 @@ def simulate_runs(
     runs, rods = solve(robot, settle), rods_on_links(campaign)
     if settle is None:
         check_hidden(settings.robot.hidden, robot, runs, solve)
-    return robot, RecordingContext(settings, frames, runs, seed, campaign.chain.gear_ratio, rods)
+    return robot, RecordingContext(
+        settings, frames, runs, seed, campaign.chain.gear_ratio, rods, metres_of_rods(campaign.manifest)
+    )
 
 
 def _true_runs(

@@ -69,6 +69,19 @@ def test_each_run_reads_its_own_device(tmp_path: Path) -> None:
     np.testing.assert_allclose(states.setup.rods[0].length, [0.4, 0.3])
 
 
+def test_a_strain_counts_in_each_rods_length(tmp_path: Path) -> None:
+    lengths = states_of(campaign_of(tmp_path / "lengths")).lengths
+    written = MANIFEST.replace(
+        '"r2"], units = { length = "um" }', '"r2"], units = { length = "µm/m" }, sigma = { length = 2.0 }'
+    )
+    states = states_of(campaign_of(tmp_path / "strains", written))
+    (rods,) = states.setup.rods
+    np.testing.assert_allclose(rods.length, [0.4, 0.3])
+    np.testing.assert_allclose(states.lengths, lengths * rods.length, rtol=1e-12)
+    np.testing.assert_allclose(rods.sigma, [0.8e-6, 0.6e-6])
+    assert states.setup.sigma.length == pytest.approx(np.sqrt(0.5) * 1e-6)
+
+
 def test_through_the_stores_table_and_back(tmp_path: Path) -> None:
     states = states_of(campaign_of(tmp_path))
     back = states_from_table(states_table(states))
