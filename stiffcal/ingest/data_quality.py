@@ -30,6 +30,7 @@ from stiffcal.reduction.reading_bounds import check_displacements
 from stiffcal.reduction.repeated_rows import repeated_rows
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.rounded_copies import RoundedCopies
+from stiffcal.reduction.stopped_targets import stopped_targets
 from stiffcal.reduction.unit_slips import check_angle_convention, check_angle_unit, check_displacement_unit
 
 # States below which rods are not judged: a quick look has one of each run.
@@ -138,9 +139,11 @@ def check_load_states(
         faults = check_displacement_measured(states) + _unloaded(chosen, campaign)
     if faults:
         return faults, []
+    outliers = states.set_aside_code == SetAsideCode.BUMPED.value
     zeros = force_zero_faults(chosen, chain)
     repeated = repeated_rows(states.select((loads[states.run] | states.absolute) & states.used))
     warnings = loaded_references(chosen) + rezeroed_table(chosen, chain) + repeated + rows_without_place(states)
+    warnings += stopped_targets(states.select(loads[states.run] & (states.used | outliers)), chain)
     warnings += orientations_not_measured(states, campaign)
     warnings += [f"{fault.place}: {fault.reason}; {fault.mend}" for fault in zeros]
     if not states.deflection_given and states.setup.targets:

@@ -1,8 +1,8 @@
 """A force sensor whose zero moved within a run: it was reset there, or it drifted.
 
 Differences to the run's reference are then wrong by what the zero moved. It shows in what the sensor reads whenever
-the load is taken off: these readings have to agree within their noise. The motion of the robot is not consulted, as
-play and friction keep an unloaded robot from its first place.
+the load is taken off: these readings have to agree within their noise, those of the moments as well where the forces
+do. The motion of the robot is not consulted, as play and friction keep an unloaded robot from its first place.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 
-LEAST_STEP = 0.012  # of the largest force: smaller ones matter less than the sensor's own gain
+LEAST_STEP = 0.012  # of the largest force, or moment: smaller ones matter less than the sensor's own gain
 CLEARLY = 6.0  # times the scatter of the unloaded readings
 # Loads are set in steps of a tenth of the largest and more: a smaller change is none of them.
 LEAST_LEVEL = 0.1
@@ -38,24 +38,38 @@ class ZeroChange(StrEnum):
     UNCLEAR = "unclear"
 
 
+class Part(StrEnum):
+    """Three of a sensor's six readings; the value is their unit."""
+
+    FORCE = "N"
+    MOMENT = "N·m"
+
+    @property
+    def columns(self) -> slice:
+        """Where they stand in a wrench."""
+        return slice(0, 3) if self is Part.FORCE else slice(3, 6)
+
+
 @dataclass(frozen=True)
 class MovedZero:
     """One account of how the sensor's zero moved in a run."""
 
     run: int
     """Number of the run."""
+    part: Part
+    """What shows it: the forces, or the moments alone."""
     kind: ZeroChange
     """How it moved."""
     between: tuple[int, int]
     """Two states, as indices: the unloaded ones around the step; else the first one, and that which differs most."""
     change: Floats
-    """(3,) N, what is read more in the second of these than in the first."""
+    """(6,) N and N·m, what is read more in the second of these than in the first; of the forces 0 where they agree."""
     n_unloaded: int
     """How many unloaded readings there are."""
     members: Integers
     """(m,) the run's states, as indices."""
     zero: Floats
-    """(m, 3) N, what the sensor reads too much in each of them, against the reference."""
+    """(m, 6) N and N·m, what the sensor reads too much in each of them, against the reference."""
     earliest: int | None = None
     """Of a step as large as a load, the first of ``members`` that it may have been before; None where that is known."""
     single: bool = False
@@ -70,17 +84,28 @@ class _Unloaded:
     """(m,) the run's states, as indices."""
     places: Integers
     """(u,) which of them are unloaded."""
-    force: Floats
-    """(m, 3) N, against the reference."""
+    wrench: Floats
+    """(m, 6) N and N·m, against the reference; moments that were not measured are 0."""
     time: Floats
     """(m,) s, or the number of the state where no time is known."""
-    largest: float
-    """N, of all forces."""
 
     @property
-    def readings(self) -> Floats:
-        """(u, 3) N."""
-        return np.asarray(self.force[self.places])
+    def force(self) -> Floats:
+        """(m, 3) N, against the reference."""
+        return np.asarray(self.wrench[:, :3])
+
+    @cached_property
+    def largest(self) -> float:
+        """N, of all forces."""
+        return self.largest_of(Part.FORCE)
+
+    def largest_of(self, part: Part) -> float:
+        """Return the largest force, N, or moment, N·m."""
+        return float(np.linalg.norm(self.wrench[:, part.columns], axis=1).max())
+
+    def readings(self, part: Part) -> Floats:
+        """Return (u, 3) N or N·m of the unloaded states."""
+        return np.asarray(self.wrench[self.places, part.columns])
 
     @cached_property
     def alike(self) -> Booleans:
@@ -102,15 +127,22 @@ def moved_zeros(states: LoadStates) -> list[list[MovedZero]]:
     runs = [run for run in (_unloaded_of(states, members) for members in members_of(states.run)) if run is not None]
     largest = max((run.largest for run in runs), default=0.0)
     runs = [run for run in runs if run.largest > UNLOADED_SHARE * largest]
-    scatters = [_scatter(run) for run in runs]
+    by_part = [_accounts_of_runs(states, runs, part) for part in Part]
+    # a load that is left on shows in the moments too: they are asked where the forces agree
+    found = [of_force or of_moment for of_force, of_moment in zip(*by_part, strict=True)]
+    return [accounts for accounts in found if accounts]
+
+
+def _accounts_of_runs(states: LoadStates, runs: Sequence[_Unloaded], part: Part) -> list[list[MovedZero]]:
+    """Return the accounts of each run; none where its readings agree, or nothing shows their noise."""
+    scatters = [_scatter(run, part) if run.largest_of(part) > 0.0 else None for run in runs]
     known = [scatter for scatter in scatters if scatter is not None]
     usual = float(np.median(known)) if known else None
-    found = []
+    found: list[list[MovedZero]] = []
     for run, own in zip(runs, scatters, strict=True):
-        floors = [value for value in (own, usual, _noise_of_sensor(states, run.members)) if value is not None]
-        if floors:
-            found.append(_accounts(states, run, max(floors)))
-    return [accounts for accounts in found if accounts]
+        floors = [value for value in (own, usual, _noise_of_sensor(states, run.members, part)) if value is not None]
+        found.append(_accounts(states, run, max(floors), part) if floors else [])
+    return found
 
 
 def started_at(moved: MovedZero, start: int) -> MovedZero:
@@ -123,10 +155,10 @@ def started_at(moved: MovedZero, start: int) -> MovedZero:
 
 
 def without_zeros(states: LoadStates, moved: Sequence[MovedZero]) -> LoadStates:
-    """Return the states with what the zeros moved taken off the forces."""
+    """Return the states with what the zeros moved taken off the readings."""
     wrench = states.wrench.copy()
     for run in moved:
-        wrench[run.members, :3] -= run.zero
+        wrench[run.members] -= run.zero
     return replace(states, wrench=wrench)
 
 
@@ -136,16 +168,19 @@ def _unloaded_of(states: LoadStates, members: Integers) -> _Unloaded | None:
     if members.size < 3:
         return None
     own = np.flatnonzero(states.reference[members])
-    start = np.zeros(3) if own.size != 1 else states.wrench[members[own[0]], :3]
-    force = states.wrench[members, :3] - start
-    largest = float(np.linalg.norm(force, axis=1).max())
-    if largest <= 0.0 or (states.setup.tared != "no" and np.linalg.norm(start) > UNLOADED_SHARE * largest):
+    wrench = states.wrench[members]
+    if not np.isfinite(wrench).all():
+        wrench = wrench * [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
+    start = np.zeros(6) if own.size != 1 else wrench[own[0]]
+    wrench = wrench - start
+    largest = float(np.linalg.norm(wrench[:, :3], axis=1).max())
+    if largest <= 0.0 or (states.setup.tared != "no" and np.linalg.norm(start[:3]) > UNLOADED_SHARE * largest):
         return None
     time = states.time[members]
     if not (np.isfinite(time).all() and (np.diff(time) > 0.0).all()):
         time = np.arange(members.size, dtype=np.float64)
-    places = np.array(_returns(force, np.zeros(3), LEAST_LEVEL * largest), dtype=np.int64)
-    return _Unloaded(members, places, force, time, largest)
+    places = np.array(_returns(wrench[:, :3], np.zeros(3), LEAST_LEVEL * largest), dtype=np.int64)
+    return _Unloaded(members, places, wrench, time)
 
 
 def _returns(force: Floats, zero: Floats, near: float) -> list[int]:
@@ -169,12 +204,14 @@ def _returns(force: Floats, zero: Floats, near: float) -> list[int]:
     return [*places, min(inside)[1]] if inside else places
 
 
-def _accounts(states: LoadStates, run: _Unloaded, scatter: float) -> list[MovedZero]:
+def _accounts(states: LoadStates, run: _Unloaded, scatter: float, part: Part) -> list[MovedZero]:
     """Return the accounts of what the sensor reads in a run whenever the load is taken off; none where that agrees."""
+    if part is Part.MOMENT:  # the forces say when the load is off
+        return [account for account in (_moved(states, run, scatter, part),) if account is not None]
     ends = [*run.places.tolist(), run.members.size]
     gaps = [place for start, end in pairwise(ends) for place in _new_zero(run, start, end)]
     several = replace(run, places=np.array(sorted([*run.places.tolist(), *gaps]), dtype=np.int64))
-    accounts = [_moved(states, readings, scatter) for readings in ([run, several] if gaps else [run])]
+    accounts = [_moved(states, readings, scatter, part) for readings in ([run, several] if gaps else [run])]
     return [account for account in (*accounts, *_large_steps(states, run, scatter)) if account is not None]
 
 
@@ -189,13 +226,13 @@ def _large_steps(states: LoadStates, run: _Unloaded, scatter: float) -> list[Mov
         k, group = run.places.size - 1, [n - 1]
     else:
         return []
-    before = run.force[run.places[: k + 1]]
-    change = run.force[group].mean(axis=0) - before.mean(axis=0)
-    if np.linalg.norm(change) < max(LEAST_LEVEL * run.largest, CLEARLY * scatter):
+    before = run.wrench[run.places[: k + 1]]
+    change = run.wrench[group].mean(axis=0) - before.mean(axis=0)
+    if np.linalg.norm(change[:3]) < max(LEAST_LEVEL * run.largest, CLEARLY * scatter):
         return []
     between = (int(run.members[run.places[k]]), int(run.members[group[0]]))
     account = MovedZero(
-        number, ZeroChange.STEP, between, change, k + 1 + len(group), run.members, np.zeros((n, 3)),
+        number, Part.FORCE, ZeroChange.STEP, between, change, k + 1 + len(group), run.members, np.zeros((n, 6)),
         earliest=int(run.places[max(k - 1, 0)]) + 1, single=len(group) == 1,
     )  # fmt: skip
     return [started_at(account, group[0])]
@@ -234,9 +271,9 @@ def _new_zero(run: _Unloaded, start: int, end: int) -> list[int]:
     return []
 
 
-def _scatter(run: _Unloaded) -> float | None:
-    """Return the scatter, N, of one component of the unloaded readings about their best account; None: too few."""
-    readings = run.readings
+def _scatter(run: _Unloaded, part: Part) -> float | None:
+    """Return the scatter of one component of the unloaded readings about their best account; None: too few."""
+    readings = run.readings(part)
     if len(readings) < 3:
         return None
     at = run.time[run.places]
@@ -245,12 +282,13 @@ def _scatter(run: _Unloaded) -> float | None:
     return min(_step_of(readings)[2], _line_of(at, readings)[1], between)
 
 
-def _noise_of_sensor(states: LoadStates, members: Integers) -> float | None:
-    """Return the noise of a state's force, N, as the manifest states it or the log shows it; None: neither does."""
-    scatter = states.wrench_scatter[members, :3] / np.sqrt(np.maximum(states.n_readings[members], 1))[:, None]
+def _noise_of_sensor(states: LoadStates, members: Integers, part: Part) -> float | None:
+    """Return the noise of a state's reading as the manifest states it or the log shows it; None: neither does."""
+    scatter = states.wrench_scatter[members, part.columns] / np.sqrt(np.maximum(states.n_readings[members], 1))[:, None]
     finite = scatter[np.isfinite(scatter)]
     shown = float(np.sqrt(np.mean(finite**2))) if finite.size else 0.0
-    stated = states.setup.sigma.force or 0.0
+    sigma = states.setup.sigma
+    stated = (sigma.force if part is Part.FORCE else sigma.moment) or 0.0
     return max(shown, stated) or None
 
 
@@ -267,23 +305,23 @@ def _step_of(readings: Floats) -> tuple[int, Floats, float]:
 
 
 def _line_of(time: Floats, readings: Floats) -> tuple[Floats, float]:
-    """Return the slope (3,) of readings (u, 3) over time (u,), N/s, and their scatter about that line, N."""
+    """Return the slope (c,) of readings (u, c) over time (u,), per s, and their scatter about that line."""
     at = time - time.mean()
     slope = at @ readings / (at @ at)
     rest = readings - readings.mean(axis=0) - at[:, None] * slope
-    return slope, float(np.sqrt(np.sum(rest**2) / (3 * max(len(readings) - 2, 1))))
+    return slope, float(np.sqrt(np.sum(rest**2) / (readings.shape[1] * max(len(readings) - 2, 1))))
 
 
-def _moved(states: LoadStates, run: _Unloaded, scatter: float) -> MovedZero | None:
+def _moved(states: LoadStates, run: _Unloaded, scatter: float, part: Part) -> MovedZero | None:
     """Return how the zero moved in a run; None where its unloaded readings agree."""
-    readings, places, time = run.readings, run.places, run.time
+    readings, places, time = run.readings(part), run.places, run.time
     if len(readings) < 2:
         return None
-    least = max(LEAST_STEP * run.largest, CLEARLY * scatter)
+    least = max(LEAST_STEP * run.largest_of(part), CLEARLY * scatter)
     if np.linalg.norm(readings - readings[0], axis=1).max() < least:
         return None
-    k, step, about_step = _step_of(readings)
-    slope, about_line = _line_of(time[places], readings)
+    k, _, about_step = _step_of(readings)
+    _, about_line = _line_of(time[places], readings)
     first, last = int(places[0]), int(places[-1])
     # what neither a step nor a trend explains is several steps, each of which the readings around it show
     if len(readings) == 2:
@@ -292,18 +330,22 @@ def _moved(states: LoadStates, run: _Unloaded, scatter: float) -> MovedZero | No
         kind = ZeroChange.STEPS
     else:
         kind = ZeroChange.STEP if about_step <= about_line else ZeroChange.DRIFT
+    unloaded = run.wrench[places]
+    if part is Part.MOMENT:  # the forces agree
+        unloaded[:, :3] = 0.0
     if kind is ZeroChange.STEP:
-        change, around = step, (int(places[k - 1]), int(places[k]))
-        zero = np.where(np.arange(run.members.size)[:, None] < places[k], 0.0, step)
+        change, around = unloaded[k:].mean(axis=0) - unloaded[:k].mean(axis=0), (int(places[k - 1]), int(places[k]))
+        zero = np.where(np.arange(run.members.size)[:, None] < places[k], 0.0, change)
     elif kind is ZeroChange.STEPS:
         far = int(np.argmax(np.linalg.norm(readings - readings[0], axis=1)))
-        change, around = readings[far] - readings[0], (first, int(places[far]))
-        zero = np.stack([np.interp(time, time[places], column - column[0]) for column in readings.T], axis=1)
+        change, around = unloaded[far] - unloaded[0], (first, int(places[far]))
+        zero = np.stack([np.interp(time, time[places], column - column[0]) for column in unloaded.T], axis=1)
     else:
+        slope, _ = _line_of(time[places], unloaded)
         change, around = slope * (time[last] - time[first]), (first, last)
         zero = (time - time[first])[:, None] * slope
-    if kind is not ZeroChange.STEPS and np.linalg.norm(change) < least:
+    if kind is not ZeroChange.STEPS and np.linalg.norm(change[part.columns]) < least:
         return None
     between = (int(run.members[around[0]]), int(run.members[around[1]]))
     number = int(states.run[run.members[0]])
-    return MovedZero(number, kind, between, change, len(readings), run.members, zero)
+    return MovedZero(number, part, kind, between, change, len(readings), run.members, zero)

@@ -12,9 +12,17 @@ from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.force_zero import LEAST_LEVEL, MovedZero, ZeroChange, moved_zeros, started_at, without_zeros
+from stiffcal.reduction.force_zero import (
+    LEAST_LEVEL,
+    MovedZero,
+    Part,
+    ZeroChange,
+    moved_zeros,
+    started_at,
+    without_zeros,
+)
 from stiffcal.reduction.motion import motion_of
-from stiffcal.reduction.rezeroed_tables import joint_springs
+from stiffcal.reduction.rezeroed_tables import joint_springs, rounded_readings
 
 # A change of stiffness that no one would act on.
 LEAST_CHANGE = 0.001
@@ -59,15 +67,16 @@ def _best(states: LoadStates, accounts: Sequence[MovedZero], motion: Floats) -> 
 def _evidence(states: LoadStates, moved: MovedZero, motion: Floats) -> float:
     """Return twice the logarithm of how many times likelier the motion is with the zero moved than with a load left on.
 
-    In one pose the motion is a linear map of the force, whatever the robot's springs and geometry; what play and
+    In one pose the motion is a linear map of the load, whatever the robot's springs and geometry; what play and
     friction leave of that counts as noise. 0 where no motion was measured.
 
     Parameters
     ----------
     motion : (n, k) m, of all states.
     """
-    force = states.wrench[moved.members, :3]
-    as_read, without = _directed(force), _directed(force - moved.zero)
+    parts = [Part.FORCE] if moved.part is Part.FORCE else list(Part)
+    load = states.wrench[moved.members]
+    as_read, without = _directed(load, parts), _directed(load - moved.zero, parts)
     evidence = 0.0
     for target in motion[moved.members].T:
         seen = np.isfinite(target)
@@ -77,15 +86,20 @@ def _evidence(states: LoadStates, moved: MovedZero, motion: Floats) -> float:
     return evidence
 
 
-def _directed(force: Floats) -> Floats:
-    """Return (m, 1 + d) a constant and the parts of forces (m, 3) in the directions that are loaded.
+def _directed(load: Floats, parts: Sequence[Part]) -> Floats:
+    """Return (m, 1 + d) a constant and those components of loads (m, 6) that change, in parts of the largest load.
 
     Along the others a change of zero would be all the load there is, and any motion would do for it.
     """
-    _, _, axes = np.linalg.svd(force - force.mean(axis=0), full_matrices=False)
-    parts = force @ axes.T
-    loaded = np.ptp(parts, axis=0) > LEAST_LEVEL * np.linalg.norm(force, axis=1).max()
-    return np.hstack([np.ones((len(force), 1)), parts[:, loaded]])
+    readings = np.hstack([load[:, part.columns] / _largest(load[:, part.columns]) for part in parts])
+    _, _, axes = np.linalg.svd(readings - readings.mean(axis=0), full_matrices=False)
+    components = readings @ axes.T
+    loaded = np.ptp(components, axis=0) > LEAST_LEVEL * _largest(readings)
+    return np.hstack([np.ones((len(load), 1)), components[:, loaded]])
+
+
+def _largest(readings: Floats) -> float:
+    return max(float(np.linalg.norm(readings, axis=1).max()), 1e-300)
 
 
 def _misfit(design: Floats, target: Floats) -> float:
@@ -95,7 +109,8 @@ def _misfit(design: Floats, target: Floats) -> float:
 
 def _fault(states: LoadStates, moved: MovedZero, evidence: float, bias: str, file: str) -> Fault:
     before, after = (int(states.row[k]) for k in moved.between)
-    numbers = ", ".join(f"{value:.0f}" if abs(value) >= 9.5 else f"{value:.1f}" for value in moved.change)
+    changed = moved.change[moved.part.columns]
+    numbers = rounded_readings(changed, moved.part)
     how, instead = {
         ZeroChange.STEP: ("was reset", "a load remained"),
         ZeroChange.DRIFT: ("drifted", "a growing load remained"),
@@ -104,8 +119,9 @@ def _fault(states: LoadStates, moved: MovedZero, evidence: float, bias: str, fil
     }[moved.kind]
     cause = how if evidence > CLEAR else f"{how}, or {instead}"
     reason = (
-        f"between states {before} and {after} the force sensor's zero {cause}: unloaded it reads ({numbers}) N more "
-        f"than before, in {moved.n_unloaded} unloaded states; forces are used as they are{bias}"
+        f"between states {before} and {after} the force sensor's zero {cause}: unloaded it reads ({numbers}) "
+        f"{moved.part.value} more than before, in {moved.n_unloaded} unloaded states; readings are used as they are"
+        f"{bias}"
     )
     if moved.kind is ZeroChange.STEP:
         code = FaultCode.WRENCH_REZEROED

@@ -66,6 +66,9 @@ def place_faults(states: LoadStates, campaign: Campaign) -> list[Fault]:
     copied = _copied_targets(table, places)
     if copied is not None:
         return [copied]
+    stopped = _stopped(table, places)
+    if stopped is not None:
+        return [stopped]
     met = meet(places)
     usual = met.usual(places)
     wrong = np.flatnonzero(misses(met, places, usual))
@@ -111,6 +114,23 @@ def _copied_targets(table: TableRows, places: MeasuredPlaces) -> Fault | None:
             mend = f"correct the columns of {names[second]}, or remove it"
             return Fault(FaultCode.KINEMATICS_MISMATCH, table.file(), f"columns of {pair}", reason, mend)
     return None
+
+
+def _stopped(table: TableRows, places: MeasuredPlaces) -> Fault | None:
+    """Return the fault of rows where a target reads zero, or the row before though the joints moved it in between."""
+    expected = places.position + np.einsum("nbij,bj->nbi", places.rotation, places.offset)
+    moved = np.linalg.norm(np.diff(expected, axis=0), axis=2)
+    lost = (places.measured == 0.0).all(axis=2)
+    lost[1:] |= (places.measured[1:] == places.measured[:-1]).all(axis=2) & (moved > UNCALIBRATED_M)
+    rows = np.flatnonzero(lost.any(axis=1))
+    if not rows.size:
+        return None
+    reason = (
+        "a target's position is zero, or exactly that of the row before though the joint angles move it, in "
+        f"{rows.size} of {len(places.measured)} rows ({table.listed(rows)}): it was lost, or the tracker stopped"
+    )
+    mend = f"measure these rows again, or exclude them with {table.exclusion(rows)}"
+    return Fault(FaultCode.READING_IMPLAUSIBLE, table.file(int(rows[0])), table.place(rows), reason, mend)
 
 
 def _of_the_table(table: TableRows, places: MeasuredPlaces, usual: float) -> Fault | None:

@@ -1,8 +1,8 @@
 """A force sensor whose zero was set anew within a table of deflections.
 
 There every row has its displacement already, loaded minus unloaded, and no unloaded reading is left to compare with. It
-shows in the springs instead: with one constant taken off the forces from some row on, joint compliances explain the
-table several times as well as without.
+shows in the springs instead: with one constant taken off forces and moments from some row on, joint compliances explain
+the table several times as well as without.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
+from stiffcal.reduction.force_zero import LEAST_STEP, Part
 from stiffcal.reduction.motion import motion_of
 
 MENDED = 0.3  # of the squares that joint compliances leave
 SURE = 12.0  # of F: one such step in a thousand is found at the best place, over tables of random errors
-LEAST_STEP = 0.012  # of the largest force
 LEAST_ROWS = 4  # before it and after
 MOST_STARTS = 400
 SETTLED, MOST_TURNS = 1e-6, 50
@@ -31,24 +31,36 @@ def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml"
         return []
     reading, per_reading, columns = joint_springs(states, chain)
     measured = motion_of(states, chain, all_targets=True).measured
-    size = float(np.linalg.norm(states.wrench[:, :3], axis=1).max())
     rows = np.isfinite(measured)
     free = int(rows.sum()) - columns.shape[2] - reading.shape[1] - 1
-    if free < 1 or size == 0.0:
+    if free < 1 or not reading.any():
         return []
     measured, columns = np.where(rows, measured, 0.0), np.where(rows[:, :, None], columns, 0.0)
     unchanged = _misfit(columns * (per_reading @ reading[:, :, None])[:, None, :, 0], measured)
     start, step, misfit = _best_step(reading, per_reading, columns, measured)
     sure = (unchanged - misfit) / (reading.shape[1] + 1) > SURE * misfit / free
-    if not sure or misfit > MENDED * unchanged or np.linalg.norm(step[:3]) < LEAST_STEP * size:
+    stepped = [part for part in Part if _steps(reading[:, part.columns], step[part.columns])]
+    if not sure or misfit > MENDED * unchanged or not stepped:
         return []
-    numbers = ", ".join(f"{value:.0f}" for value in step[:3])
+    numbers = " and ".join(f"({rounded_readings(step[part.columns], part)}) {part.value}" for part in stepped)
     line = (
         f"{file}: from state {states.row[start]} on, of {n}, forces and deflections agree "
-        f"{np.sqrt(unchanged / misfit):.1f} times better with ({numbers}) N subtracted from the forces: was the "
+        f"{np.sqrt(unchanged / misfit):.1f} times better with {numbers} subtracted from the readings: was the "
         "sensor zeroed again there? they are used as they are; remove the step in a copy, or split the table"
     )
     return [line]
+
+
+def rounded_readings(values: Floats, part: Part) -> str:
+    """Return readings (3,) as a message lists them."""
+    decimals = 1 if part is Part.FORCE else 2
+    return ", ".join(f"{value:.0f}" if abs(value) >= 9.5 else f"{value:.{decimals}f}" for value in values)
+
+
+def _steps(reading: Floats, step: Floats) -> bool:
+    """Return whether a step (3,) counts next to the readings (n, 3); forces alone have no moments."""
+    largest = float(np.linalg.norm(reading, axis=1).max()) if reading.size else 0.0
+    return largest > 0.0 and bool(np.linalg.norm(step) >= LEAST_STEP * largest)
 
 
 def joint_springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:

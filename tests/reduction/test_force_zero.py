@@ -16,13 +16,13 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.reduction.force_zero import ZeroChange, moved_zeros, without_zeros
+from stiffcal.reduction.force_zero import Part, ZeroChange, moved_zeros, without_zeros
 from stiffcal.reduction.force_zero_faults import force_zero_faults, stiffness_bias
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import cycles_of, joint_springs, played
 
 LARGEST = 400.0  # N
-NOISE = Sigma(translation=16e-6, force=0.3)
+NOISE = Sigma(translation=16e-6, force=0.3, moment=0.05)
 RUNS = 4
 CHANGED = 2  # number of the run in which the zero moves
 WIDTH = 3e-4  # rad of play in three joints: half a millimetre at the tool, a third of the deflection
@@ -48,11 +48,11 @@ def states() -> LoadStates:
     return played(robot_with_play(six_axes()), RUNS, wrench=loads(rng), noise=NOISE, full_pose=False, load_scatter=0.02)
 
 
-def moved(states: LoadStates, zero: Callable[[Floats], Floats]) -> LoadStates:
-    """Return the states with a zero, (m, 3) N of the parts of the run's time, added to the forces of one run."""
+def moved(states: LoadStates, zero: Callable[[Floats], Floats], part: Part = Part.FORCE) -> LoadStates:
+    """Return the states with a zero, (m, 3) of the parts of the run's time, added to the readings of one run."""
     wrench = states.wrench.copy()
     own = np.flatnonzero(states.run == CHANGED)
-    wrench[own, :3] += zero(np.linspace(0.0, 1.0, own.size)[:, None])
+    wrench[own, part.columns] += zero(np.linspace(0.0, 1.0, own.size)[:, None])
     return replace(states, wrench=wrench)
 
 
@@ -86,7 +86,30 @@ def test_is_named_though_the_robot_has_play(
     assert fault.place == f"run {states.runs[CHANGED].name}"
     assert fault.code is (FaultCode.WRENCH_REZEROED if kind is ZeroChange.STEP else FaultCode.WRENCH_DRIFTED)
     best = [account for accounts in moved_zeros(table) for account in accounts if account.kind is kind]
-    assert min(float(np.abs(account.change - change).max()) for account in best) < 5.0 * 0.3 * np.sqrt(2.0)
+    assert min(float(np.abs(account.change[:3] - change).max()) for account in best) < 5.0 * 0.3 * np.sqrt(2.0)
+
+
+@pytest.mark.parametrize(
+    ("zero", "kind"),
+    [
+        (step(0.5, 5.0, 0.0, 0.0), ZeroChange.STEP),
+        (step(0.4, 0.0, -60.0, 0.0), ZeroChange.STEP),
+        (lambda part: part * np.array([0.0, 0.0, 3.0]), ZeroChange.DRIFT),
+        (lambda part: step(0.3, 0.0, 4.0, 0.0)(part) - step(0.7, 0.0, 4.0, 0.0)(part), ZeroChange.STEPS),
+    ],
+)
+def test_is_named_where_the_moments_alone_show_it(
+    zero: Callable[[Floats], Floats], kind: ZeroChange, states: LoadStates
+) -> None:
+    table = moved(states, zero, Part.MOMENT)
+    (fault,) = force_zero_faults(table, six_axes())
+    assert fault.place == f"run {states.runs[CHANGED].name}"
+    assert fault.code is (FaultCode.WRENCH_REZEROED if kind is ZeroChange.STEP else FaultCode.WRENCH_DRIFTED)
+    ((account,),) = moved_zeros(table)
+    assert (account.part, account.kind) == (Part.MOMENT, kind)
+    at = np.linspace(0.0, 1.0, 21)[:, None]
+    np.testing.assert_allclose(account.zero[::4, 3:], (zero(at) - zero(at[:1]))[::4], atol=5.0 * 0.05 * np.sqrt(2.0))
+    assert not account.zero[:, :3].any()
 
 
 def test_the_step_lies_between_the_unloaded_states_around_it(states: LoadStates) -> None:
@@ -103,6 +126,7 @@ def test_nothing_is_said_of_good_runs(states: LoadStates) -> None:
     left_on[::4, :3] += 0.02 * LARGEST * rng.normal(size=(len(states.wrench[::4]), 3))
     assert moved_zeros(replace(states, wrench=left_on)) == []
     assert moved_zeros(moved(states, lambda part: part * np.array([3.0, 0.0, 0.0]))) == []
+    assert moved_zeros(moved(states, lambda part: part * np.array([0.2, 0.0, 0.0]), Part.MOMENT)) == []
     for seed in range(3):
         at_random = LARGEST * np.random.default_rng(seed).normal(size=(len(states), 3))
         at_random[states.reference] = 0.0
@@ -117,6 +141,14 @@ def test_a_load_that_stays_on_is_no_zero() -> None:
         wrench[10:, :3] += [0.0, 0.0, 200.0]
     springs = joint_springs(six_axes(), np.array(SIX_STIFFNESS))
     table = played(springs, RUNS, wrench=preloaded, noise=NOISE, full_pose=False, load_scatter=0.02)
+    assert moved_zeros(table)
+    assert force_zero_faults(table, six_axes()) == []
+    # nor a couple that turns the robot
+    rng = np.random.default_rng(5)
+    turned = loads(rng)
+    for wrench in turned:
+        wrench[10:, 3:] += [120.0, 0.0, 0.0]
+    table = played(springs, RUNS, wrench=turned, noise=NOISE, full_pose=False, load_scatter=0.02)
     assert moved_zeros(table)
     assert force_zero_faults(table, six_axes()) == []
 

@@ -54,6 +54,25 @@ def test_is_found(step: tuple[float, ...], start: int, table: tuple[LoadStates, 
     np.testing.assert_allclose(reported, step, atol=6.0)
 
 
+def test_is_found_in_the_moments_alone(table: tuple[LoadStates, Chain]) -> None:
+    states, chain = table
+    rng = np.random.default_rng(2)
+    wrench = states.wrench.copy()
+    wrench[:, 3:] = 60.0 * rng.standard_normal((COUNT, 3))
+    moments = replace(states, wrench=wrench)
+    reading, per_reading, columns = joint_springs(moments, chain)
+    deflection = states.deflection.copy()
+    deflection[:, 0, :3] = np.einsum("ncj,nj->nc", columns, (per_reading @ reading[:, :, None])[:, :, 0] * COMPLIANCE)
+    deflection[:, 0, :3] += NOISE_M * rng.standard_normal((COUNT, 3))
+    moments = replace(moments, deflection=deflection)
+    assert rezeroed_table(moments, chain) == []
+    wrench = wrench.copy()
+    wrench[31:, 3:] += [40.0, -25.0, 0.0]
+    (line,) = rezeroed_table(replace(moments, wrench=wrench), chain)
+    assert f"from state {states.row[31]} on" in line
+    assert "N·m" in line
+
+
 def test_nothing_is_said_of_good_tables(table: tuple[LoadStates, Chain]) -> None:
     states, chain = table
     assert rezeroed_table(states, chain) == []

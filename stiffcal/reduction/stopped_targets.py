@@ -1,0 +1,171 @@
+"""A target whose readings stop in part of a table or of a run: the tracker lost it, or zeros were filled in.
+
+Two readings of an instrument never agree in every digit, but of a coarse gauge, or of a robot that friction holds, some
+may. So the rows that read the same are held against what joint springs, fitted to all the others, make of their loads:
+they are named where the others follow these springs and they do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+
+from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.mechanics.chain import Chain
+from stiffcal.reduction.motion import Motion, motion_of
+from stiffcal.reduction.rezeroed_tables import joint_springs
+
+SURE = 1e-3
+"""Of the F test: one campaign in a thousand without such rows has a warning, as of `rezeroed_tables`."""
+MOST_NAMED = 10
+ROUNDED = 1e-11
+"""Share by which means of equal readings may differ in floating point."""
+
+
+def stopped_targets(states: LoadStates, chain: Chain) -> list[str]:
+    """Return a warning for every stretch of rows in which a target, or a gauge, reads the same whatever the load.
+
+    Parameters
+    ----------
+    states : of load runs, those that are set aside as outliers included. chain : the robot's.
+    """
+    if len(states) < 2 or not np.isfinite(states.wrench).all():
+        return []
+    motion = motion_of(states, chain, all_targets=True)
+    stretches = list(_stretches(states, motion))
+    if not stretches:
+        return []
+    alike = np.zeros(motion.measured.shape, dtype=np.bool_)
+    for group, rows in stretches:
+        alike[np.ix_(rows, group)] = True
+    reading, per_reading, columns = joint_springs(states, chain)
+    design = columns * (per_reading @ reading[:, :, None])[:, None, :, 0]
+    live = np.isfinite(motion.measured) & ~alike & states.used[:, None]
+    springs = _Springs.of(states, motion.measured, design, live)
+    if springs is None:
+        return []
+    lost: list[_Stretch] = []
+    for group, rows in stretches:
+        missed, free = springs.missed(rows, group)
+        if free > 0 and missed.any() and _chance(missed, free, springs) * len(stretches) < SURE:
+            lost.append((group, rows))
+    return [_words(states, motion.measured, lost, springs)] if lost else []
+
+
+_Stretch: TypeAlias = tuple[Integers, Integers]
+"""Components of a target, and states one after the other, in which they read the same."""
+
+
+def _stretches(states: LoadStates, motion: Motion) -> Iterator[_Stretch]:
+    """Yield the stretches of whole targets, then those of single components next to others that change."""
+    whole = np.zeros(motion.measured.shape, dtype=np.bool_)
+    targets = np.array(motion.target)
+    for target in dict.fromkeys(motion.target) if states.has_poses else ():
+        group = np.flatnonzero(targets == target)
+        for rows in _alike(states, motion.measured[:, group], 1 if states.deflection_given else 2):
+            whole[np.ix_(rows, group)] = True
+            yield group, rows
+    for k in range(len(targets)):
+        for rows in _alike(states, motion.measured[:, [k]], 2):
+            if not whole[rows, k].any():
+                yield np.array([k]), rows
+
+
+def _alike(states: LoadStates, measured: Floats, least: int) -> Iterator[Integers]:
+    """Yield the stretches of states with the very same readings (n, c), of zeros from `least` on, else of two."""
+    n = len(states)
+    with np.errstate(invalid="ignore"):
+        same = (np.abs(np.diff(measured, axis=0)) <= ROUNDED * np.abs(measured[1:])).all(axis=1)
+    if not states.deflection_given:
+        same &= np.diff(states.run) == 0
+    ends = [0, *(np.flatnonzero(~same) + 1).tolist(), n]
+    for start, end in pairwise(ends):
+        if end - start >= (2 if measured[start].any() else least):
+            yield np.arange(start, end)
+
+
+@dataclass(frozen=True)
+class _Springs:
+    """Joint springs fitted to the readings that change."""
+
+    measured: Floats
+    """(n, k) m, from the mean of the run's readings that change, or of all where none does."""
+    predicted: Floats
+    """(n, k) m, likewise."""
+    known_level: Booleans
+    """(n, k) whether there are such readings in the run."""
+    mean_square: float
+    """Of what the springs leave, m²."""
+    free: int
+    """Degrees of freedom of that."""
+
+    @classmethod
+    def of(cls, states: LoadStates, measured: Floats, design: Floats, live: Booleans) -> _Springs | None:
+        """Fit the springs to live readings (n, k) with an offset for each run; None where they are not determined.
+
+        Parameters
+        ----------
+        measured : (n, k) m. design : (n, k, J) m per unit of compliance. live : (n, k).
+        """
+        values = np.concatenate([np.nan_to_num(measured)[:, :, None], design], axis=2)
+        known_level = np.ones_like(live)
+        n_levels = 0
+        if not states.deflection_given:
+            for members in members_of(states.run):
+                counted = live[members]
+                known_level[members] = counted.any(axis=0)
+                n_levels += int(counted.any(axis=0).sum())
+                counted = counted | ~counted.any(axis=0)
+                mean = np.einsum("mk,mkc->kc", counted, values[members]) / counted.sum(axis=0)[:, None]
+                values[members] -= mean
+        target, matrix = values[live][:, 0], values[live][:, 1:]
+        scale = np.linalg.norm(matrix, axis=0)
+        acting = scale > 1e-9 * max(float(scale.max(initial=0.0)), 1e-300)
+        free = len(target) - int(acting.sum()) - n_levels
+        if free < 1 or not acting.any():
+            return None
+        compliance = np.zeros(len(scale))
+        compliance[acting] = np.linalg.lstsq(matrix[:, acting] / scale[acting], target, rcond=1e-9)[0] / scale[acting]
+        left = target - matrix @ compliance
+        mean_square = max(float(left @ left) / free, 1e-300)
+        return cls(values[:, :, 0], values[:, :, 1:] @ compliance, known_level, mean_square, free)
+
+    def missed(self, rows: Integers, group: Integers) -> tuple[Floats, int]:
+        """Return (m, c) m how far readings are from the springs, and their degrees of freedom."""
+        missed = (self.measured - self.predicted)[np.ix_(rows, group)]
+        own_level = ~self.known_level[np.ix_(rows[:1], group)][0]
+        missed = missed - np.where(own_level, missed.mean(axis=0), 0.0)
+        return missed, missed.size - int(own_level.sum())
+
+
+def _chance(missed: Floats, free: int, springs: _Springs) -> float:
+    """Return how likely readings that follow the springs are so far from them."""
+    from scipy.special import fdtrc
+
+    return float(fdtrc(free, springs.free, float(np.sum(missed**2)) / free / springs.mean_square))
+
+
+def _words(states: LoadStates, measured: Floats, lost: Sequence[_Stretch], springs: _Springs) -> str:
+    """Return the warning of all stretches."""
+    places = [_place(states, rows) for _, rows in lost]
+    more = f" and {len(lost) - MOST_NAMED} more" if len(lost) > MOST_NAMED else ""
+    zero = not any(measured[np.ix_(rows, group)].any() for group, rows in lost)
+    size = max(float(np.linalg.norm(springs.missed(rows, group)[0], axis=1).max()) for group, rows in lost)
+    return (
+        f"{'; '.join(dict.fromkeys(places[:MOST_NAMED]))}{more}: the target reads {'zero' if zero else 'the same'} "
+        f"whatever the load, which by springs fitted to the other rows moves it by {1e3 * size:.2g} mm: it was lost, "
+        "or not measured; these rows are used as they are: exclude them with [[exclude]], or keep them"
+    )
+
+
+def _place(states: LoadStates, rows: Integers) -> str:
+    """Return the run and the rows of states one after the other."""
+    infos = [states.runs[int(states.run[k])] for k in (rows[0], rows[-1])]
+    names, (first, last) = [info.of or info.name for info in infos], states.row[[rows[0], rows[-1]]]
+    numbers = f"row {first}" if first == last else f"rows {first} to {last}"
+    return numbers if names[0] != names[1] or names[0] == str(first) else f"run {names[0]}, {numbers}"
