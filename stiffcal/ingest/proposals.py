@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from stiffcal.documents import NOT_IN_DOCUMENT
@@ -49,7 +48,7 @@ def propose_sources(campaign: Campaign) -> list[ProposedSource]:
     taken_names, frames = set(campaign.manifest.sources), set(campaign.manifest.frames)
     groups: dict[tuple[_SniffedLog, ...], list[str]] = {}
     for file in _unnamed(campaign)[:LOOKED_AT]:
-        groups.setdefault(_sniff(campaign.folder, file, frames), []).append(file)
+        groups.setdefault(_sniff(campaign, file, frames), []).append(file)
     return [_proposal(log, files, taken_names, frames) for logs, files in groups.items() for log in logs]
 
 
@@ -115,13 +114,13 @@ class _SniffedLog(NamedTuple):
     understood: bool = True
 
 
-def _sniff(folder: Path, file: str, frames: set[str]) -> tuple[_SniffedLog, ...]:
+def _sniff(campaign: Campaign, file: str, frames: set[str]) -> tuple[_SniffedLog, ...]:
     """Return what a log seems to be: one entry for each source in it, or one that says why none is understood."""
     from stiffcal.propose.log_kind import log_kind, with_doubt
 
     names = _frame_names(frames)
     found = []
-    kind = log_kind(folder / file, file, names)
+    kind = log_kind(campaign.folder / file, file, names, chain=campaign.chain)
     for part in (kind, *kind.further):
         lines = part.lines
         if not part.why_not:

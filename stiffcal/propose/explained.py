@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.table_sniffing import SniffedTable
+from stiffcal.propose.unnamed_columns import are_numbered
 
 _SIGNALS = ("joints", "force", "moment", "mass", "deflection", "rotation", "position", "quaternion", "matrix")
 
@@ -35,11 +36,16 @@ def explained(tables: Sequence[SniffedTable], roles: Roles) -> list[ExplainedCol
     tables : in order. roles : what their columns are.
     """
     taken: dict[str, str] = {}
+    headers = [column.header for table in tables for column in table.columns]
+    unnamed = [role for role in vars(roles).values() if isinstance(role, Role)] if are_numbered(headers) else []
     for name in _SIGNALS:
         role = getattr(roles, name)
         if isinstance(role, Role) and not (name in ("quaternion", "matrix") and role.stands_still):
             taken |= {column.header: name for column in role.columns}
             taken |= {column.header: f"sigma of {name}" for column in role.all_columns[len(role.columns) :]}
+    reason_of = {column.header: f"its values: {role.doubt}" for role in unnamed for column in role.columns}
+    if are_numbered(headers):
+        reason_of |= {column.header: "its values leave open what it is" for column in roles.unused}
     for target, role in roles.targets:
         taken |= {column.header: f"position of {target}" for column in role.columns}
     taken |= {roles.time.header: "time"} if roles.time is not None else {}
@@ -50,7 +56,9 @@ def explained(tables: Sequence[SniffedTable], roles: Roles) -> list[ExplainedCol
     for table in tables:
         for column in table.columns:
             signal = taken.get(column.header, "")
-            why = "its name" if signal else "it holds words" if not column.values else "its name is that of no signal"
+            by_name = "it holds words" if not column.values else "its name is that of no signal"
+            by_name = "its name" if signal else by_name
+            why = reason_of.get(column.header, by_name)
             why = "an orientation that never changes is not measured" if column in still else why
             why += ", its unit" if signal and column.unit is not None else ""
             found.append(

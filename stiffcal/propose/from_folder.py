@@ -19,7 +19,14 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import Roles
-from stiffcal.propose.from_table import Proposal, arm_of_given, check_robot_fits, robot_text, write_proposal
+from stiffcal.propose.from_table import (
+    Proposal,
+    arm_of_given,
+    chain_of_given,
+    check_robot_fits,
+    robot_text,
+    write_proposal,
+)
 from stiffcal.propose.lines import (
     FORCE_SENSOR,
     TOOL,
@@ -44,6 +51,7 @@ from stiffcal.propose.log_kind import log_kind, unfilled_time
 from stiffcal.propose.table_purpose import serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.propose.templates import chosen_robot, robot_template
+from stiffcal.propose.unnamed_columns import open_columns
 
 LOAD_POINT, TARGET, RAW = "load_point", "target", "raw"
 
@@ -147,7 +155,8 @@ def draft_from_folder(
 
 def are_logs(tables: Sequence[Path], urdf: Path | None = None, robot: str | None = None) -> bool:
     """Return whether files are logs over time that no load state can be made of without those of other instruments."""
-    kinds = [log_kind(path, path.name, _frame_names(None), _joints_of(urdf, robot)) for path in tables]
+    chain = chain_of_given(urdf, robot)
+    kinds = [log_kind(path, path.name, _frame_names(None), _joints_of(urdf, robot), chain) for path in tables]
     if any(kind.why_not for kind in kinds):
         return False
     roles = together([LoggingDevice(kind) for kind in kinds])
@@ -178,7 +187,7 @@ def draft_of_logs(
         There is no log, the files' names hold no run, or the joints do not fit the robot.
     """
     names = _frame_names(tool)
-    found = sorted_files(files, _joints_of(urdf, robot), names)
+    found = sorted_files(files, _joints_of(urdf, robot), names, chain_of_given(urdf, robot))
     devices, unused = with_patterns(*of_use(found, names), place)
     if not devices:
         reason = "; ".join(unused[:MOST_NAMED]) or "there is no file"
@@ -308,7 +317,7 @@ def _source_lines(device: LoggingDevice) -> list[ProposedLine]:
     lines += kind.options_line
     states = kind.roles.deflection is not None and kind.roles.time is None
     lines.append(ProposedLine('sampling = "states"') if states else kind.time or unfilled_time(device.name))
-    return [*lines, *kind.signals]
+    return [*lines, *kind.signals, *(ProposedLine("", sentence) for sentence in open_columns(kind.roles))]
 
 
 def _frame_lines(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.robot_checks import outline_of
@@ -15,6 +16,7 @@ from stiffcal.campaign.urdf import PRISMATIC
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
+from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Roles, recognise
 from stiffcal.propose.explained import ExplainedColumn, explained
 from stiffcal.propose.joint_columns import columns_of_joints
@@ -31,8 +33,8 @@ from stiffcal.propose.robot import robot_lines
 from stiffcal.propose.table_purpose import check_purpose, serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.templates import chosen_robot, write_folder
+from stiffcal.propose.unnamed_columns import are_numbered, missing_names, open_columns, roles_by_values
 from stiffcal.propose.urdf_arm import UrdfArm, arm_of_table
-from stiffcal.table_layout.layout import NAMELESS
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,11 @@ def draft_campaign(
     _check_together(sniffed)
     columns = [column for table in sniffed for column in table.columns]
     arm = arm_of_given(urdf, robot, columns)
-    roles = recognise(columns, arm.columns)
+    if are_numbered([column.header for column in columns]):
+        roles = roles_by_values(columns, chain_of_given(urdf, robot), tool)
+        _check_decided(sniffed[0], roles)
+    else:
+        roles = recognise(columns, arm.columns)
     if roles.joints is None:
         _check_names(sniffed)
     check_purpose(roles, ", ".join(table.path.name for table in sniffed))
@@ -110,6 +116,7 @@ def draft_campaign(
     lines = [
         *map(ProposedLine, opening),
         *with_noise_lines(source_lines(sniffed, roles, arm.prismatic), roles),
+        *(ProposedLine("", sentence) for sentence in open_columns(roles)),
         *run_lines(roles),
         *frame_lines(roles, tool),
     ]
@@ -242,8 +249,42 @@ def _check_together(tables: Sequence[SniffedTable]) -> None:
             headers[column.header] = display_name
 
 
+def chain_of_given(urdf: Path | None, robot: str | None) -> Chain | None:
+    """Return the chain of the robot that was given, None where none was, or its file leaves it open."""
+    try:
+        if robot is not None:
+            return chain_of(RobotFile.model_validate(parse_toml(chosen_robot(robot), "robot.toml")), Path())
+        if urdf is not None:
+            lines = [ProposedLine(toml_text.pair("urdf", urdf.name)), *arm_of_table(urdf, ()).lines]
+            text = 'schema = "stiffcal/robot/1"\n' + as_text(lines)
+            return chain_of(RobotFile.model_validate(parse_toml(text, "robot.toml")), urdf.parent)
+    except InputError:  # said where the robot's own file is written
+        return None
+    return None
+
+
+def _check_decided(table: SniffedTable, roles: Roles) -> None:
+    """Raise where the values of a table without a header leave open what its columns are.
+
+    Raises
+    ------
+    InputError
+        They do.
+    """
+    loads = roles.force is not None and (roles.deflection is not None or roles.position is not None)
+    if roles.joints is not None and (loads or roles.position is not None):
+        return
+    reason = "the table has no header line, and its values do not show what each column is"
+    mend = (
+        f"write a line of names at its top, with a name for each ? that is used: {missing_names(table.columns, roles)}"
+    )
+    if roles.joints is None:
+        mend += "; or name the robot, by whose kinematics columns are told apart: --robot, --urdf"
+    raise InputError.at(FaultCode.HEADER_MISSING, table.path.name, "line 1", reason, mend)
+
+
 def _check_names(tables: Sequence[SniffedTable]) -> None:
-    """Raise where the joints may be columns that cannot be named: without a header, or of one name.
+    """Raise where the joints may be columns that cannot be named, as several have one name.
 
     Raises
     ------
@@ -251,14 +292,6 @@ def _check_names(tables: Sequence[SniffedTable]) -> None:
         They may.
     """
     for table in tables:
-        if table.columns[0].header == f"{NAMELESS}1":
-            raise InputError.at(
-                FaultCode.HEADER_MISSING,
-                table.path.name,
-                "line 1",
-                "the table has no header line",
-                "add a line with the column names",
-            )
         for name, why in table.left_out:
             raise InputError.at(
                 FaultCode.COLUMN_DUPLICATE, table.path.name, f'column "{name}"', why, "give each column a unique name"

@@ -253,7 +253,9 @@ def _joints_line(roles: Roles, prismatic: Collection[SniffedColumn] = ()) -> Pro
     likely = "deg" if size > LARGEST_RADIAN else "rad"
     written, guessed = unit_of_role(roles.joints, "angle", likely)
     line = f"joints = {{ position = {columns_text(roles.joints)}, {toml_text.pair('units', {'position': written})} }}"
-    return ProposedLine(line, f"{written}, judged by the values (up to {size:.3g})" if guessed else None)
+    doubts = [f"{written}, judged by the values (up to {size:.3g})"] if guessed else []
+    doubts += [roles.joints.doubt] if roles.joints.doubt else []
+    return ProposedLine(line, ", ".join(doubts) if doubts else None)
 
 
 def _line_of_mixed_joints(joints: Role, prismatic: Collection[SniffedColumn]) -> ProposedLine:
@@ -297,6 +299,7 @@ def _load_lines(roles: Roles, tool: str, axes: str = DEFAULT_NAMES.axes) -> list
         where = f"{toml_text.pair('axes', axes)}, {toml_text.pair('point', frame)}"
         doubts += [] if in_base else [f"in {axes} axes"]
     doubts.append("acts on the robot")
+    doubts += [roles.force.doubt] if roles.force.doubt else []
     line = f"wrench = {{ columns = {columns_text(Role(columns))}, units = {{ {units} }}, {where} }}"
     frames = (frame,) if axes in ("base", frame) else (axes, frame)
     return [ProposedLine(line, ", ".join(doubts), frames)]
@@ -323,6 +326,7 @@ def _moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
                 f", rotation = {columns_text(roles.rotation)}",
             )
         doubts += [] if roles.deflection.places else ["in base axes"]
+        doubts += [roles.deflection.doubt] if roles.deflection.doubt else []
         columns = f"translation = {columns_text(roles.deflection)}{rotation}"
         sigma, why = _sigma(roles.deflection, "translation", written)
         of_body = toml_text.pair("body", body)

@@ -11,11 +11,13 @@ from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, files_of_ru
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.lines import FrameNames, signal_lines
 from stiffcal.propose.log_kind import LogKind, log_kind
 from stiffcal.propose.run_names import patterns_of_devices, shape_of
 from stiffcal.propose.table_sniffing import SniffedColumn
+from stiffcal.propose.unnamed_columns import are_numbered
 
 OF_A_CAMPAIGN = frozenset({MANIFEST_FILE, "robot.toml", "model.toml", "simulate.toml", "plan.toml", "truth.json"})
 MOST_NAMED = 5
@@ -63,7 +65,9 @@ def files_in(logs: Path) -> list[str]:
     return sorted(found, key=lambda file: (natural_key(file), file))
 
 
-def sorted_files(files: Mapping[str, Path], joints_of: JointsOf, names: FrameNames) -> SortedFiles:
+def sorted_files(
+    files: Mapping[str, Path], joints_of: JointsOf, names: FrameNames, chain: Chain | None = None
+) -> SortedFiles:
     """Put files to the devices that wrote them.
 
     Of files whose names differ in numbers alone the first, the middle and the last are opened; where these differ in
@@ -73,6 +77,7 @@ def sorted_files(files: Mapping[str, Path], joints_of: JointsOf, names: FrameNam
     ----------
     files : name in the campaign folder to the file, in natural order.
     joints_of : finds the columns of joints. names : the frames that the lines of signals name.
+    chain : of the robot, by which columns without names are judged; None: it is not known.
     """
     found = SortedFiles([], [])
     by_shape: dict[tuple[str, ...], list[str]] = {}
@@ -80,16 +85,18 @@ def sorted_files(files: Mapping[str, Path], joints_of: JointsOf, names: FrameNam
         by_shape.setdefault(shape_of(file), []).append(file)
 
     def kind_of(file: str) -> LogKind:
-        return log_kind(files[file], file, names, joints_of)
+        return log_kind(files[file], file, names, joints_of, chain)
 
     devices: dict[tuple[object, ...], LoggingDevice] = {}
     for alike in by_shape.values():
         opened = {file: kind_of(file) for file in dict.fromkeys((alike[0], alike[len(alike) // 2], alike[-1]))}
         if len({_layout(kind) for kind in opened.values()}) > 1:
             opened = {file: opened.get(file) or kind_of(file) for file in alike}
-        usual = next(iter(opened.values()))
+        usual = next((kind for kind in opened.values() if not kind.why_not), next(iter(opened.values())))
         for file in alike:
             kind = opened.get(file, usual)
+            if kind.why_not and are_numbered(kind.headers) and kind.headers == usual.headers:
+                kind = usual  # this one's values leave open what those of another run decide
             if kind.why_not:
                 found.unused.append(f"{file}: {kind.why_not}")
                 continue
@@ -100,7 +107,10 @@ def sorted_files(files: Mapping[str, Path], joints_of: JointsOf, names: FrameNam
 
 def _layout(kind: LogKind) -> tuple[object, ...]:
     """Return what the files of one device have in common."""
-    return (kind.why_not, kind.format, kind.headers, *sorted(kind.options.items()))
+    signals = (
+        tuple(line.toml for line in kind.signals) if are_numbered(kind.headers) else ()
+    )  # columns without names hold what their values show
+    return (kind.why_not, kind.format, kind.headers, signals, *sorted(kind.options.items()))
 
 
 def of_use(found: SortedFiles, names: FrameNames) -> tuple[list[LoggingDevice], list[str]]:

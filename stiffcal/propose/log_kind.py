@@ -16,6 +16,7 @@ from stiffcal.campaign.file_formats import format_of
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.files import open_regular
+from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Roles, recognise
 from stiffcal.propose.explained import ExplainedColumn, explained
 from stiffcal.propose.lines import (
@@ -31,6 +32,7 @@ from stiffcal.propose.lines import (
 from stiffcal.propose.other_tables import TEXT, other_table
 from stiffcal.propose.own_rows import by_rows, rows_line
 from stiffcal.propose.table_sniffing import SniffedColumn, sniff_table
+from stiffcal.propose.unnamed_columns import are_numbered, missing_names, roles_by_values
 from stiffcal.readers import find_reader
 
 FIRST_BYTES = 1 << 14
@@ -132,6 +134,7 @@ def log_kind(
     display_name: str,
     names: FrameNames,
     joints_of: Callable[[Sequence[SniffedColumn]], Sequence[SniffedColumn]] = no_joints,
+    chain: Chain | None = None,
 ) -> LogKind:
     """Return what a log seems to be.
 
@@ -141,6 +144,7 @@ def log_kind(
     display_name : as the user knows it, for messages.
     names : the frames to name in the lines.
     joints_of : returns those of a log's columns that hold the joints, base to tip, by the names of a robot's joints.
+    chain : of the robot, by which columns without names are judged; None: it is not known.
     """
     found_format = format_of(display_name)
     text = _first_bytes(path).decode("latin-1")
@@ -151,12 +155,17 @@ def log_kind(
     except InputError as error:
         fault = error.faults[0]
         return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
-    roles = recognise(table.columns, joints_of(table.columns))
+    unnamed = are_numbered([column.header for column in table.columns])
+    roles = roles_by_values(table.columns, chain) if unnamed else recognise(table.columns, joints_of(table.columns))
     headers = tuple(column.header for column in table.columns)
     parts = [part for part in by_rows(roles) if signal_lines(part, names)]
     if not parts:
         listed = ", ".join(headers[:12])
         why = f"no signal recognised in its columns ({listed}): {_NO_NAMES}"
+        if unnamed:
+            why = (
+                f"it has no line of names: write one at its top, {missing_names(table.columns, roles)} (each ? is open)"
+            )
         return LogKind(
             device, name, reader.name, headers=headers, columns=tuple(explained([table], roles)), why_not=why
         )
