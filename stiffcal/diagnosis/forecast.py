@@ -37,24 +37,26 @@ def forecast_residual(
     array or None
         None where effects are removed of which one has no free parameter: the fit holds it as it is.
     """
-    columns = scan_columns(scan)
-    if not {column.placed for column in columns} >= set(removed):
+    own = scan_columns(scan)
+    if not {column.placed for column in own} >= set(removed):
         return None
-    kept = np.array([column.placed not in removed for column in columns], dtype=np.bool_)
-    low = np.array([lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])[kept]
+    kept = np.array([column.placed not in removed for column in own], dtype=np.bool_)
+    low = np.array([lowest_step(scan.fit.robot.placed[column.placed], column) for column in own])[kept]
     high = np.full(len(low), np.inf)
-    pieces, residual = [scan.own_columns[kept]], scan.residual.copy()
+    pieces, rows, residual = [scan.own_columns[kept]], [scan.own_rows[kept]], scan.residual.copy()
     if removed:
-        state = Linearised.about(scan.fit.robot, scan.fit.data)
+        state = scan.source.state()
         for number in removed:
             residual += contribution_of(state, scan.fit.robot.placed[number])
     for trial in added:
         regressor = trial.regressor
-        pieces.append(regressor.columns)
+        columns = regressor.columns
+        pieces.append(columns)
+        rows.append(scan.space.rows(columns))
         residual -= regressor.fixed
         lowest, highest = amplitude_bounds(regressor)
         low, high = np.append(low, lowest), np.append(high, highest)
-    return heldout_residual(scan, np.concatenate(pieces), residual, low, high, fold)
+    return _left_out(scan, np.concatenate(pieces), np.concatenate(rows), residual, low, high, fold)
 
 
 def scan_columns(scan: LoadScan) -> list[ParameterColumn]:
@@ -91,10 +93,18 @@ def heldout_residual(
     low, high : (k,) how far each can go.
     fold : (n,) number of what is left out with each state; None: the poses of the scan.
     """
+    return _left_out(scan, columns, scan.space.rows(columns), residual, low, high, fold)
+
+
+def _left_out(
+    scan: LoadScan, columns: Floats, rows: Floats, residual: Floats, low: Floats, high: Floats, fold: Integers | None
+) -> Floats:
+    """Return the same where the columns' whitened rows (k, m · n) are known."""
     remaining, fold = residual.copy(), scan.fold_of_state if fold is None else fold
     if len(columns):
-        rows = np.concatenate([scan.space.rows(columns), scan.space.rows(residual[None])])
-        products = fold_products(rows, fold_rows(scan.fit.data, fold))
+        products = fold_products(
+            np.concatenate([rows, scan.space.rows(residual[None])]), fold_rows(scan.fit.data, fold)
+        )
         rest = products.sum(axis=0) - products if len(products) > 1 else products
         step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, high)
         for number, members in enumerate(members_of(fold)):

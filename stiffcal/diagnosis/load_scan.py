@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,11 @@ class LoadScan(Scan):
     """Makes the regressors again that were not kept."""
     geometry: GeometryNuisance | None
     """Errors of the robot's geometry; None where they take no part."""
+
+    @cached_property
+    def own_rows(self) -> Floats:
+        """(p, m · n) whitened rows of the base model's free parameters alone, for one forecast after the other."""
+        return self.space.rows(self.own_columns)
 
     def drift(self) -> tuple[float, float, float]:
         """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals.
@@ -125,6 +131,56 @@ def fold_rows(data: Observations, fold: Integers) -> list[Integers]:
     return [(np.arange(m)[:, None] * data.n_states + members).ravel() for members in members_of(fold)]
 
 
+@dataclass(frozen=True)
+class LoadGround:
+    """A fit of load states to which candidates are added, one at a time."""
+
+    scan: LoadScan
+    """Without any candidate."""
+    rows: BaseRows
+    """The model's rows, fold after fold."""
+    state: Linearised
+    """The model at rest."""
+
+    @classmethod
+    def of(cls, fit: Fit, whitening: Whitening | None = None, geometry: GeometryNuisance | None = None) -> LoadGround:
+        """Prepare; parameters as in `scan_candidates`."""
+        data = fit.data
+        source = RegressorSource(fit.robot, data)
+        state = source.state()
+        space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
+        fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
+        columns = free_columns(fit.robot, fixed)
+        base_columns = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
+        residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
+        fold = pose_folds(data)
+        folds = fold_rows(data, fold)
+        low, high = _base_bounds(fit, columns)
+        prior = None
+        if geometry is not None:
+            nuisance = geometry.directions(space, base_columns)
+            base_columns = np.concatenate([base_columns, nuisance])
+            prior = np.repeat([0.0, 1.0], [len(low), len(nuisance)])
+            free = np.full(len(nuisance), np.inf)
+            low, high = np.append(low, -free), np.append(high, free)
+        stack = np.concatenate([base_columns, residual[None]])
+        rows = BaseRows.of(state, space, stack, folds, low, high, prior)
+        dof = int(np.count_nonzero(data.measured_mask)) - space.n_offsets
+        scan = LoadScan(
+            fit=fit, base=in_order(rows.base, rows.order), trials=(), folds=tuple(folds), groups=rows.groups,
+            dof=dof, n_columns=len(columns), n_tried=1, space=space, columns=base_columns, residual=residual,
+            bounds=(rows.low, rows.high), fold_of_state=fold, source=source, prior=prior, geometry=geometry,
+        )  # fmt: skip
+        return cls(scan, rows, state)
+
+    def try_one(self, candidate: Candidate) -> Trial | None:
+        """Try one candidate; None where it does not show."""
+        if is_slip(candidate.effect):
+            scan = self.scan
+            return _slip(candidate, self.rows, (self.state, scan.space), scan.residual, scan.fold_of_state)
+        return try_candidate(candidate, self.rows)
+
+
 def scan_candidates(
     fit: Fit,
     candidates: Sequence[Candidate],
@@ -140,38 +196,9 @@ def scan_candidates(
     whitening : weights to use in place of the fit's own.
     geometry : errors of the robot's geometry, whose part of the residual no candidate explains.
     """
-    data = fit.data
-    source = RegressorSource(fit.robot, data)
-    state = source.state()
-    space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
-    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
-    columns = free_columns(fit.robot, fixed)
-    base_columns = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
-    residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
-    fold = pose_folds(data)
-    folds = fold_rows(data, fold)
-    low, high = _base_bounds(fit, columns)
-    prior = None
-    if geometry is not None:
-        nuisance = geometry.directions(space, base_columns)
-        base_columns, prior = np.concatenate([base_columns, nuisance]), np.repeat([0.0, 1.0], [len(low), len(nuisance)])
-        free = np.full(len(nuisance), np.inf)
-        low, high = np.append(low, -free), np.append(high, free)
-    stack = np.concatenate([base_columns, residual[None]])
-    ground = BaseRows.of(state, space, stack, folds, low, high, prior)
-
-    def try_one(candidate: Candidate) -> Trial | None:
-        if is_slip(candidate.effect):
-            return _slip(candidate, ground, (state, space), residual, fold)
-        return try_candidate(candidate, ground)
-
-    trials, n_tried = scan_rows(ground, candidates, source.kept, try_one)
-    dof = int(np.count_nonzero(data.measured_mask)) - space.n_offsets
-    return LoadScan(
-        fit=fit, base=in_order(ground.base, ground.order), trials=trials, folds=tuple(folds), groups=ground.groups,
-        dof=dof, n_columns=len(columns), n_tried=n_tried, space=space, columns=base_columns, residual=residual,
-        bounds=(ground.low, ground.high), fold_of_state=fold, source=source, prior=prior, geometry=geometry,
-    )  # fmt: skip
+    ground = LoadGround.of(fit, whitening, geometry)
+    trials, n_tried = scan_rows(ground.rows, candidates, ground.scan.source.kept, ground.try_one)
+    return replace(ground.scan, trials=trials, n_tried=n_tried)
 
 
 def _slip(

@@ -180,7 +180,7 @@ def scan_rows(
     n_tried = sum(trial.n_variants for trial in trials)
     trials.sort(key=ranked_error)
     for place, trial in enumerate(trials[:REFINED]):
-        refined = _refine_nonlinear(trial, ground)
+        refined = refine_nonlinear(trial, ground)
         trials[place] = replace(refined, regressor=kept(refined.regressor))
     trials.sort(key=ranked_error)
     return tuple(trials), max(n_tried, 1)
@@ -227,7 +227,7 @@ def is_possible_shape(effect: Effect, shape: Mapping[str, float]) -> bool:
     return effect.impossible({spec.symbol: shape.get(spec.symbol, spec.typical) for spec in effect.parameters}) is None
 
 
-def _refine_nonlinear(trial: Trial, ground: BaseRows) -> Trial:
+def refine_nonlinear(trial: Trial, ground: BaseRows) -> Trial:
     """Narrow a law's continuous shape down, between the neighbours of the best of its grid, in all folds alike."""
     effect, place = trial.candidate.effect, trial.candidate.place
     continuous = [

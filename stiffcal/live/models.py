@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock
@@ -15,8 +15,8 @@ from stiffcal.errors import Progress
 from stiffcal.live.choice import ModelChoice, model_of_choice, placed_name
 from stiffcal.live.forecasts import Forecasts
 from stiffcal.store.trial import TrialResults
-from stiffcal.view.content import ViewContent, ViewLive, ViewModel
-from stiffcal.workflow.diagnose import current_diagnosis, diagnose_campaign
+from stiffcal.view.content import ViewContent, ViewForecast, ViewLive, ViewModel
+from stiffcal.workflow.diagnose import current_diagnosis, diagnose_campaign, keep_diagnosis
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import (
@@ -87,8 +87,13 @@ class LiveModels:
         self._forecasts: Forecasts | None = None
         self._base: tuple[str | None, tuple[ViewContent, DiagnoseResult | None]] | None = None
         self._text = self._text_now()
-        self.doing: tuple[str, float | None] = ("", None)
-        """What is being done, and the share of it; read by the page while it waits."""
+        self._doing: tuple[int, str, float | None] = (0, "", None)
+
+    @property
+    def doing(self) -> tuple[str, float | None]:
+        """What is being done of what was asked for last, and the share of it; "" while something earlier still ends."""
+        serial, text, share = self._doing
+        return (text, share) if serial == self._serial else ("", None)
 
     def content(self, choice: ModelChoice) -> ViewContent:
         """Return all that the page shows of a model: fitted, and judged in held-out data.
@@ -102,7 +107,7 @@ class LiveModels:
         return self._alone(lambda progress: self._content(choice, progress))
 
     def prepare(self) -> bool:
-        """Try every candidate once, so that forecasts can be made; return whether these data have any.
+        """Try what the page offers once, so that forecasts can be made; return whether these data have any.
 
         Raises
         ------
@@ -111,21 +116,27 @@ class LiveModels:
 
         def run(progress: Progress) -> bool:
             context = replace(self._context, progress=progress)
-            drawn = self._base_content(context)[0].states
+            content, _ = self._base_content(context)
             data = up_to_date_states(self._folder, context)
-            if drawn is not None and len(data.states):
-                self._forecasts = Forecasts.of(data, up_to_date_fit(data, context), drawn.index, context)
-            return self._forecasts is not None
+            identified = up_to_date_fit(data, context)
+            if self._forecasts is None or self._forecasts.key != identified.key:
+                self._forecasts = Forecasts.of(data, identified, content, context)
+            self._forecasts.try_each([one.name for one in content.candidates], progress)
+            return self._can_forecast
 
         return self._alone(run)
 
-    def forecast(self, choice: ModelChoice) -> ViewModel | None:
+    @property
+    def _can_forecast(self) -> bool:
+        return self._forecasts is not None and bool(self._forecasts.pages)
+
+    def forecast(self, choice: ModelChoice) -> ViewForecast | None:
         """Return what one linear step about the fit of model.toml leaves; at once, whatever else is computed.
 
         None where no forecast can be made: none is prepared, rows are left out, or these data have none.
         """
         made = self._forecasts
-        return None if made is None or choice.excluded else made.model(choice)
+        return None if made is None or choice.excluded else made.forecast(choice)
 
     def diagnose(self, choice: ModelChoice) -> ViewContent:
         """Diagnose a model, and return all that the page shows of it.
@@ -156,14 +167,20 @@ class LiveModels:
         """
 
         def run(progress: Progress) -> None:
-            if not to_changed_file:
-                self._check_unchanged()
+            is_changed = self._text_now() != self._text
+            if is_changed and not to_changed_file:
+                raise ModelChangedError
             model_of_choice(load_campaign(self._folder, check_files=False), self._text_now(), choice)
             for action, names in (("remove", choice.removed), ("add", choice.added)):
                 for name in names:
                     effect, where = placed_name(load_campaign(self._folder, check_files=False), name)
                     edit_model(self._folder, "add" if action == "add" else "remove", effect, where=where)
+            tried = self._tried.get(choice.key)
             self._begin_anew()
+            if tried is not None and not is_changed:
+                context = replace(self._context, progress=progress)
+                data = up_to_date_states(self._folder, context)
+                keep_diagnosis(data, up_to_date_fit(data, context), tried.trial.results)
 
         self._alone(run)
 
@@ -194,7 +211,7 @@ class LiveModels:
         def progress(text: str, share: float | None = None) -> None:
             if serial != self._serial:
                 raise SupersededError
-            self.doing = (text, share)
+            self._doing = (serial, text, share)
 
         with self._lock:
             if serial != self._serial:
@@ -202,7 +219,7 @@ class LiveModels:
             try:
                 return run(progress)
             finally:
-                self.doing = ("", None)
+                self._doing = (serial, "", None)
 
     def _check_unchanged(self) -> None:
         if self._text_now() != self._text:
@@ -240,10 +257,10 @@ class LiveModels:
             added=choice.added,
             removed=choice.removed,
             excluded=[one.as_toml() for one in choice.excluded],
-            forecasts=self._forecasts is not None and not choice.excluded,
+            forecasts=self._can_forecast and not choice.excluded,
         )
         if choice.key == ModelChoice().key:
-            return replace(base, models=[*self._rungs(choice), *base.models], live=live)
+            return replace(base, models=with_tried(base.models, self._rungs(choice)), live=live)
         tried = self._tried_model(choice)
         earlier = None
         if judged is not None:
@@ -288,3 +305,9 @@ class LiveModels:
         validation = up_to_date_validation(data, identified, context)
         content = view_content(data, identified, validation, self._raw, earlier, drawn)
         return content, current_diagnosis(data, identified)[0]
+
+
+def with_tried(models: Sequence[ViewModel], tried: Sequence[ViewModel]) -> list[ViewModel]:
+    """Return the models of a page with those that were tried after the fits, before the refits of the diagnosis."""
+    fits = [model for model in models if model.kind == "fit"]
+    return [*fits, *tried, *(model for model in models if model.kind != "fit")]

@@ -29,6 +29,13 @@ class TrialResults:
     origins: dict[str, str] = field(default_factory=dict)
     """From whom each of them comes."""
 
+    def document(self, name: str) -> Document | None:
+        """Return a document of the trial's own; None where it made none."""
+        if name not in self.documents:
+            return None
+        document: Document = json.loads(self.documents[name])
+        return document
+
 
 @dataclass(frozen=True)
 class TrialSnapshot(Snapshot):
@@ -62,10 +69,8 @@ class TrialSnapshot(Snapshot):
 
     def read_document(self, name: str) -> Document:
         """Return a document."""
-        if name not in self.results.documents:
-            return super().read_document(name)
-        document: Document = json.loads(self.results.documents[name])
-        return document
+        own = self.results.document(name)
+        return super().read_document(name) if own is None else own
 
 
 class NoRecording:

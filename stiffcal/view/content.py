@@ -116,6 +116,14 @@ class ViewModel:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ViewForecast:
+    """What one linear step is going to leave, before anything is fitted."""
+
+    models: list[ViewModel | None]
+    """One for each part of the page: the content, then its ``others``; None where the step changes nothing there."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ViewEffect:
     """An effect of the present model at a place."""
 
@@ -168,7 +176,7 @@ class ViewLive:
     excluded: list[str]
     """Lines ``[[exclude]]`` for campaign.toml, one block each, without which the shown model was fitted."""
     forecasts: bool
-    """Whether forecasts can be asked for."""
+    """Whether forecasts can be asked for: of a part of the readings, at least."""
 
 
 @dataclass(frozen=True, kw_only=True)

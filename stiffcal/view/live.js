@@ -37,6 +37,8 @@
   let prepared = false;
   let asked = 0,
     stopAsking = new AbortController();
+  /** What was asked for last, in words. */
+  const askedFor = { words: "" };
   /**
    * Ask for new contents of the page, show what the server is doing meanwhile, and show them.
    * @param {string} name @param {string} words @param {Object<string, any>} [more]
@@ -46,14 +48,14 @@
     const mine = ++asked;
     stopAsking.abort();
     stopAsking = new AbortController();
-    S.waitsFor = words;
+    S.waitsFor = askedFor.words = words;
     S.fault = "";
     S.modelChanged = false;
     S.showTryout();
     const watch = setInterval(async () => {
       const { doing, share } = JSON.parse(await ask("progress").catch(() => "{}"));
       if (mine !== asked || !S.waitsFor) return;
-      S.waitsFor = doing ? `${words}: ${doing}${share ? `, ${Math.round(100 * share)} %` : ""}` : words;
+      S.waitsFor = doing ? `${askedFor.words}: ${doing}${share ? `, ${Math.round(100 * share)} %` : ""}` : askedFor.words;
       S.showTryout();
     }, 400);
     try {
@@ -78,27 +80,33 @@
     }
   }
 
-  /** A linear forecast of what is ticked, drawn hollow until the refit is there. */
+  /** What the page waits for while a model is fitted that has no forecast. */
+  const NO_FORECAST = "fitting, without a forecast for these readings";
+
+  /** A linear forecast of what is ticked, drawn hollow until the refit is there. @returns {Promise<boolean>} whether there is one */
   async function forecast() {
     const mine = asked;
     const text = await ask("forecast").catch(() => "");
-    if (!text || mine !== asked || !S.waitsFor) return;
-    const model = await S.unpacked(text);
-    if (mine !== asked || !S.waitsFor) return;
+    if (mine !== asked || !S.waitsFor) return true;
+    if (!text) return false;
+    const { models } = await S.unpacked(text);
+    if (mine !== asked || !S.waitsFor) return true;
+    const model = models[S.part];
+    if (!model) return true;
     S.hollow = { model, move: model.residual_heldout[0], turn: S.data.rotation ? model.residual_heldout[1] : null, heldout: true };
     S.frame++;
     S.showTryout();
     S.redraw();
+    return true;
   }
 
   async function fitted() {
     const shown = JSON.stringify(S.parts[0].live);
-    const { forecasts } = S.parts[0].live;
-    const done = askForContent(
-      "content",
-      forecasts || !prepared || S.wanted.excluded.length ? "fitting" : "fitting, without a forecast for these readings",
-    );
-    if (forecasts) forecast();
+    const done = askForContent("content", "fitting");
+    if (!S.wanted.excluded.length)
+      forecast().then((known) => {
+        if (!known && prepared) askedFor.words = NO_FORECAST;
+      });
     if (!(await done) && S.fault) {
       // what cannot be fitted is not ticked
       const { added, removed } = JSON.parse(shown);

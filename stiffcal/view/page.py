@@ -15,7 +15,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.documents import Document
 from stiffcal.escapes.html_text import escaped
-from stiffcal.view.content import ViewContent, ViewModel, ViewVariable
+from stiffcal.view.content import ViewContent, ViewForecast, ViewVariable
 from stiffcal.view.packing import NOISE_SHARE, Packer
 
 SCRIPTS = (
@@ -91,8 +91,8 @@ def _hash(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
-def pack(content: ViewContent | ViewModel) -> str:
-    """Return content, or a single model of it, as the text that the scripts read."""
+def pack(content: ViewContent | ViewForecast) -> str:
+    """Return content, or a forecast, as the text that the scripts read."""
     packer = Packer()
 
     def plain(value: Any, steps: tuple[float | None, float | None], name: str = "", whole: bool = False) -> Any:

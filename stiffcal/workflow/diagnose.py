@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from stiffcal.diagnosis.search_results import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.results.identify_result import IdentifyResult
+    from stiffcal.store.trial import TrialResults
     from stiffcal.workflow.diagnose_rows import RowDiagnoses
     from stiffcal.workflow.evidence import Columns
 
@@ -326,6 +327,33 @@ def current_diagnosis(data: Ingested, identified: IdentifyResult) -> tuple[Diagn
         of_fit = f" (it is of fit {stored['fit_id']})" if stored.get("fit_id") != identified.fit_id else ""
         return None, f"the last diagnosis is stale{of_fit}: stiffcal diagnose DIR"
     return result_from(DiagnoseResult, stored, data.store.display_name, DIAGNOSE), ""
+
+
+def keep_diagnosis(data: Ingested, identified: IdentifyResult, results: TrialResults) -> None:
+    """Store the diagnosis of a model that was tried, where it is of just this fit: the same model of the same data.
+
+    Parameters
+    ----------
+    data : the campaign. identified : its fit. results : of the trial.
+    """
+    key = diagnosis_key(data, identified)
+    document = results.document(DIAGNOSE)
+    if document is None or document.get("key") != key:
+        return
+    diagnosis = replace(
+        result_from(DiagnoseResult, document, data.store.display_name, DIAGNOSE), fit_id=identified.fit_id
+    )
+    refits = {name: results.document(name) for name in (REFITS, ROW_REFITS) if name in results.documents}
+    of_states = DIAGNOSES in results.documents
+    data.commit(
+        {name: results.tables[name] for name in (EVIDENCE, REFITS, ROW_REFITS) if name in results.tables},
+        lambda stored: {
+            **refits,
+            DIAGNOSE: document_of(diagnosis),
+            **({DIAGNOSES: diagnoses_with(stored(DIAGNOSES), data, diagnosis)} if of_states else {}),
+        },
+        command="diagnose",
+    )
 
 
 def diagnosis_key(data: Ingested, identified: IdentifyResult) -> str:

@@ -53,7 +53,7 @@ def content_of_rows(
     ]
     if len(names) > 1:
         variables.append(ViewVariable(name="run", label="run", unit="", values=run.astype(np.float64), levels=names))
-    models = view_models(data, identified, variables, rows.judged, _tables(rows))
+    models = view_models(data, identified, variables, rows.judged, tables_of_rows(rows))
     present = next((model.residual_fit for model in models if model.present), None)
     if pick is None:
         pick = sample_of(_as_states(rows.measured) if present is None else present)
@@ -128,8 +128,8 @@ def _as_states(values: Floats) -> Floats:
     return result
 
 
-def _tables(rows: DrawnRows) -> ResidualTables:
-    """Return where the residuals are."""
+def tables_of_rows(rows: DrawnRows) -> ResidualTables:
+    """Return where the residuals of n rows are."""
     n = len(rows.run)
 
     def scattered(table: pa.Table, mask: Booleans) -> Floats | None:

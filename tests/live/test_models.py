@@ -12,6 +12,7 @@ from stiffcal.identification.before_after import estimated_parameters
 from stiffcal.live.choice import ModelChoice, RowsLeftOut
 from stiffcal.live.models import LiveModels, ModelChangedError
 from stiffcal.view.content import ViewModel
+from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext
@@ -85,7 +86,8 @@ def test_a_forecast_is_near_the_refit(models: LiveModels) -> None:
     assert models.forecast(CHOICES["added"]) is None  # nothing is prepared yet
     assert models.prepare()
     for choice in (CHOICES["added"], CHOICES["removed"], CHOICES["exchanged"]):
-        forecast, refit = models.forecast(choice), _shown(models, choice)
+        found, refit = models.forecast(choice), _shown(models, choice)
+        forecast = None if found is None else found.models[0]
         if forecast is None:
             assert choice is CHOICES["exchanged"]  # it takes out what joint-full includes: not one step
             continue
@@ -123,3 +125,34 @@ def test_a_changed_file_is_never_overwritten(models: LiveModels, campaign: Path)
     models.write(CHOICES["added"], to_changed_file=True)
     assert "backlash" in (campaign / "model.toml").read_text()
     assert "bearing-tilt" in (campaign / "model.toml").read_text()
+
+
+def test_what_was_diagnosed_is_diagnosed_once_it_is_written(models: LiveModels, campaign: Path) -> None:
+    tried = models.diagnose(CHOICES["added"])
+    models.write(CHOICES["added"])
+    written = models.content(ModelChoice())
+    assert written.is_diagnosed
+    assert not written.diagnosis_of
+    assert written.verdict == tried.verdict
+    assert written.candidates == tried.candidates
+    # the commands know it too: nothing is diagnosed again, and it is of the present fit
+    again = diagnose_campaign(campaign)
+    assert again.summary == tried.verdict
+    assert again.fit_id == written.fit_id
+
+
+def test_tried_models_stand_after_the_fits(models: LiveModels) -> None:
+    models.diagnose(ModelChoice())
+    models.content(CHOICES["added"])
+    kinds = [
+        ("tried" if model.id.startswith("tried") else model.kind) for model in models.content(ModelChoice()).models
+    ]
+    assert kinds[:2] == ["fit", "tried"]
+    assert "tried" not in kinds[2:]
+
+
+def test_what_is_done_is_of_what_was_asked_for_last(models: LiveModels) -> None:
+    models._doing = (models._serial, "preparing forecasts", 0.5)
+    assert models.doing == ("preparing forecasts", 0.5)
+    models.stop()  # as another request does: what was begun before it ends still
+    assert models.doing[0] == ""

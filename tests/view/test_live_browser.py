@@ -112,6 +112,9 @@ def test_an_effect_is_ticked_and_the_error_falls(live_page: tuple[Any, Path]) ->
     assert "6" in (folder / "model.toml").read_text("utf-8")
     assert shown.evaluate("stiffcal.wanted.added.length") == 0
     assert shown.evaluate("stiffcal.data.effects.map((effect) => effect.name)").count(EFFECT) == 1
+    # the same model of the same data was diagnosed: nothing is grey, and nothing has to be diagnosed again
+    assert shown.evaluate("[stiffcal.data.is_diagnosed, stiffcal.data.diagnosis_of]") == [True, ""]
+    assert shown.locator("#diagnose").is_disabled()
 
 
 def test_a_campaign_that_was_never_diagnosed_is_diagnosed_on_the_page(browser: Any, tmp_path: Path) -> None:
