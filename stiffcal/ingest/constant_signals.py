@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
-from stiffcal.reduction.plausibility import LogQuality
+from stiffcal.reduction.log_summary import LogSummary
 from stiffcal.reduction.reading_bounds import LARGEST_DEFLECTION_M
 
 # Readings below which equal ones say nothing: of one or two load steps a coarse gauge may read the same. Zeros in all
@@ -73,7 +73,7 @@ class _Extremes:
         return bool(self.constant.all()) and self.n_rows >= (LEAST_ZERO_ROWS if self.is_zero else LEAST_ROWS)
 
 
-def constant_signals(logs: Mapping[tuple[str, str, str], LogQuality]) -> tuple[list[Fault], list[str]]:
+def constant_signals(logs: Mapping[tuple[str, str, str], LogSummary]) -> tuple[list[Fault], list[str]]:
     """Return a fault for every signal that is the same in all rows, and a warning for every such channel of another.
 
     Parameters
@@ -129,7 +129,7 @@ def _still_joints(seen: _Extremes, moved: float) -> Fault:
     return Fault(FaultCode.READING_IMPLAUSIBLE, seen.file, _place([seen]), reason, mend)
 
 
-def _extremes(logs: Mapping[tuple[str, str, str], LogQuality]) -> dict[tuple[str, str], _Extremes]:
+def _extremes(logs: Mapping[tuple[str, str, str], LogSummary]) -> dict[tuple[str, str], _Extremes]:
     of_signal: dict[tuple[str, str], _Extremes] = {}
     for (source, _, _), log in logs.items():
         for signal, low in log.low.items():
@@ -140,7 +140,7 @@ def _extremes(logs: Mapping[tuple[str, str, str], LogQuality]) -> dict[tuple[str
             if not columns:  # computed from another signal, as torques from currents
                 continue
             if present is None:
-                file = log.elsewhere.get(signal, (log.file,))[0]
+                file = log.elsewhere.get(signal, log.file)
                 of_signal[source, signal] = _Extremes(file, columns, low, high, log.n_rows)
             else:
                 present.low, present.high = np.fmin(present.low, low), np.fmax(present.high, high)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -24,7 +26,15 @@ from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.force_zero_faults import force_zero_faults
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
-from stiffcal.reduction.logs import Rows, columns_of_signals, files_of_signals, header_of_file, place_of_row
+from stiffcal.reduction.log_summary import LogSummary
+from stiffcal.reduction.logs import (
+    Rows,
+    columns_of_signals,
+    files_of_signals,
+    header_at_once,
+    header_of_file,
+    place_of_row,
+)
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.reading_bounds import check_displacements
 from stiffcal.reduction.repeated_rows import repeated_rows
@@ -38,64 +48,136 @@ ENOUGH_FOR_RODS = 12
 MOST_ROWS_NAMED = 10
 
 
+@dataclass(frozen=True)
+class FileHeader:
+    """What the header of a log states that a reader of the campaign ought to know."""
+
+    file: str
+    """As the user named it."""
+    conflicts: tuple[str, ...]
+    """A sentence for each unit that is not the manifest's."""
+    remarks: tuple[str, ...]
+    at_once: bool
+    """Whether all logs of its format are looked at; else the first of a source alone."""
+
+
+@dataclass(frozen=True)
+class ReadLog:
+    """What was seen of a log while it was read."""
+
+    source: str
+    summary: LogSummary
+    headers: tuple[FileHeader, ...]
+    """Of its files, as far as they were looked at with this log."""
+
+
 class DataQuality:
-    """The quality of the data by source and file of a campaign."""
+    """The quality of the data by source and file of a campaign.
+
+    Logs that are read are given to `update` piece by piece, then to `finish`; what was seen of one earlier to `add`.
+    """
 
     def __init__(self, campaign: Campaign) -> None:
         self._campaign = campaign
-        self.logs: dict[tuple[str, str, str], LogQuality] = {}
+        self.logs: dict[tuple[str, str, str], LogSummary] = {}
+        """By source, file and run, once they are finished, in the order in which they were begun."""
+        self._watched: dict[tuple[str, str, str], LogQuality] = {}
+        self._settings = {name: _LogSettings.of(campaign, name) for name in campaign.manifest.sources}
         self._copies = RoundedCopies()
         self._unit_conflicts: dict[tuple[str, str], tuple[str, ...]] = {}
         self._compared: set[str] = set()
         """Sources whose units were compared with those that a log states."""
         self._of_files: list[str] = []
+        self._headers: dict[tuple[str, str, str], list[FileHeader]] = {}
 
     def update(self, source: str, file: str, rows: Rows, run: str = "") -> None:
         """Look at rows as they stream past; raises `InputError` at what cannot be.
 
         One file may hold the logs of several runs, each with its own clock: `run` distinguishes them.
         """
-        key = (source, file, run)
-        if key not in self.logs:
-            settings = self._campaign.manifest.sources[source]
-            self._look_at_header(source, file)
+        key, of_source = (source, file, run), self._settings[source]
+        settings = self._campaign.manifest.sources[source]
+        if key not in self._watched:
+            self._headers[key] = self._take_headers(source, file, {})
             place = partial(partial, place_of_row, self._campaign.folder, settings)
-            files = files_of_signals(settings, source)
-            elsewhere = {signal: (own, place(own)) for signal, own in files.items()}
-            self.logs[key] = LogQuality(
+            self._watched[key] = LogQuality(
                 file,
                 place(file),
                 not settings.is_states,
-                columns_of_signals(settings, source),
-                elsewhere=elsewhere,
+                of_source.columns,
+                elsewhere={signal: (own, place(own)) for signal, own in of_source.files.items()},
                 slides=frozenset() if settings.joints is None else settings.joints.length_columns(),
                 declared={column: unit.name for column, unit in declared_units(settings).items()},
                 by_the_wall=settings.time is not None and settings.time.in_words,
             )
-        self.logs[key].update(rows.number, rows.time, rows.signals)
-        settings = self._campaign.manifest.sources[source]
+        self._watched[key].update(rows.number, rows.time, rows.signals)
         if settings.is_states:
             factors = {column: unit.factor for column, unit in declared_units(settings).items()}
-            self._copies.update(file, rows.number, rows.signals, self.logs[key].columns, factors)
+            self._copies.update(file, rows.number, rows.signals, of_source.columns, factors)
 
-    def _look_at_header(self, source: str, file: str) -> None:
-        """Compare a log's units with the manifest's, in the first log alone where that takes long; keep its remarks."""
-        settings, folder = self._campaign.manifest.sources[source], self._campaign.folder
-        for own in {file, *files_of_signals(settings, source).values()} if settings.in_files else ():
-            if (source, own) not in self._unit_conflicts:
-                later = source in self._compared
-                self._compared.add(source)
-                header = header_of_file(folder, settings, own, at_once=later)
-                self._unit_conflicts[source, own] = unit_conflicts(settings, header.units)
+    def finish(self, source: str, file: str, run: str = "") -> ReadLog:
+        """Return what was seen of a log that was read to its end; it counts from now on.
+
+        Raises
+        ------
+        KeyError : nothing of it was given to `update`.
+        """
+        key = (source, file, run)
+        self.logs[key] = self._watched.pop(key).summary()
+        return ReadLog(source, self.logs[key], tuple(self._headers.pop(key)))
+
+    def finish_all(self) -> None:
+        """Do as `finish` with all that were begun."""
+        for key in list(self._watched):
+            self.finish(*key)
+
+    def add(self, log: ReadLog, run: str) -> None:
+        """Take in what was seen of a log when it was read earlier."""
+        self._take_headers(log.source, log.summary.file, {header.file: header for header in log.headers})
+        self.logs[log.source, log.summary.file, run] = log.summary
+
+    def described(self, source: str) -> tuple[bool, Mapping[str, tuple[str, ...]], Mapping[str, str]]:
+        """Return what the summaries of a source's logs share: sampled, columns, files of signals."""
+        of_source = self._settings[source]
+        return not self._campaign.manifest.sources[source].is_states, of_source.columns, of_source.files
+
+    def _take_headers(self, source: str, file: str, known: Mapping[str, FileHeader]) -> list[FileHeader]:
+        """Take in the headers of a log's files that no earlier log has shown, and return those that were looked at.
+
+        Where a header takes long, that of the source's first log stands for all.
+        """
+        taken: list[FileHeader] = []
+        if not self._campaign.manifest.sources[source].in_files:
+            return taken
+        for own in dict.fromkeys((file, *self._settings[source].files.values())):
+            if (source, own) in self._unit_conflicts:
+                continue
+            is_first = source not in self._compared
+            self._compared.add(source)
+            header = known.get(own) or self._look_at_header(source, own, is_first)
+            if header is not None and not (is_first or header.at_once):
+                header = None
+            self._unit_conflicts[source, own] = () if header is None else header.conflicts
+            if header is not None:
+                taken.append(header)
                 self._of_files += [f"{own}: {remark}" for remark in header.remarks]
+        return taken
+
+    def _look_at_header(self, source: str, own: str, is_first: bool) -> FileHeader | None:
+        settings, folder = self._campaign.manifest.sources[source], self._campaign.folder
+        at_once = header_at_once(folder, settings, own)
+        if not (is_first or at_once):
+            return None
+        header = header_of_file(folder, settings, own)
+        return FileHeader(own, unit_conflicts(settings, header.units), tuple(header.remarks), at_once)
 
     def stuck_channel_faults(self) -> list[Fault]:
         """Return a fault for every channel that does not change: the cause where load and motion contradict."""
         mend = "check the sensor, or exclude the channel"
         return [
             Fault(FaultCode.READING_IMPLAUSIBLE, remark.file, "", remark.text, mend)
-            for watch in self.logs.values()
-            for remark in watch.still_channels()
+            for log in self.logs.values()
+            for remark in log.still_channels()
         ]
 
     def constant_signal_faults(self) -> list[Fault]:
@@ -104,20 +186,33 @@ class DataQuality:
 
     def remarks(self) -> list[str]:
         """Return warnings: doubts that are no faults."""
-        remarks = [remark for watch in self.logs.values() for remark in watch.remarks()]
+        remarks = [remark for log in self.logs.values() for remark in log.remarks()]
         remarks += constant_signals(self.logs)[1]
         remarks += self._copies.warnings() + self._of_files
         remarks += conflict_warnings((file, found) for (_, file), found in self._unit_conflicts.items())
-        dead = {key: watch.dead() for key, watch in self.logs.items()}
+        dead = {key: log.dead() for key, log in self.logs.items()}
         n_logs = Counter(source for source, _, _ in self.logs)
         n_dead = Counter((source, k) for (source, _, _), channels in dead.items() for k in channels)
         remarks += [
-            watch.dead_channel_remark(k)
-            for (source, file, run), watch in self.logs.items()
+            log.dead_channel_remark(k)
+            for (source, file, run), log in self.logs.items()
             for k in dead[source, file, run]
             if n_dead[source, k] < n_logs[source]  # alive in another log
         ]
         return remarks
+
+
+@dataclass(frozen=True)
+class _LogSettings:
+    """What the manifest states of all logs of a source."""
+
+    columns: Mapping[str, tuple[str, ...]]
+    files: Mapping[str, str]
+
+    @classmethod
+    def of(cls, campaign: Campaign, source: str) -> _LogSettings:
+        settings = campaign.manifest.sources[source]
+        return cls(columns_of_signals(settings, source), files_of_signals(settings, source))
 
 
 def check_load_states(

@@ -7,19 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError, Progress, no_progress
-from stiffcal.experiments import tables_of_logs
 from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.parts import INGEST, PROVENANCE, RECORDINGS, STATES
-from stiffcal.ingest.sources import ingest_settings, manifest_data_files, sources_elsewhere
+from stiffcal.ingest.parts import INGEST, PROVENANCE, STATES, is_needed
+from stiffcal.ingest.sources import files_in_order_of_runs, ingest_settings, sources_elsewhere
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.ingest.results import IngestResult
-    from stiffcal.store import Store
+    from stiffcal.store import SourceFile, Store
 
 
-def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progress = no_progress) -> IngestResult:
-    """Read the logs, whatever the store holds.
+def ingest_now(
+    campaign: Campaign, target: Store, changed: str, progress: Progress = no_progress, thorough: bool = False
+) -> IngestResult:
+    """Bring a store up to date, whatever it holds; logs of runs that are as they were are not read again.
 
     Parameters
     ----------
@@ -27,6 +28,7 @@ def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progre
     target : the store, written only where all of the logs could be read.
     changed : why, for the result; "" where nothing was ingested before.
     progress : called with what is being read.
+    thorough : hash all logs, whatever the file system's data on them.
 
     Returns
     -------
@@ -36,43 +38,46 @@ def ingest_now(campaign: Campaign, target: Store, changed: str, progress: Progre
     ------
     InputError : one of the files is wrong; the store is then untouched.
     """
+    from stiffcal.ingest.reducing import reduce_campaign
+    from stiffcal.ingest.run_readings import RunReadings, open_readings
+    from stiffcal.measurements.tables import states_table
     from stiffcal.store import Provenance, hash_sources
 
-    folder = campaign.folder
-    files, settings = manifest_data_files(campaign), ingest_settings(campaign)
+    files, settings = files_in_order_of_runs(campaign), ingest_settings(campaign)
     outside = sources_elsewhere(campaign)
-    from stiffcal.ingest.reducing import reduce_campaign
-    from stiffcal.measurements.tables import states_table
-
-    with hash_sources(folder, files) as hashes, target.begin("ingest") as writing:
-        reduced = reduce_campaign(campaign, progress, writing)
-        result = replace(reduced.result, changed=changed)
-        writing.write_table(
-            STATES, states_table(reduced.states, campaign.chain.joint_names, campaign.chain.prismatic_names)
-        )
-        for name, table in reduced.non_load.tables(settings).items():
-            writing.write_table(name, table)
-        writing.write_document(INGEST, document_of(result))
-        progress("hashing the sources", None)
-        if outside != sources_elsewhere(campaign):
-            names = ", ".join(source.file for source in outside)
-            raise InputError.at(
-                FaultCode.FILE_CHANGED,
-                names,
-                "",
-                "the rows changed while they were read",
-                "wait until nobody writes them",
-            )
-        provenance = Provenance.now("ingest", (*hashes.result(), *outside), document_of(settings))
+    with target.begin("ingest") as writing:
+        with open_readings(target) as stored:
+            states = {} if thorough else stored.states
+            with hash_sources(campaign.folder, files, stored.sources, states) as hashes:
+                readings = RunReadings(campaign, stored, lambda file: hashes.of(file).sha256, outside)
+                reduced = reduce_campaign(campaign, progress, writing, readings)
+                result = replace(reduced.result, changed=changed)
+                writing.write_table(
+                    STATES, states_table(reduced.states, campaign.chain.joint_names, campaign.chain.prismatic_names)
+                )
+                for name, table in reduced.non_load.tables(settings).items():
+                    writing.write_table(name, table)
+                writing.write_document(INGEST, document_of(result))
+                progress("hashing the sources", None)
+                if outside != sources_elsewhere(campaign):
+                    raise _rows_changed(outside)
+                sources = hashes.result()
+                readings.write(writing, sources, hashes.states)
+                writing.sources_state = hashes.state
+        provenance = Provenance.now("ingest", (*sources, *outside), document_of(settings))
         writing.write_document(PROVENANCE, document_of(provenance))
-        writing.sources_state = hashes.state
         _keep_what_others_wrote(writing, target.tables, target.documents)
         writing.commit()
     return replace(result, origin="own")
 
 
+def _rows_changed(outside: tuple[SourceFile, ...]) -> InputError:
+    names = ", ".join(source.file for source in outside)
+    reason, mend = "the rows changed while they were read", "wait until nobody writes them"
+    return InputError.at(FaultCode.FILE_CHANGED, names, "", reason, mend)
+
+
 def _keep_what_others_wrote(writing: Any, tables: tuple[str, ...], documents: tuple[str, ...]) -> None:
-    """Carry over history and fits; they hold themselves from which states they come."""
-    kept = [name for name in tables if name not in (STATES, *tables_of_logs()) and not name.startswith(RECORDINGS)]
-    kept += [name for name in documents if name not in (INGEST, PROVENANCE)]
+    """Carry over history and fits: all that is not made from the logs alone; they hold from which states they come."""
+    kept = [name for name in (*tables, *documents) if not is_needed(name)]
     writing.keep(*dict.fromkeys(kept))

@@ -12,14 +12,19 @@ from stiffcal.campaign.manifest import Run
 from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.ingest.run_readings import RunReadings
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.logs import Rows, is_there, read_batches
 
 
-def logged_runs(campaign: Campaign) -> list[tuple[Run, list[str]]]:
+def logged_runs(campaign: Campaign, readings: RunReadings | None = None) -> list[tuple[Run, list[str]]]:
     """Return every run with the sources that log it, in the manifest's order.
 
     A log for all runs is read through once for the names in its run column.
+
+    Parameters
+    ----------
+    readings : may know these names, and takes them; None: they are read.
 
     Raises
     ------
@@ -28,7 +33,9 @@ def logged_runs(campaign: Campaign) -> list[tuple[Run, list[str]]]:
     """
     manifest = campaign.manifest
     logged = [name for name, source in manifest.sources.items() if not source.is_states]
-    names_of_source = {name: _names_in(campaign, name) for name in logged if _has_column(manifest.sources[name])}
+    names_of_source = {
+        name: _names_in(campaign, name, readings) for name in logged if _has_column(manifest.sources[name])
+    }
     runs = manifest.runs or tuple(
         Run(id=name) for name in dict.fromkeys(n for names in names_of_source.values() for n in names)
     )
@@ -84,7 +91,7 @@ def _has_column(source: Source) -> bool:
     return source.run is not None and source.run.column is not None and bool(source.own_file or source.files)
 
 
-def _names_in(campaign: Campaign, name: str) -> list[str]:
+def _names_in(campaign: Campaign, name: str, readings: RunReadings | None) -> Sequence[str]:
     """Return the names in a log's run column, in order; none where the log is not there yet."""
     source = campaign.manifest.sources[name]
     column = source.run.column if source.run is not None and source.run.column is not None else ""
@@ -97,7 +104,12 @@ def _names_in(campaign: Campaign, name: str) -> list[str]:
         )  # fmt: skip
     if not is_there(campaign.folder, source, file):
         return []
-    names: dict[str, None] = {}
-    for batch in read_batches(campaign.folder, source, file, WantedColumns((), (column,))):
-        names |= dict.fromkeys(batch.texts[column])
-    return list(names)
+    known = None if readings is None else readings.find_names(name, file)
+    if known is None:
+        names: dict[str, None] = {}
+        for batch in read_batches(campaign.folder, source, file, WantedColumns((), (column,))):
+            names |= dict.fromkeys(batch.texts[column])
+        known = list(names)
+    if readings is not None:
+        readings.note_names(name, file, known)
+    return known

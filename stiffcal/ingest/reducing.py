@@ -18,12 +18,14 @@ from stiffcal.campaign.source import Source
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
 from stiffcal.experiments import all_kinds
 from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.data_quality import DataQuality, check_load_states
+from stiffcal.ingest.data_quality import DataQuality, ReadLog, check_load_states
 from stiffcal.ingest.logged_runs import log_files, logged_runs
 from stiffcal.ingest.logged_runs import of_run as rows_of_run
 from stiffcal.ingest.non_load_runs import NonLoadRuns
+from stiffcal.ingest.read_run import ReadRun
 from stiffcal.ingest.recording_tables import recording_columns, recording_name, recording_table
 from stiffcal.ingest.results import IngestResult
+from stiffcal.ingest.run_readings import RunReadings
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
@@ -35,7 +37,7 @@ from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
 from stiffcal.reduction.place_faults import place_faults
 from stiffcal.reduction.raw_states import RawStates, no_states, of_run, stacked
-from stiffcal.reduction.recordings import ReducedRun, beginning, reduce_run
+from stiffcal.reduction.recordings import beginning, reduce_run
 from stiffcal.reduction.registered_frames import Registration
 from stiffcal.reduction.registration import in_instrument_axes, register_frames
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
@@ -65,6 +67,8 @@ class ReadingOptions:
 
     writing: Writing | None = None
     """Where the recordings go as they stream past; None: nowhere."""
+    readings: RunReadings | None = None
+    """Where runs that were read earlier are found, and those that are read now are noted; None: all are read."""
     collected: list[Fault] | None = None
     """Faults of files join this list instead of stopping (`check`); None: the first one stops."""
     only: str | None = None
@@ -79,19 +83,25 @@ class ReadingOptions:
         self.collected.extend(error.faults)
 
 
-def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | None = None) -> ReducedCampaign:
+def reduce_campaign(
+    campaign: Campaign,
+    progress: Progress,
+    writing: Writing | None = None,
+    readings: RunReadings | None = None,
+) -> ReducedCampaign:
     """Read all sources of a campaign and reduce them to load states.
 
     Parameters
     ----------
     writing : where the recordings go as they stream past; None: nowhere.
+    readings : where runs that were read earlier are found, and those that are read now are noted; None: all are read.
 
     Raises
     ------
     InputError
         A source is faulty, or no load states can be made of it.
     """
-    ingest_options, quality, non_load = ReadingOptions(writing), DataQuality(campaign), NonLoadRuns(campaign)
+    ingest_options, quality, non_load = ReadingOptions(writing, readings), DataQuality(campaign), NonLoadRuns(campaign)
     gathered, runs = collect_raw_states(campaign, progress, ingest_options, quality, non_load)
     if gathered is None and non_load:
         gathered = no_states()
@@ -103,7 +113,7 @@ def reduce_campaign(campaign: Campaign, progress: Progress, writing: Writing | N
     raise_faults(quality.constant_signal_faults())
     progress("reducing to load states", None)
     states, registration = placed_states(campaign, gathered)
-    swept = {run.states.run[0] for run in runs if run.passes}
+    swept = {run.id for run in runs if run.passes}
     states = replace(states, runs=tuple(replace(run, swept=run.name in swept) for run in states.runs))
     faults, warnings = check_load_states(states, campaign, registration is not None)
     raise_faults(quality.stuck_channel_faults() + faults if faults else [])
@@ -144,7 +154,7 @@ def collect_raw_states(
     ingest_options: ReadingOptions,
     quality: DataQuality,
     non_load: NonLoadRuns | None = None,
-) -> tuple[RawStates | None, list[ReducedRun]]:
+) -> tuple[RawStates | None, list[ReadRun]]:
     """Read tables and logs; None where there are no states yet. Runs without load states join `non_load`."""
     manifest, non_load = campaign.manifest, NonLoadRuns(campaign) if non_load is None else non_load
     progress("reading tables", None)
@@ -155,45 +165,93 @@ def collect_raw_states(
             tables.append(table if ingest_options.only is None else of_run(table, ingest_options.only))
     except InputError as error:
         ingest_options.fault(error)
+    quality.finish_all()
     try:
-        chosen = [(run, sources) for run, sources in logged_runs(campaign) if ingest_options.only in (None, run.id)]
+        logged = logged_runs(campaign, ingest_options.readings)
+        chosen = [(run, sources) for run, sources in logged if ingest_options.only in (None, run.id)]
     except InputError as error:
         ingest_options.fault(error)
         chosen = []
-    runs: list[ReducedRun] = []
+    runs: list[ReadRun] = []
     for k, (run, sources) in enumerate(chosen):
         if ingest_options.collected is not None:  # files that are still to be measured are no faults there
             files, manifest_sources = log_files(campaign, run, sources), campaign.manifest.sources
             sources = [name for name, file in files if is_there(campaign.folder, manifest_sources[name], file)]
         if not sources:
             continue
-        logs = _read_logs(
-            campaign,
-            run,
-            sources,
-            partial(_within, progress, k / len(chosen), 1 / len(chosen)),
-            ingest_options,
-            quality,
-        )
+        within = partial(_within, progress, k / len(chosen), 1 / len(chosen))
+        reduction = non_load.of_kind(run.experiment)
         try:
-            reduction = non_load.of_kind(run.experiment)
-            if reduction is not None:
-                if len(logs) == len(sources) and (reduction.reads_first_lines or not ingest_options.quick):
-                    states = reduction.add(run, logs)
-                    tables += [] if states is None else [states]
-            elif ingest_options.quick and logs:
-                tables.append(beginning(run, logs))
-            elif len(logs) == len(sources):
-                reduced = reduce_run(run, logs, _tabled_holds(campaign, run, sources[0]))
-                runs.append(reduced)
-                tables.append(reduced.states)
+            read = _earlier(run, sources, ingest_options, quality)
+            if read is None:
+                read = _read_run(campaign, run, sources, within, ingest_options, quality, reduction is not None)
+            if read is None:
+                continue
+            if reduction is None:
+                runs.append(read)
+                tables += [] if read.states is None else [read.states]
+            elif reduction.reads_first_lines or not ingest_options.quick:
+                states = reduction.add(run, read.blocks)
+                tables += [] if states is None else [states]
         except InputError as error:
             ingest_options.fault(error)
     try:
         non_load.finish()
     except InputError as error:
         ingest_options.fault(error)
-    return (stacked(tables) if tables else None), runs
+    return (stacked(tables) if tables else None), [] if ingest_options.quick else runs
+
+
+def _earlier(run: Run, sources: Sequence[str], ingest_options: ReadingOptions, quality: DataQuality) -> ReadRun | None:
+    """Return what reading a run gave earlier, None where it has to be read."""
+    if ingest_options.readings is None or ingest_options.quick:
+        return None
+    read = ingest_options.readings.find(run, sources, ingest_options.writing)
+    for log in () if read is None else read.logs:
+        quality.add(log, run.id)
+    return read
+
+
+def _read_run(
+    campaign: Campaign,
+    run: Run,
+    sources: Sequence[str],
+    progress: Progress,
+    ingest_options: ReadingOptions,
+    quality: DataQuality,
+    as_blocks: bool,
+) -> ReadRun | None:
+    """Read the logs of a run, None where one is faulty and faults are collected.
+
+    Parameters
+    ----------
+    as_blocks : its kind of experiment takes the logs as block averages; else they are reduced to load states.
+
+    Raises
+    ------
+    InputError : no load state can be made of the logs.
+    """
+    logs = _read_logs(campaign, run, sources, progress, ingest_options, quality)
+    blocks = {source: of_log for source, (_, of_log) in logs.items()}
+    if ingest_options.quick and not as_blocks:
+        return ReadRun(run.id, (), beginning(run, blocks)) if logs else None
+    if len(logs) < len(sources):
+        return None
+    read = ReadRun(run.id, tuple(log for log, _ in logs.values()), blocks=blocks)
+    if not as_blocks:
+        reduced = reduce_run(run, blocks, _tabled_holds(campaign, run, sources[0]))
+        read = replace(
+            read,
+            states=reduced.states,
+            clocks=reduced.clocks,
+            dropped=tuple(sum_up_dropped(reduced.dropped)),
+            warnings=reduced.warnings,
+            passes=reduced.passes,
+            blocks={},
+        )
+    if ingest_options.readings is not None and not ingest_options.quick:
+        ingest_options.readings.note(run, sources, read)
+    return read
 
 
 def _within(progress: Progress, start: float, width: float, text: str, fraction: float | None = None) -> None:
@@ -207,9 +265,9 @@ def _read_logs(
     progress: Progress,
     ingest_options: ReadingOptions,
     quality: DataQuality,
-) -> dict[str, Blocks]:
+) -> dict[str, tuple[ReadLog, Blocks]]:
     """Read the logs of a run; faulty ones are left out where faults are collected."""
-    logs: dict[str, Blocks] = {}
+    logs: dict[str, tuple[ReadLog, Blocks]] = {}
     for k, name in enumerate(sources):
         report_progress = partial(_within, progress, k / len(sources), 1 / len(sources))
         try:
@@ -239,9 +297,9 @@ def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, 
     return without_growth(load_states(gathered, manifest, chain, holding(setup) if any_held else setup)), registration
 
 
-def _ingested_runs(states: LoadStates, runs: Sequence[ReducedRun]) -> list[IngestedRun]:
+def _ingested_runs(states: LoadStates, runs: Sequence[ReadRun]) -> list[IngestedRun]:
     """Return of each run with load states its clocks, number of states, what is not used, passes of swept loads."""
-    by_name = {run.states.run[0]: run for run in runs}
+    by_name = {run.id: run for run in runs}
     ingested = []
     used = states.used
     for name, members in states.members_by_name().items():
@@ -255,7 +313,7 @@ def _ingested_runs(states: LoadStates, runs: Sequence[ReducedRun]) -> list[Inges
                 id=name,
                 clock_ahead_s={} if reduced is None else dict(reduced.clocks),
                 n_states=int(used[members].sum()),
-                dropped=([] if reduced is None else sum_up_dropped(reduced.dropped)) + set_aside,
+                dropped=([] if reduced is None else list(reduced.dropped)) + set_aside,
                 passes=None if reduced is None else reduced.passes or None,
             )
         )
@@ -264,7 +322,7 @@ def _ingested_runs(states: LoadStates, runs: Sequence[ReducedRun]) -> list[Inges
 
 def _read_log(
     campaign: Campaign, run: Run, name: str, progress: Progress, ingest_options: ReadingOptions, quality: DataQuality
-) -> Blocks:
+) -> tuple[ReadLog, Blocks]:
     """Stream one log: into the store as it is, into block averages for everything else."""
     source = campaign.manifest.sources[name]
     ((_, file),) = log_files(campaign, run, [name])
@@ -298,11 +356,12 @@ def _read_log(
     if stream is not None:
         stream.close()
     try:
-        return replace(averager.blocks(), excluded=stretches.array())
+        blocks = replace(averager.blocks(), excluded=stretches.array())
     except ValueError:
         raise InputError.at(
             FaultCode.FILE_EMPTY, file, "", "no reading of this log remains", "check rows = … and exclude"
         ) from None
+    return quality.finish(name, file, run.id), blocks
 
 
 def _tabled_holds(campaign: Campaign, run: Run, first: str) -> Holds | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stiffcal.ingest.run_keys import name_elsewhere
 from stiffcal.revision import REVISION
 from stiffcal.store.provenance import IngestSettings
 
@@ -24,6 +25,26 @@ def manifest_data_files(campaign: Campaign) -> list[str]:
             files += [run.files[name]] if name in run.files else []
     files += [run.states for run in manifest.runs if run.states is not None]
     return list(dict.fromkeys(files))
+
+
+def files_in_order_of_runs(campaign: Campaign, only: str | None = None) -> list[str]:
+    """Return the files that the runs name, those of each run side by side as they are read, then those of all runs.
+
+    Parameters
+    ----------
+    only : leave out the files of other runs than this.
+    """
+    manifest = campaign.manifest
+    in_files = {name for name, source in manifest.sources.items() if source.in_files}
+    in_runs = [
+        file
+        for run in manifest.runs
+        if only in (None, run.id)
+        for file in (*(run.files[name] for name in run.files if name in in_files), run.states)
+        if file is not None
+    ]
+    of_all = [file for name in manifest.sources if name in in_files for file in manifest.files_of(name).values()]
+    return list(dict.fromkeys((*in_runs, *of_all)))
 
 
 def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
@@ -49,7 +70,7 @@ def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
         named = [*manifest.files_of(name).values(), *(run.files[name] for run in manifest.runs if name in run.files)]
         for text in dict.fromkeys(named):
             rows, fingerprint = fingerprint_of(source, text)
-            key = f"{name}: {' '.join(text.split())}"
+            key = name_elsewhere(name, text)
             files[key] = SourceFile(key, rows, 0, hashlib.sha256(fingerprint.encode()).hexdigest())
     return tuple(files.values())
 

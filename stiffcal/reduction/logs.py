@@ -237,17 +237,16 @@ def place_of_row(folder: Path, source: Source, file: str, row: int) -> str:
     return str(reader.place_of_row(folder / file, reader_options(source, reader.name, file), row))
 
 
-def header_of_file(folder: Path, source: Source, file: str, at_once: bool) -> Header:
-    """Return what a file states of itself: the units next to its columns' names, and remarks.
+def header_at_once(folder: Path, source: Source, file: str) -> bool:
+    """Return whether reading a file's header takes no time to speak of, or it may hold remarks."""
+    reader = find_reader(folder / file, source.format_for(file), file)
+    return reader.header_at_once or reader.has_remarks
 
-    Parameters
-    ----------
-    at_once : an empty header of a file whose own is not read at once, and would hold no remark.
-    """
+
+def header_of_file(folder: Path, source: Source, file: str) -> Header:
+    """Return what a file states of itself: the units next to its columns' names, and remarks."""
     path = folder / file
     reader = find_reader(path, source.format_for(file), file)
-    if at_once and not (reader.header_at_once or reader.has_remarks):
-        return Header(())
     return reader.read_header(path, reader_options(source, reader.name, file), file)
 
 

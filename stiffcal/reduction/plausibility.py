@@ -19,22 +19,12 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.reduction.coarse_clock import coarse_clock
 from stiffcal.reduction.frozen import FrozenChannels
+from stiffcal.reduction.log_summary import SATURATED, ChannelRemark, LogSummary, column_of_channel
 from stiffcal.reduction.reading_bounds import first_impossible
 
 GAP = 10.0  # times the usual interval
 MOST_GAPS = 3  # that are listed one by one
 HOUR_S = 3600.0  # what daylight saving takes or gives
-SATURATED = 20  # readings in a row at the very same extreme
-
-
-@dataclass(frozen=True)
-class ChannelRemark:
-    """What may be wrong with a log or a channel of it."""
-
-    file: str
-    text: str
-    is_stuck: bool = False
-    """True where a channel stands still or is stuck."""
 
 
 @dataclass
@@ -47,7 +37,7 @@ class LogQuality:
     """Row to ``line n``."""
     sampled: bool
     """False where rows are load states."""
-    columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    columns: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Signal to the columns' names in the file."""
     elsewhere: Mapping[str, tuple[str, Callable[[int], str]]] = field(default_factory=dict)
     """Signal to its own file and row to ``line n``, where a source lies in several files."""
@@ -207,17 +197,22 @@ class LogQuality:
         """The usual time from reading to reading, s; NaN where there is one reading."""
         return float(np.median(self.intervals)) if self.intervals else float("nan")
 
-    def _column(self, signal: str, k: int) -> str:
-        names = self.columns.get(signal, ())
-        return f"column {names[k]}" if k < len(names) else f"channel {k + 1} of {signal}"
-
-    def remarks(self) -> list[str]:
-        """Return warnings: gaps, channels that stand still next to moving ones, saturation."""
-        return [f"{remark.file}: {remark.text}" for remark in self._remarks()]
-
-    def still_channels(self) -> list[ChannelRemark]:
-        """Return those of `remarks` that are of channels that stand still or are stuck."""
-        return [remark for remark in self._remarks() if remark.is_stuck]
+    def summary(self) -> LogSummary:
+        """Return what was seen of the whole log, with the warnings on it."""
+        return LogSummary(
+            self.file,
+            self.sampled,
+            self.columns,
+            {signal: file for signal, (file, _) in self.elsewhere.items()},
+            self.n_rows,
+            self.interval,
+            self.first_s,
+            self.last_s,
+            self.longest,
+            self.low,
+            self.high,
+            tuple(self._remarks()),
+        )
 
     def _remarks(self) -> list[ChannelRemark]:
         """Return the warnings on the log and its channels."""
@@ -235,29 +230,16 @@ class LogQuality:
         is_constant = self.high.get("wrench", np.zeros(0)) == self.low.get("wrench", np.zeros(0))
         if is_constant.any() and not is_constant.all() and self.n_rows > SATURATED:
             for k in np.flatnonzero(is_constant & (self.high["wrench"] != 0.0)):
-                text = f"{self._column('wrench', int(k))} is constant at {self.high['wrench'][k]:g}"
+                text = f"{column_of_channel(self.columns, 'wrench', int(k))} is constant at {self.high['wrench'][k]:g}"
                 remarks.append(ChannelRemark(file, text, is_stuck=True))
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
         stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
         remarks += [self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)) for k in ends]
         return remarks + [self._frozen_remark(name, channel, watch) for (name, channel), watch in stuck.items()]
 
-    def dead(self) -> list[int]:
-        """Return the channels of the wrench that read zero all through the log, and nothing else."""
-        low, high = self.low.get("wrench", np.zeros(0)), self.high.get("wrench", np.zeros(0))
-        return [int(k) for k in np.flatnonzero((low == 0.0) & (high == 0.0))] if self.n_rows > SATURATED else []
-
-    def dead_channel_remark(self, k: int) -> str:
-        """Return the warning on a dead channel that is alive in other logs."""
-        file, _ = self.elsewhere.get("wrench", (self.file, self.place_of_row))
-        return (
-            f"{file}: {self._column('wrench', k)} reads 0 throughout, unlike in other logs; it is used as it is: "
-            "check the sensor, or exclude this run"
-        )
-
     def _end_remark(self, k: int, watch: FrozenChannels | None) -> ChannelRemark:
         file, place = self.elsewhere.get("wrench", (self.file, self.place_of_row))
-        column, times = self._column("wrench", k), int(self.at_high["wrench"][k])
+        column, times = column_of_channel(self.columns, "wrench", k), int(self.at_high["wrench"][k])
         ends = (self.low["wrench"][k], self.high["wrench"][k])
         if watch is None or watch.value is None or float(watch.value[0]) not in ends:
             text = (
@@ -271,7 +253,8 @@ class LogQuality:
     def _frozen_remark(self, name: str, k: int, watch: FrozenChannels) -> ChannelRemark:
         file, place = self.elsewhere.get(name, (self.file, self.place_of_row))
         target = name.split(".")[0] in ("position", "marker")
-        channel_text = f"the position ({', '.join(self.columns.get(name, ()))})" if target else self._column(name, k)
+        position = f"the position ({', '.join(self.columns.get(name, ()))})"
+        channel_text = position if target else column_of_channel(self.columns, name, k)
         end = "the target was lost, or the tracker stopped" if target else "the channel was stuck"
         text = f"{channel_text} does not change over {_rows(watch, place)}: {end}; {_AS_THEY_STAND}"
         return ChannelRemark(file, text, is_stuck=True)

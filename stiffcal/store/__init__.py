@@ -31,14 +31,13 @@ from stiffcal.measurements.columns import column_of, table_of, values_of
 from stiffcal.store.provenance import (
     Provenance,
     SourceChanges,
-    SourceFile,
     changed_settings,
     changed_sources,
-    hash_sources,
     versions,
 )
 from stiffcal.store.reading import Store
 from stiffcal.store.snapshot import Snapshot
+from stiffcal.store.source_files import SourceFile, hash_sources
 from stiffcal.store.writing import TableStream, Writing
 
 __all__ = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
@@ -25,9 +26,9 @@ from stiffcal.workflow.check_results import (
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.ingest.non_load_runs import NonLoadRuns
+    from stiffcal.ingest.read_run import ReadRun
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.reduction.plausibility import LogQuality
-    from stiffcal.reduction.recordings import ReducedRun
+    from stiffcal.reduction.log_summary import LogSummary
 
 
 def check_campaign(
@@ -70,17 +71,20 @@ def check_loaded(
     from stiffcal.ingest.data_quality import DataQuality, check_load_states
     from stiffcal.ingest.non_load_runs import NonLoadRuns
     from stiffcal.ingest.reducing import ReadingOptions, collect_raw_states, placed_states
+    from stiffcal.ingest.run_readings import earlier_readings
     from stiffcal.reduction.known_weights import weight_warnings
     from stiffcal.reduction.outliers import reject_outliers
+    from stiffcal.store import Store
     from stiffcal.workflow.suspects import suspects_in
 
     any_table = any(source.is_states for source in campaign.manifest.sources.values())
     faults: list[Fault] = []
     quality = DataQuality(campaign)
     non_load = NonLoadRuns(campaign)
-    gathered, reduced = collect_raw_states(
-        campaign, progress, ReadingOptions(collected=faults, only=run, quick=quick), quality, non_load
-    )
+    store = Store(campaign.folder / "store", display_name="store")
+    with nullcontext() if quick else earlier_readings(campaign, store, run) as readings:
+        options = ReadingOptions(readings=readings, collected=faults, only=run, quick=quick)
+        gathered, reduced = collect_raw_states(campaign, progress, options, quality, non_load)
     missing = _missing_files(campaign, run)
     faults = [fault for fault in faults if not _is_missing(fault)]
     if not quick and not faults:  # of the first lines of a log nothing need have changed
@@ -253,7 +257,7 @@ def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     ] + sentences
 
 
-def _file(campaign: Campaign, name: str, log: LogQuality) -> CheckedSource:
+def _file(campaign: Campaign, name: str, log: LogSummary) -> CheckedSource:
     """Return the summary of a file as it was read."""
     source = campaign.manifest.sources[name]
     units = {
@@ -306,13 +310,13 @@ def _number(value: Any) -> float | None:
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReducedRun]) -> list[CheckedRun]:
+def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReadRun]) -> list[CheckedRun]:
     """Return the summaries of the runs that give load states."""
     import numpy as np
 
     from stiffcal.reduction.consistency import work_of_load
 
-    clocks = {reduction.states.run[0]: reduction.clocks for reduction in reduced}
+    clocks = {run.id: run.clocks for run in reduced}
     set_aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]
     loads = states.setup.targets and bool(np.any(states.wrench))
     work = work_of_load(states, campaign.chain).work if loads else np.full(len(states.runs), np.nan)

@@ -280,7 +280,7 @@ def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
                 # Logs that are not there are named before anything is announced.
                 campaign = load_campaign(campaign.folder)
                 announce("ingest", reason, campaign.folder, context)
-                ingest_now(campaign, store, "" if fresh.first else reason, context.progress)
+                ingest_now(campaign, store, "" if fresh.first else reason, context.progress, context.thorough)
     if context.trial is not None:
         campaign, store = _on_trial(campaign, store, context.trial, context.progress)
     table, states = stored_table(store)

@@ -14,6 +14,7 @@ from stiffcal.errors import Fault, InputError, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.constant_signals import constant_signals
 from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.reduction.log_summary import LogSummary
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.displacement_table import DISPLACEMENTS, FORCES, JOINTS, Columns, write_displacement_campaign
@@ -22,11 +23,11 @@ COUNT = 24
 RANDOM = np.random.default_rng(1)
 
 
-def seen(signals: dict[str, Floats], columns: dict[str, tuple[str, ...]], file: str = "raw/a.csv") -> LogQuality:
+def seen(signals: dict[str, Floats], columns: dict[str, tuple[str, ...]], file: str = "raw/a.csv") -> LogSummary:
     log = LogQuality(file, "line {}".format, False, columns)
     n = next(iter(signals.values())).shape[1]
     log.update(np.arange(1, n + 1), np.full(n, np.nan), signals)
-    return log
+    return log.summary()
 
 
 def judged(**signals: tuple[Floats, tuple[str, ...]]) -> tuple[list[Fault], list[str]]:

@@ -171,7 +171,7 @@ def test_time_over_batches() -> None:
     log.update(np.arange(1, 101), np.linspace(0.0, 0.99, 100), {"wrench": wrench})
     log.update(np.arange(101, 201), 5.0 + np.linspace(0.0, 0.99, 100), {"wrench": wrench})
     assert log.interval == pytest.approx(0.01)
-    assert any("a gap of 4.01 s" in remark for remark in log.remarks())
+    assert any("a gap of 4.01 s" in remark for remark in log.summary().remarks())
     with pytest.raises(InputError, match="line 202: time decreases: 3 s after 5.99 s"):
         log.update(np.arange(201, 301), 3.0 + np.linspace(0.0, 0.99, 100), {"wrench": wrench})
 
@@ -182,7 +182,7 @@ def test_stuck_and_saturated_channels_are_remarked_on() -> None:
     wrench[1] = 3.25
     wrench[2] = np.minimum(10.0 * np.sin(np.arange(400) / 40.0), 8.0)
     log.update(np.arange(1, 401), np.linspace(0.0, 3.99, 400), {"wrench": wrench})
-    remarks = "\n".join(log.remarks())
+    remarks = "\n".join(log.summary().remarks())
     assert "column Fy is constant at 3.25" in remarks
     assert "column Fz stays at its extreme" in remarks
     assert "Fx" not in remarks

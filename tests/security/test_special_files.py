@@ -22,7 +22,7 @@ from stiffcal.errors import InputError
 from stiffcal.files import check_regular, open_regular, read_regular
 from stiffcal.limits import Limit
 from stiffcal.readers import WantedColumns, find_reader
-from stiffcal.store.provenance import hash_sources
+from stiffcal.store.source_files import hash_sources
 from stiffcal.workflow.diagnosis_verdict import _read_model
 from stiffcal.workflow.init import init_campaign
 from tests.laboratory.small_campaign import write_small_campaign

@@ -101,10 +101,10 @@ def test_what_is_written_through_a_mapping_is_seen(
     large: bool, delivered: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The file's times stand still while a page that was written to waits for the disk."""
-    from stiffcal.store import provenance
+    from stiffcal.store import source_files
 
-    monkeypatch.setattr(provenance, "RACY_NS", -(10**18))  # as if the first write had been long ago
-    monkeypatch.setattr(provenance, "ALWAYS_HASHED", 0 if large else 1 << 20)
+    monkeypatch.setattr(source_files, "RACY_NS", -(10**18))  # as if the first write had been long ago
+    monkeypatch.setattr(source_files, "ALWAYS_HASHED", 0 if large else 1 << 20)
     log = delivered / "raw" / "states.csv"
     with log.open("r+b") as file, mmap.mmap(file.fileno(), 0) as mapped:
         last = len(mapped) - 2
@@ -121,21 +121,21 @@ def test_what_is_written_through_a_mapping_is_seen(
 def test_logs_are_not_hashed_again_where_the_file_system_says_they_are_unchanged(
     delivered: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from stiffcal.store import provenance
+    from stiffcal.store import source_files
 
     if not shows_mapped_writes(delivered):
         pytest.skip("this file system does not show every change in the files' times")
-    monkeypatch.setattr(provenance, "RACY_NS", -(10**18))  # as if the logs had been written long ago
-    monkeypatch.setattr(provenance, "ALWAYS_HASHED", 0)  # as if they were large
+    monkeypatch.setattr(source_files, "RACY_NS", -(10**18))  # as if the logs had been written long ago
+    monkeypatch.setattr(source_files, "ALWAYS_HASHED", 0)  # as if they were large
     identify_campaign(delivered)
     hashed: list[str] = []
-    true_hash = provenance._hash_file
+    true_hash = source_files.hash_file
 
     def hash_file(folder: Path, file: str, *rest: Any) -> Any:
         hashed.append(file)
         return true_hash(folder, file, *rest)
 
-    monkeypatch.setattr(provenance, "_hash_file", hash_file)
+    monkeypatch.setattr(source_files, "hash_file", hash_file)
     identify_campaign(delivered)
     validate_campaign(delivered)
     assert hashed == []

@@ -69,7 +69,7 @@ def test_a_touched_file_of_the_same_content_is_unchanged(folder: Path) -> None:
 
 def test_a_log_still_being_written_is_refused(folder: Path) -> None:
     with hash_sources(folder, FILES) as hashes:
-        hashes._thread.join()
+        hashes._pool.shutdown()
         (folder / "raw/b.csv").write_text("b\n1.5\n2.5\n")
         with pytest.raises(InputError, match=r"raw/b\.csv: the file changed while it was read"):
             hashes.result()
@@ -87,27 +87,27 @@ def test_of_many_logs_only_so_many_bytes_are_compared_in_every_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A hundred gigabytes of small logs are hashed once, as one log of a hundred gigabytes is."""
-    from stiffcal.store import provenance
+    from stiffcal.store import source_files
 
     if not shows_mapped_writes(tmp_path):
         pytest.skip("this file system does not show every change in the files' times")
-    monkeypatch.setattr(provenance, "RACY_NS", -(10**18))  # as if the logs had been written long ago
-    monkeypatch.setattr(provenance, "ALWAYS_HASHED", 25)
+    monkeypatch.setattr(source_files, "RACY_NS", -(10**18))  # as if the logs had been written long ago
+    monkeypatch.setattr(source_files, "ALWAYS_HASHED", 25)
     files = [f"log{k}.csv" for k in range(6)]
     for file in files:
         (tmp_path / file).write_text("0123456789")
-    with provenance.hash_sources(tmp_path, files) as hashes:
+    with source_files.hash_sources(tmp_path, files) as hashes:
         sources = hashes.result()
     then = Provenance.now("ingest", sources, {})
     hashed: list[str] = []
-    true_hash = provenance._hash_file
+    true_hash = source_files.hash_file
 
     def hash_file(folder: Path, file: str, *rest: Any) -> Any:
         hashed.append(file)
         return true_hash(folder, file, *rest)
 
-    monkeypatch.setattr(provenance, "_hash_file", hash_file)
-    assert not provenance.changed_sources(then, tmp_path, files, known_state=hashes.state)
+    monkeypatch.setattr(source_files, "hash_file", hash_file)
+    assert not changed_sources(then, tmp_path, files, known_state=hashes.state)
     assert len(hashed) == 2
     (tmp_path / "log5.csv").write_text("0123456780")
-    assert provenance.changed_sources(then, tmp_path, files, known_state=hashes.state).changed == ("log5.csv",)
+    assert changed_sources(then, tmp_path, files, known_state=hashes.state).changed == ("log5.csv",)

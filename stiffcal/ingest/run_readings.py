@@ -1,0 +1,265 @@
+"""What reading the logs of each run gave, before anything of other runs counts, and its place in the store.
+
+Reading a log and finding its load states takes nearly all the time of an ingest, and asks for nothing but the logs of
+that run and a few settings. What came of it lies in the store with a key: a hash of these settings, of the content of
+the logs and of the revision that computed it (`run_keys`). A run whose key is the present one is not read again; all
+steps in which runs are compared with each other follow on top, whether a run was read now or earlier.
+
+Only what a run of this user has written is believed: a campaign folder may come from anybody.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.manifest import Run
+from stiffcal.errors import InputError
+from stiffcal.ingest.data_quality import DataQuality
+from stiffcal.ingest.parts import READ_LOGS, READ_NAMES, READ_RUNS, READ_SOURCES, READ_STATES
+from stiffcal.ingest.read_run import ReadRun
+from stiffcal.ingest.recording_tables import recording_name
+from stiffcal.ingest.run_keys import HashOf, RunKeys
+from stiffcal.ingest.run_tables import (
+    RawStatesOfRuns,
+    blocks_from_table,
+    blocks_table,
+    raw_states_table,
+    sources_from_table,
+    sources_table,
+)
+from stiffcal.ingest.run_texts import StoredText, stored_text, text_of
+from stiffcal.ingest.sources import files_in_order_of_runs, sources_elsewhere
+from stiffcal.reduction.raw_states import RawStates, no_states
+from stiffcal.store import table_of
+from stiffcal.store.index import OWN, DamagedStoreError
+
+if TYPE_CHECKING:
+    from stiffcal.store import Snapshot, SourceFile, Store, Writing
+
+_COLUMNS = ("run", "key", "n_states", "contents")
+
+
+@dataclass(frozen=True)
+class _StoredRun:
+    """A run as it lies in the store."""
+
+    key: str
+    first: int
+    """Of its load states, the first row of their table."""
+    stop: int
+    """The row after the last one; `first` where it gives none."""
+    text: str
+    """`text_of` its contents."""
+
+
+@dataclass(frozen=True)
+class StoredReadings:
+    """What a store of the user's own holds of runs that were read; nothing where it holds none of it."""
+
+    snapshot: Snapshot | None = None
+    """Where it lies; held as long as runs are looked for."""
+    sources: Mapping[str, SourceFile] = field(default_factory=dict)
+    """The logs as they were when they were read, by file."""
+    states: Mapping[str, str] = field(default_factory=dict)
+    """What shows that one is still the same: `FileStatus.state` of each."""
+    runs: Mapping[str, _StoredRun] = field(default_factory=dict)
+    """By name."""
+    raw_states: RawStatesOfRuns | None = None
+    """Of all runs."""
+    names: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    """The names that run columns hold, by their key."""
+
+
+NOTHING_STORED = StoredReadings()
+
+
+def stored_readings(snapshot: Snapshot) -> StoredReadings:
+    """Return what a generation of a store holds of runs that were read; nothing where it is not the user's own work."""
+    parts = (READ_RUNS, READ_STATES, READ_SOURCES, READ_NAMES)
+    if any(name not in (*snapshot.tables, *snapshot.documents) for name in parts) or snapshot.origin_of(*parts) != OWN:
+        return NOTHING_STORED
+    try:
+        table, raw_states = snapshot.read_table(READ_RUNS), snapshot.read_table(READ_STATES)
+        sources, states = sources_from_table(snapshot.read_table(READ_SOURCES))
+        names = snapshot.read_document(READ_NAMES)
+    except DamagedStoreError:
+        return NOTHING_STORED
+    columns = {name: table.column(name).to_pylist() for name in table.column_names}
+    runs, first = {}, 0
+    for name, key, count, text in zip(*(columns[column] for column in _COLUMNS), strict=True):
+        runs[name] = _StoredRun(key, first, first + count, text)
+        first += count
+    return StoredReadings(snapshot, sources, states, runs, RawStatesOfRuns(raw_states), names)
+
+
+def stored_states(snapshot: Snapshot) -> Mapping[str, str]:
+    """Return of each log what shows that it is as it was read, `FileStatus.state`; none where that is not own work."""
+    if READ_SOURCES not in snapshot.tables or snapshot.origin_of(READ_SOURCES) != OWN:
+        return {}
+    try:
+        return sources_from_table(snapshot.read_table(READ_SOURCES))[1]
+    except DamagedStoreError:
+        return {}
+
+
+@contextmanager
+def open_readings(store: Store) -> Iterator[StoredReadings]:
+    """Hold what a store holds of runs that were read; nothing where there is no store, or it is damaged."""
+    with ExitStack() as stack:
+        found = NOTHING_STORED
+        with suppress(DamagedStoreError):
+            if store.exists:
+                found = stored_readings(stack.enter_context(store.snapshot()))
+        yield found
+
+
+@contextmanager
+def earlier_readings(campaign: Campaign, store: Store, only: str | None = None) -> Iterator[RunReadings]:
+    """Hold the readings that a store holds of runs whose logs and settings are as they were; nothing is written.
+
+    A store that cannot be used holds none: that is reported by the commands that need it.
+
+    Parameters
+    ----------
+    campaign : as it was read. store : its store. only : this run alone is asked for; None: any.
+    """
+    from stiffcal.store import hash_sources
+
+    with ExitStack() as stack:
+        stored = NOTHING_STORED
+        with suppress(InputError):
+            stored = stack.enter_context(open_readings(store))
+        elsewhere: Sequence[SourceFile] = ()
+        if stored.runs:
+            with suppress(InputError):
+                elsewhere = sources_elsewhere(campaign)
+        files = [file for file in files_in_order_of_runs(campaign, only) if file in stored.sources]
+        hashes = stack.enter_context(hash_sources(campaign.folder, files, stored.sources, stored.states))
+        yield RunReadings(campaign, stored, lambda file: hashes.of(file).sha256, elsewhere)
+
+
+class RunReadings:
+    """The readings of a campaign's runs: those that the store holds, and those that are made.
+
+    Parameters
+    ----------
+    campaign : as it was read.
+    stored : what the store holds.
+    hash_of : the SHA-256 of a log, of those that the store knows at least; None: nothing is looked for.
+    elsewhere : what the sources name that is no file, as it is now.
+    """
+
+    def __init__(
+        self,
+        campaign: Campaign,
+        stored: StoredReadings = NOTHING_STORED,
+        hash_of: HashOf | None = None,
+        elsewhere: Sequence[SourceFile] = (),
+    ) -> None:
+        self._stored, self._hash_of = stored, hash_of
+        self._keys = RunKeys(campaign, elsewhere)
+        self._described = DataQuality(campaign).described
+        self._made: dict[str, tuple[Run, Sequence[str], ReadRun]] = {}
+        self._kept: dict[str, RawStates | None] = {}
+        self._names: dict[str, tuple[str, str, Sequence[str]]] = {}
+
+    def find(self, run: Run, sources: Sequence[str], writing: Writing | None = None) -> ReadRun | None:
+        """Return what reading a run gave earlier, None where it has to be read (again).
+
+        Parameters
+        ----------
+        run : the manifest's entry. sources : those that log it.
+        writing : where its recordings are to be carried over; None: they are not asked for.
+        """
+        stored, snapshot = self._stored.runs.get(run.id), self._stored.snapshot
+        if stored is None or snapshot is None or stored.key != self._key_of_known(run, sources):
+            return None
+        contents = stored_text(stored.text, self._described)
+        blocks = [READ_LOGS + recording_name(run.id, source) for source in contents.blocks]
+        tables = [*(recording_name(run.id, source) for source in sources), *blocks]
+        if writing is not None and not all(snapshot.is_there(name) for name in tables):
+            return None
+        try:
+            read = self._read_of(run.id, stored, contents, snapshot)
+        except DamagedStoreError:
+            return None
+        if writing is not None:
+            writing.keep(*tables)
+        self._kept[run.id] = read.states
+        return read
+
+    def note(self, run: Run, sources: Sequence[str], read: ReadRun) -> None:
+        """Take in what reading a run gave now."""
+        self._made[run.id] = (run, sources, read)
+
+    def find_names(self, source: str, file: str) -> Sequence[str] | None:
+        """Return the runs that a log holds as its run column names them, None where it has to be read."""
+        in_file = self._keys.in_file(source)
+        if self._hash_of is None or (in_file and file not in self._stored.sources):
+            return None
+        try:
+            return self._stored.names.get(self._keys.of_names(source, file, self._hash_of))
+        except InputError:  # named where the log is read
+            return None
+
+    def note_names(self, source: str, file: str, names: Sequence[str]) -> None:
+        """Take in the runs that a log holds."""
+        self._names[source] = (source, file, names)
+
+    def write(self, writing: Writing, hashes: Sequence[SourceFile], states: Mapping[str, str]) -> None:
+        """Write the readings of all runs that were found or made, to be found by the next command.
+
+        Parameters
+        ----------
+        hashes : of all logs that were hashed. states : of each, `FileStatus.state` before it was.
+        """
+        digests = {source.file: source.sha256 for source in hashes}
+        rows: list[tuple[str, str, int, str]] = []
+        raw_states: list[RawStates] = []
+        for name, of_run in {**self._kept, **dict.fromkeys(self._made)}.items():
+            if name in self._made:
+                run, sources, read = self._made[name]
+                of_run = read.states
+                key, text = self._keys.of_run(run, sources, digests.__getitem__), text_of(read)
+                for source, blocks in read.blocks.items():
+                    writing.write_table(READ_LOGS + recording_name(name, source), blocks_table(blocks))
+            else:
+                key, text = self._stored.runs[name].key, self._stored.runs[name].text
+            rows.append((name, key, 0 if of_run is None else len(of_run.run), text))
+            raw_states += [] if of_run is None else [of_run]
+        names, keys, counts, texts = zip(*rows, strict=True) if rows else ((), (), (), ())
+        columns = (names, keys, np.array(counts, dtype=np.int64), texts)
+        writing.write_table(READ_RUNS, table_of(dict(zip(_COLUMNS, columns, strict=True))))
+        writing.write_table(READ_STATES, raw_states_table(raw_states or [no_states()]))
+        writing.write_table(READ_SOURCES, sources_table(hashes, states))
+        of_columns = {
+            self._keys.of_names(source, file, digests.__getitem__): list(listed)
+            for source, file, listed in self._names.values()
+        }
+        writing.write_document(READ_NAMES, of_columns)
+
+    def _read_of(self, name: str, stored: _StoredRun, contents: StoredText, snapshot: Snapshot) -> ReadRun:
+        raw_states = self._stored.raw_states
+        blocks = {
+            source: blocks_from_table(snapshot.read_table(READ_LOGS + recording_name(name, source)))
+            for source in contents.blocks
+        }
+        states = None
+        if raw_states is not None and not blocks:
+            states = raw_states.of_run(name, stored.first, stored.stop, contents.widths)
+        return replace(contents.read, id=name, states=states, blocks=blocks)
+
+    def _key_of_known(self, run: Run, sources: Sequence[str]) -> str | None:
+        """Return the present key of a run, None where one of its files was not read when the store was written."""
+        if self._hash_of is None or any(file not in self._stored.sources for file in self._keys.files(run, sources)):
+            return None
+        try:
+            return self._keys.of_run(run, sources, self._hash_of)
+        except InputError:  # the log cannot be read: reading it says so
+            return None
