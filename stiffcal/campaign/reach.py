@@ -98,10 +98,16 @@ def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:
         return [(file, goal)]
     if "\0" in file:  # no file's name; whoever opens it reports it
         return []
-    symlinks = []
-    for place, folders, files in os.walk(folder / file):
-        inside = (Path(place, name) for name in (*folders, *files))
-        symlinks += [path.relative_to(folder).as_posix() for path in inside if path.is_symlink()]
+    symlinks: list[str] = []
+    waiting = [file]
+    while waiting:  # a store of ten thousand runs has as many folders: no path is made of what is no link
+        place = waiting.pop()
+        with suppress(OSError), os.scandir(folder / place) as entries:
+            for entry in entries:
+                if entry.is_symlink():
+                    symlinks.append((PurePosixPath(place) / entry.name).as_posix())
+                elif entry.is_dir():
+                    waiting.append(f"{place}/{entry.name}")
     return [(name, goal) for name in sorted(symlinks) if (goal := leads_outside(folder, name)) is not None]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -36,39 +37,68 @@ def ingest_now(
 
     Raises
     ------
-    InputError : one of the files is wrong; the store is then untouched.
+    InputError : one of the files is wrong; the states in the store are then untouched.
     """
+    result = None
+    while result is None:
+        result = _read_on(campaign, target, changed, progress, thorough)
+    return replace(result, origin="own")
+
+
+def _read_on(
+    campaign: Campaign, target: Store, changed: str, progress: Progress, thorough: bool
+) -> IngestResult | None:
+    """Read runs that the store does not hold yet, all of them, or, where that takes long, as many as to keep at once.
+
+    Returns
+    -------
+    The result; None where runs remain: the states in the store are still those of before.
+    """
+    from stiffcal.ingest import run_readings
     from stiffcal.ingest.reducing import reduce_campaign
-    from stiffcal.ingest.run_readings import RunReadings, open_readings
     from stiffcal.measurements.tables import states_table
     from stiffcal.store import Provenance, hash_sources
+    from stiffcal.store.index import OWN
 
     files, settings = files_in_order_of_runs(campaign), ingest_settings(campaign)
     outside = sources_elsewhere(campaign)
     with target.begin("ingest") as writing:
-        with open_readings(target) as stored:
+        with run_readings.open_readings(target) as stored:
             states = {} if thorough else stored.states
             with hash_sources(campaign.folder, files, stored.sources, states) as hashes:
-                readings = RunReadings(campaign, stored, lambda file: hashes.of(file).sha256, outside)
-                reduced = reduce_campaign(campaign, progress, writing, readings)
-                result = replace(reduced.result, changed=changed)
-                writing.write_table(
-                    STATES, states_table(reduced.states, campaign.chain.joint_names, campaign.chain.prismatic_names)
+                # what somebody else has written goes with the first commit: only once all logs could be read
+                seconds = run_readings.CHECKPOINT_S if target.origin_of(STATES) == OWN else math.inf
+                readings = run_readings.RunReadings(
+                    campaign, stored, lambda file: hashes.of(file).sha256, outside, seconds
                 )
-                for name, table in reduced.non_load.tables(settings).items():
-                    writing.write_table(name, table)
-                writing.write_document(INGEST, document_of(result))
-                progress("hashing the sources", None)
-                if outside != sources_elsewhere(campaign):
-                    raise _rows_changed(outside)
-                sources = hashes.result()
-                readings.write(writing, sources, hashes.states)
-                writing.sources_state = hashes.state
+                try:
+                    reduced = reduce_campaign(campaign, progress, writing, readings)
+                except run_readings.ReadingPaused:
+                    readings.write(writing, hashes.finished(), hashes.states, paused=True)
+                    writing.keep_rest()
+                    reduced = None
+                else:
+                    progress("hashing the sources", None)
+                    if outside != sources_elsewhere(campaign):
+                        raise _rows_changed(outside)
+                    sources = hashes.result()
+                    readings.write(writing, sources, hashes.states)
+                    writing.sources_state = hashes.state
+        if reduced is None:
+            writing.commit()
+            return None
+        result = replace(reduced.result, changed=changed)
+        writing.write_table(
+            STATES, states_table(reduced.states, campaign.chain.joint_names, campaign.chain.prismatic_names)
+        )
+        for name, table in reduced.non_load.tables(settings).items():
+            writing.write_table(name, table)
+        writing.write_document(INGEST, document_of(result))
         provenance = Provenance.now("ingest", (*sources, *outside), document_of(settings))
         writing.write_document(PROVENANCE, document_of(provenance))
         _keep_what_others_wrote(writing, target.tables, target.documents)
         writing.commit()
-    return replace(result, origin="own")
+    return result
 
 
 def _rows_changed(outside: tuple[SourceFile, ...]) -> InputError:

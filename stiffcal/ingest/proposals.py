@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from stiffcal.documents import NOT_IN_DOCUMENT
@@ -93,15 +95,14 @@ def _frame_names(frames: set[str]) -> FrameNames:
 def _unnamed(campaign: Campaign) -> list[str]:
     from stiffcal.ingest.sources import manifest_data_files
 
-    named = set(manifest_data_files(campaign))
-    raw = campaign.folder / "raw"
+    named = {*manifest_data_files(campaign), "raw/README.txt"}  # the template's
     unnamed = []
-    for path in sorted(raw.rglob("*")) if raw.is_dir() else []:
-        file = path.relative_to(campaign.folder).as_posix()
-        inside = any(file.startswith(f"{name}/") for name in named)
-        if path.is_file() and file not in named and not inside and file != "raw/README.txt":  # the template's
-            unnamed.append(file)
-    return unnamed
+    for place, folders, names in os.walk(campaign.folder / "raw"):
+        above = Path(place).relative_to(campaign.folder).as_posix()
+        folders[:] = [name for name in folders if f"{above}/{name}" not in named]  # a log may be a folder
+        files = [f"{above}/{name}" for name in names if f"{above}/{name}" not in named]
+        unnamed += [file for file in files if (campaign.folder / file).is_file()]
+    return sorted(unnamed, key=lambda file: PurePosixPath(file).parts)
 
 
 class _SniffedLog(NamedTuple):

@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from stiffcal.campaign.gauges import metres_of_rods
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Exclusion, Run
 from stiffcal.revision import REVISION
@@ -93,8 +94,9 @@ class RunKeys:
         if source not in self._settings:
             settings = self._campaign.manifest.sources[source]
             ratio = self._campaign.chain.gear_ratio.tolist() if settings.joints and settings.joints.motor else None
-            of_all_runs = self._rows((source, None))
-            self._settings[source] = _hash_of(settings.model_dump(mode="json", exclude={"file"}), ratio, of_all_runs)
+            metres = None if settings.lengths is None else metres_of_rods(self._campaign.manifest)
+            document = settings.model_dump(mode="json", exclude={"file"})
+            self._settings[source] = _hash_of(document, ratio, metres, self._rows((source, None)))
         return self._settings[source]
 
     def _rows_left_out(self, source: str, run: Run) -> list[object]:

@@ -10,6 +10,8 @@ Only what a run of this user has written is believed: a campaign folder may come
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
@@ -43,6 +45,13 @@ if TYPE_CHECKING:
     from stiffcal.store import Snapshot, SourceFile, Store, Writing
 
 _COLUMNS = ("run", "key", "n_states", "contents")
+CHECKPOINT_S = 120.0
+"""Of reading, after which what was read so far is kept: an ingest of hours that is killed goes on from there. Keeping
+ten thousand runs takes a few seconds."""
+
+
+class ReadingPaused(Exception):  # noqa: N818 — no error
+    """What was read so far is to be written before the next run is read."""
 
 
 @dataclass(frozen=True)
@@ -151,18 +160,21 @@ class RunReadings:
     ----------
     campaign : as it was read.
     stored : what the store holds.
-    hash_of : the SHA-256 of a log, of those that the store knows at least; None: nothing is looked for.
+    hash_of : the SHA-256 of a log, of those that the store knows at least.
     elsewhere : what the sources name that is no file, as it is now.
+    seconds : after which reading is to pause.
     """
 
     def __init__(
         self,
         campaign: Campaign,
-        stored: StoredReadings = NOTHING_STORED,
-        hash_of: HashOf | None = None,
+        stored: StoredReadings,
+        hash_of: HashOf,
         elsewhere: Sequence[SourceFile] = (),
+        seconds: float = math.inf,
     ) -> None:
         self._stored, self._hash_of = stored, hash_of
+        self._pause_at = time.monotonic() + seconds
         self._keys = RunKeys(campaign, elsewhere)
         self._described = DataQuality(campaign).described
         self._made: dict[str, tuple[Run, Sequence[str], ReadRun]] = {}
@@ -195,13 +207,20 @@ class RunReadings:
         return read
 
     def note(self, run: Run, sources: Sequence[str], read: ReadRun) -> None:
-        """Take in what reading a run gave now."""
+        """Take in what reading a run gave now.
+
+        Raises
+        ------
+        ReadingPaused : it is time to `write`, and to begin anew with what then is stored.
+        """
         self._made[run.id] = (run, sources, read)
+        if time.monotonic() > self._pause_at:
+            raise ReadingPaused
 
     def find_names(self, source: str, file: str) -> Sequence[str] | None:
         """Return the runs that a log holds as its run column names them, None where it has to be read."""
         in_file = self._keys.in_file(source)
-        if self._hash_of is None or (in_file and file not in self._stored.sources):
+        if in_file and file not in self._stored.sources:
             return None
         try:
             return self._stored.names.get(self._keys.of_names(source, file, self._hash_of))
@@ -212,21 +231,35 @@ class RunReadings:
         """Take in the runs that a log holds."""
         self._names[source] = (source, file, names)
 
-    def write(self, writing: Writing, hashes: Sequence[SourceFile], states: Mapping[str, str]) -> None:
+    def write(
+        self, writing: Writing, hashes: Sequence[SourceFile], states: Mapping[str, str], paused: bool = False
+    ) -> None:
         """Write the readings of all runs that were found or made, to be found by the next command.
 
         Parameters
         ----------
-        hashes : of all logs that were hashed. states : of each, `FileStatus.state` before it was.
+        hashes : of the logs that were hashed. states : of each, `FileStatus.state` before it was.
+        paused : more runs are to come; what is stored of others stays.
         """
-        digests = {source.file: source.sha256 for source in hashes}
         rows: list[tuple[str, str, int, str]] = []
         raw_states: list[RawStates] = []
+        of_columns = {
+            self._keys.of_names(source, file, self._hash_of): list(listed)
+            for source, file, listed in self._names.values()
+        }
+        if paused:
+            hashed = {source.file for source in hashes}
+            hashes = [*hashes, *(source for file, source in self._stored.sources.items() if file not in hashed)]
+            states = {**self._stored.states, **states}
+            of_columns = {**{key: list(listed) for key, listed in self._stored.names.items()}, **of_columns}
+            for name, stored in self._stored.runs.items():
+                if name not in self._kept and name not in self._made:
+                    self._kept[name] = self._states_of(name, stored, stored_text(stored.text, self._described))
         for name, of_run in {**self._kept, **dict.fromkeys(self._made)}.items():
             if name in self._made:
                 run, sources, read = self._made[name]
                 of_run = read.states
-                key, text = self._keys.of_run(run, sources, digests.__getitem__), text_of(read)
+                key, text = self._keys.of_run(run, sources, self._hash_of), text_of(read)
                 for source, blocks in read.blocks.items():
                     writing.write_table(READ_LOGS + recording_name(name, source), blocks_table(blocks))
             else:
@@ -238,26 +271,23 @@ class RunReadings:
         writing.write_table(READ_RUNS, table_of(dict(zip(_COLUMNS, columns, strict=True))))
         writing.write_table(READ_STATES, raw_states_table(raw_states or [no_states()]))
         writing.write_table(READ_SOURCES, sources_table(hashes, states))
-        of_columns = {
-            self._keys.of_names(source, file, digests.__getitem__): list(listed)
-            for source, file, listed in self._names.values()
-        }
         writing.write_document(READ_NAMES, of_columns)
 
     def _read_of(self, name: str, stored: _StoredRun, contents: StoredText, snapshot: Snapshot) -> ReadRun:
-        raw_states = self._stored.raw_states
         blocks = {
             source: blocks_from_table(snapshot.read_table(READ_LOGS + recording_name(name, source)))
             for source in contents.blocks
         }
-        states = None
-        if raw_states is not None and not blocks:
-            states = raw_states.of_run(name, stored.first, stored.stop, contents.widths)
-        return replace(contents.read, id=name, states=states, blocks=blocks)
+        return replace(contents.read, id=name, states=self._states_of(name, stored, contents), blocks=blocks)
+
+    def _states_of(self, name: str, stored: _StoredRun, contents: StoredText) -> RawStates | None:
+        if self._stored.raw_states is None or contents.blocks:
+            return None
+        return self._stored.raw_states.of_run(name, stored.first, stored.stop, contents.widths)
 
     def _key_of_known(self, run: Run, sources: Sequence[str]) -> str | None:
         """Return the present key of a run, None where one of its files was not read when the store was written."""
-        if self._hash_of is None or any(file not in self._stored.sources for file in self._keys.files(run, sources)):
+        if any(file not in self._stored.sources for file in self._keys.files(run, sources)):
             return None
         try:
             return self._keys.of_run(run, sources, self._hash_of)

@@ -184,6 +184,20 @@ def parse_index(content: bytes, display_name: str) -> Index:
     NewerError
         If it was written by a newer stiffcal.
     """
+    digest = hashlib.sha256(content).hexdigest()
+    index = _last_parsed.get(digest)
+    if index is None:
+        index = _parsed(content, digest, display_name)
+        _last_parsed.clear()
+        _last_parsed[digest] = index
+    return index
+
+
+_last_parsed: dict[str, Index] = {}
+"""The index that was read last, by its digest: every look at a store reads it, and of ten thousand runs it is long."""
+
+
+def _parsed(content: bytes, digest: str, display_name: str) -> Index:
     try:
         document = parse_json(content)
         schema = document.get("schema")
@@ -195,7 +209,7 @@ def parse_index(content: bytes, display_name: str) -> Index:
         raise DamagedStoreError.at(
             FaultCode.STORE_DAMAGED, display_name, INDEX, f"damaged ({error})", REBUILD
         ) from None
-    return Index(tables, documents, hashlib.sha256(content).hexdigest())
+    return Index(tables, documents, digest)
 
 
 def _entries(listed: Document, kind: str, *, hashed: bool) -> dict[str, Entry]:

@@ -217,7 +217,8 @@ class SourceHashes:
     @property
     def state(self) -> str:
         """`FileStatuses.state_of_all` of the files that were hashed, "" where one of them has changed since."""
-        compared = [file for file in self._files if file not in self._statuses.always_compared()]
+        always = self._statuses.always_compared()
+        compared = [file for file in self._files if file not in always]
         now = FileStatuses(self._folder, self._files).state_of_all(compared)
         return now if now == self._statuses.state_of_all(compared) else ""
 

@@ -29,6 +29,7 @@ from stiffcal.store.generations import (
     check_plain,
     current_folder,
     flush_folder,
+    flush_folders,
     new_id,
     remove_others,
     switch,
@@ -192,7 +193,7 @@ class Writing:
     def write_document(self, name: str, document: Mapping[str, Any]) -> None:
         """Write a document of JSON values (finite numbers, None for what is not known)."""
         self._check_new("documents", name)
-        text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1, default=_plain)
+        text = json.dumps(document, ensure_ascii=False, allow_nan=False, default=_plain)
         with store_faults(self._display_name):
             path = self.folder / file_of(name, ENDINGS["documents"])
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -298,8 +299,7 @@ class Writing:
         content = self._index_text().encode()
         with store_faults(self._display_name):
             _write_flushed(self.folder / INDEX, content.decode())
-            for folder in [self.folder, *(path for path in self.folder.rglob("*") if path.is_dir())]:
-                flush_folder(folder)
+            flush_folders(self.folder)
             flush_folder(self._store / GENERATIONS)
         # Before the switch: one that holds and is not recorded would be nobody's.
         state = self._old.sources_state if self.sources_state is None else self.sources_state
@@ -319,7 +319,7 @@ class Writing:
             for kind, entries in self._index.items()
         }
         index = {"schema": SCHEMA, "id": self._id, "created": created, "command": self._command, **listed}
-        return json.dumps(index, ensure_ascii=False, indent=1)
+        return json.dumps(index, ensure_ascii=False)
 
     def abandon(self) -> None:
         """Remove what was written, unless it holds already (an interruption just after the switch)."""

@@ -14,12 +14,12 @@ import pytest
 
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
-from stiffcal.ingest import reducing
+from stiffcal.ingest import reducing, run_readings
 from stiffcal.ingest.parts import READ_RUNS, READ_STATES
 from stiffcal.measurements.columns import column_of, values_of
 from stiffcal.store import Store
 from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.ingest import ingest_campaign
+from stiffcal.workflow.ingest import ingest_campaign, is_stale
 from stiffcal.workflow.steps import RunContext, key_of_table, up_to_date_states
 from tests.ingest.test_logged_runs import HEAD, SPLIT, campaign_of
 from tests.laboratory.delivered_store import forge_table
@@ -198,3 +198,27 @@ def test_what_cannot_be_read_in_the_store_is_read_from_the_logs(folder: Path, re
     up_to_date_states(folder, RunContext())
     assert len(read) == 2 * RUNS
     assert answers(folder) == from_nothing(folder)
+
+
+def test_an_ingest_that_is_interrupted_goes_on_where_it_was(
+    tmp_path: Path, read: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "campaign"
+    write_head(folder)
+    write_runs(folder, 1, RUNS + 1)
+    monkeypatch.setattr(run_readings, "CHECKPOINT_S", 0.0)
+
+    def stop(text: str, fraction: float | None = None) -> None:
+        if text == "reading raw/run3_tracker.csv":
+            raise KeyboardInterrupt
+
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            ingest_campaign(folder, progress=stop)
+    assert Store(folder / "store").tables
+    assert is_stale(folder)
+    with pytest.raises(InputError):
+        up_to_date_states(folder, RunContext(update=False))
+    found = answers(folder)
+    assert {file: read.count(file) for file in read} == {**dict.fromkeys(read, 1), "raw/run3_log.csv": 3}
+    assert found == from_nothing(folder)

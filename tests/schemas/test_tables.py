@@ -78,7 +78,8 @@ def described(name: str, column: str) -> dict[str, Any]:
 
 def test_there_is_no_table_without_a_schema(store: Store, logged: Store) -> None:
     kept = {name for name in store.tables if name.startswith(("fit-", "heldout-"))}
-    assert {*store.tables, *logged.tables} - kept == set(TABLES)
+    # "read/…" is what stiffcal itself reads again, and nobody else
+    assert {name for name in (*store.tables, *logged.tables) if not name.startswith("read/")} - kept == set(TABLES)
     # of every fit of the history its tables stay, by the fit's key
     assert {name.partition("-")[0] for name in kept} == {"fit", "heldout"}
     for name in kept:
