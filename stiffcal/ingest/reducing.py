@@ -223,6 +223,8 @@ def _read_run(
 ) -> ReadRun | None:
     """Read the logs of a run, None where one is faulty and faults are collected.
 
+    Whatever setting counts here enters the run's key too (`run_keys`): else what is stored outlives a change of it.
+
     Parameters
     ----------
     as_blocks : its kind of experiment takes the logs as block averages; else they are reduced to load states.

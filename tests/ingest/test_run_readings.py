@@ -17,6 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.ingest import reducing, run_readings
 from stiffcal.ingest.parts import READ_RUNS, READ_STATES
 from stiffcal.measurements.columns import column_of, values_of
+from stiffcal.reduction import logs
 from stiffcal.store import Store
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.ingest import ingest_campaign, is_stale
@@ -45,13 +46,12 @@ def folder(tmp_path: Path) -> Path:
 def read(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The logs that are read, in order."""
     files: list[str] = []
-    true_rows = reducing.read_rows
 
-    def read_rows(folder: Path, name: str, source: Any, of_signals: Any, **rest: Any) -> Any:
+    def noted(folder: Path, name: str, source: Any, of_signals: Any, **rest: Any) -> Any:
         files.extend(of_signals.values())
-        return true_rows(folder, name, source, of_signals, **rest)
+        return logs.read_rows(folder, name, source, of_signals, **rest)
 
-    monkeypatch.setattr(reducing, "read_rows", read_rows)
+    monkeypatch.setattr(reducing, "read_rows", noted)
     return files
 
 
