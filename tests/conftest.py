@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import signal
@@ -11,6 +12,7 @@ import pytest
 from stiffcal.trust import notices
 from tests.laboratory import once
 from tests.laboratory.database import database
+from tests.laboratory.few_effects import few_effects
 from tests.laboratory.processor_time import (
     pytest_runtest_logreport,
     pytest_runtest_makereport,
@@ -24,6 +26,10 @@ __all__ = [
     "bucket", "database", "pytest_runtest_logreport", "pytest_runtest_makereport", "pytest_runtestloop",
     "pytest_terminal_summary",
 ]  # fmt: skip
+
+# Python's search for unused cycles goes through all objects that there are, here nine thousand tests and all libraries:
+# a third of what collecting takes. Seldom is enough; what nothing refers to is freed without it.
+gc.set_threshold(100_000)
 
 # A shell that starts the tests in the background has them ignore Ctrl-C, and every process that they start with them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -73,6 +79,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             marks[item.path] = _marks_of_file(item.path.relative_to(here)) if here in item.path.parents else []
         for mark in marks[item.path]:
             item.add_marker(mark)
+    # Files with tests that take long come first: the last ones of a session are short, and no process waits for long.
+    first = {item.path for item in items if "long" in item.keywords or "docs" in item.keywords}
+    items.sort(key=lambda item: item.path not in first)
 
 
 def _marks_of_file(file: Path) -> list[pytest.MarkDecorator]:
@@ -102,6 +111,13 @@ def _own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
             os.environ.pop(name, None)
         else:
             os.environ[name] = value
+
+
+@pytest.fixture(scope="module")
+def few_known_effects() -> Iterator[None]:
+    """For a module that does not ask which effect is found: a short catalogue."""
+    with few_effects():
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -25,9 +25,9 @@ SMOKE: dict[str, tuple[object, ...]] = {
     "jacobian_speed": (2000, 1),
     "fit_speed": (10_000, 1),
     "step_speed": (300, 500, 1),
-    "cost": (400, 200, 400),
-    "plan_cost": (60, 90, 0),
-    "absolute_cost": (60, 120, 60, (60, 120)),
+    "cost": (120, 60, 400, "irb4400"),
+    "plan_cost": (30, 60, 0),
+    "absolute_cost": (40, 60, 40, (40, 60)),
     "batch_speed": (1,),
     "ingest_speed": (0.03, 1),
 }

@@ -44,8 +44,9 @@ def run_batch(folder: Path, stores: Path, jobs: int, report: bool) -> dict[str, 
     command = [sys.executable, "-m", "stiffcal", "batch", str(folder), "--jobs", str(jobs), "--store", str(stores)]
     began = time.perf_counter()
     means = ["--reports", str(stores / "pdf")] if report else ["--no-report"]
-    compiled = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    compiled["PYTHONPYCACHEPREFIX"] = str(stores.parent / "compiled")
+    compiled = dict(os.environ)
+    if compiled.pop("PYTHONDONTWRITEBYTECODE", ""):
+        compiled["PYTHONPYCACHEPREFIX"] = str(stores.parent / "compiled")
     done = subprocess.run(
         [*command, *means, "--json"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True, env=compiled
     )

@@ -22,6 +22,7 @@ from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
+pytestmark = pytest.mark.usefixtures("few_known_effects")
 ROOT = Path(__file__).parents[2]
 POSE = "0,-70,20,0,30,0"
 PATH = "t,A1,A2,A3,A4,A5,A6\n0,-30,-70,20,15,40,10\n1,-29,-70,20,15,40,10\n2,-28,-70,20,15,40,10\n"
@@ -32,7 +33,7 @@ FILES = {
     "places.csv": "X,Y,Z,roll,pitch,yaw\n1100,100,900,0,90,0\n1110,100,900,0,90,0\n",
     "poses.csv": "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz\n0,-70,20,0,30,0,0,0,-100\n",
     "sensor.csv": SENSOR,
-    "small/plan.toml": 'schema = "stiffcal/plan-input/1"\ncandidates = 12\n[load]\nforce_N = 300.0\n',
+    "small/plan.toml": 'schema = "stiffcal/plan-input/1"\ncandidates = 6\n[load]\nforce_N = 300.0\n',
     "parts_forces.csv": "segment,Fx,Fy,Fz,Tx,Ty,Tz\n1,0,0,-100,0,0,0\n",
     "thresholds.toml": 'schema = "stiffcal/thresholds/1"\n[validate]\nmax_rms_m = 1.0\n',
     "table.csv": "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz\n"

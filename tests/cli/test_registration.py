@@ -15,6 +15,7 @@ from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, stored_fit, stored_validation, up_to_date_states
 from tests.laboratory.small_campaign import write_small_campaign
 
+pytestmark = pytest.mark.usefixtures("few_known_effects")
 COMMANDS = ("check", "ingest", "identify", "validate", "diagnose", "improve --dry-run", "run")
 
 

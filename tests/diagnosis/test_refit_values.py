@@ -16,6 +16,8 @@ from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext, stored_result, up_to_date_states
 from tests.laboratory.small_campaign import write_small_campaign
 
+pytestmark = pytest.mark.usefixtures("few_known_effects")
+
 
 def test_values_and_intervals_are_those_of_a_fit_with_the_effect(tmp_path: Path) -> None:
     folder = write_small_campaign(tmp_path / "small", poses=4)

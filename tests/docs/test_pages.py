@@ -42,6 +42,13 @@ def test_the_page_of_commands_has_each_with_its_options() -> None:
     assert "`--loss" in section
 
 
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The build draws them; here the words count."""
+    monkeypatch.setattr("docs.effect_page.draw_once", lambda name, picture: False)
+
+
+@pytest.mark.usefixtures("no_pictures")
 def test_the_page_of_effects_has_each() -> None:
     assert headings(effect_page()) == [effect.name for effect in describe_effects().effects]
 
@@ -57,6 +64,7 @@ def test_the_page_of_the_effects_api_has_each_name_with_a_line() -> None:
     assert members["temperature"].startswith("(n,) K, rise")
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_the_law_of_each_effect_begins_with_a_formula() -> None:
     sections = effect_page().split("\n## ")[1:]
     assert [text.partition("\n")[0] for text in sections if '<math display="block">' not in text] == []

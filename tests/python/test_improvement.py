@@ -16,6 +16,7 @@ from stiffcal.workflow.diagnose import diagnose_campaign
 from tests.laboratory.browser import chromium
 from tests.laboratory.small_campaign import write_small_campaign
 
+pytestmark = pytest.mark.usefixtures("few_known_effects")
 PLAY = """
 [[effects]]
 type = "backlash"
