@@ -67,8 +67,7 @@ class OpenRows(OpenLog):
         texts: dict[str, list[str]] = {}
         for name in wanted.names:
             if name in wanted.numbers:
-                gaps = name in wanted.gaps
-                numbers[name] = np.array([self._number(row, name, gaps) for row in rows])
+                numbers[name] = self._numbers(rows, name, wanted)
                 continue
             words = [self._word(row, name) for row in rows]
             if name in wanted.times:
@@ -80,6 +79,17 @@ class OpenRows(OpenLog):
             mend = "give the reading, or leave the row out with [[exclude]]"
             raise self._fault(FaultCode.NUMBER_INVALID, rows[bad[0]], bad[1], f"{bad[2]} is not a finite number", mend)
         return Batch(start + 1, numbers, texts)
+
+    def _numbers(self, rows: list[NamedRow], name: str, wanted: WantedColumns) -> Floats:
+        """Return a column's numbers, of one in which anything may stand infinite ones for what is none."""
+        values = np.full(len(rows), np.inf)
+        for k, row in enumerate(rows):
+            try:
+                values[k] = self._number(row, name, name in wanted.gaps)
+            except InputError:
+                if name not in wanted.unjudged:
+                    raise
+        return values
 
     def _number(self, row: NamedRow, name: str, gaps: bool) -> float:
         value = row.values.get(name)

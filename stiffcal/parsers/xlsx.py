@@ -7,11 +7,14 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import IO
 
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.log_columns import Options
-from stiffcal.parsers.sheets import LIBRARIES, OpenSheet, open_sheet
+from stiffcal.parsers.sheets import LIBRARIES, SAVE_AS_XLSX, OpenSheet, open_sheet
 from stiffcal.parsers.sheets.outlines import Outline, Parts, is_true, place_of_cell
 
 __all__ = ["LIBRARIES", "open_log"]
+BINARY_BOOK = "xl/workbook.bin"
 BOOK, RELATIONS = "xl/workbook.xml", "xl/_rels/workbook.xml.rels"
 
 
@@ -29,6 +32,9 @@ def outlines(file: IO[bytes], size: int, display_name: str) -> dict[str, Outline
         For a damaged file, one that unpacks to more than is allowed, or one with XML entities.
     """
     parts = Parts(file, size, display_name)
+    if BINARY_BOOK in parts.names:
+        reason = "a workbook whose parts are binary (.xlsb)"
+        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, "", reason, SAVE_AS_XLSX)
     sheets: dict[str, str] = {}
     targets: dict[str, str] = {}
 

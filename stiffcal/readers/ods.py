@@ -59,6 +59,7 @@ class OdsReader(XlsxReader):
 
     name = "ods"
     endings = (".ods",)
+    first_bytes = b""
     fuzz_inputs = (FuzzInput(".ods", _write_fuzz_input, ("t", "Fx"), ("run",)),)
 
 

@@ -59,7 +59,8 @@ class XlsxReader(ParsedReader):
     """Reads a sheet in batches of rows."""
 
     name = "xlsx"
-    endings: ClassVar[tuple[str, ...]] = (".xlsx", ".xlsm")
+    endings: ClassVar[tuple[str, ...]] = (".xlsx", ".xlsm", ".xlsb")
+    first_bytes = b"\xd0\xcf\x11\xe0"  # Excel 97 to 2003, which is refused by its name
     options = SheetOptions
     has_remarks = True
     fuzz_inputs = (FuzzInput(".xlsx", _write_fuzz_input, ("t", "Fx"), ("run",)),)

@@ -432,3 +432,12 @@ def test_no_reading_goes_on_after_a_log_is_given_up(tmp_path: Path, monkeypatch:
     assert not under_way
     time.sleep(0.12)
     assert not under_way
+
+
+def test_all_rows_of_words_below_a_table_are_named_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,Fx\n" + "".join(f"{k},{k}.5\n" for k in range(6)) + "mean,2.5\nmax,5.5\n", "utf-8")
+    with pytest.raises(InputError) as caught:
+        read_columns(find_reader(path), path, {}, WantedColumns(("t", "Fx")))
+    assert "rows = [7, 8]" in caught.value.faults[0].mend
+    assert "line 8" in caught.value.place

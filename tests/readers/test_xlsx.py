@@ -168,7 +168,7 @@ def test_cells_that_are_no_numbers_are_named(tmp_path: Path) -> None:
         [1, "2.5", 1.0, 1.0, 1.0],
         [2, 3.5, 1, 1, 1],
     ]
-    path = write_xlsx(tmp_path / "log.xlsx", {"log": rows})
+    path = write_xlsx(tmp_path / "log.xlsx", {"log": [*rows, ["mean", 0.5], ["max", 0.9]]})
     assert read_columns(find_reader(path), path, {}, WantedColumns(("a",)))["a"].tolist() == [1.5, 2.5, 3.5]
     for name, code in (("b", FaultCode.NUMBER_INVALID), ("c", FaultCode.CELL_EMPTY), ("d", FaultCode.NUMBER_INVALID)):
         found, place = fault(path, WantedColumns((name,)))
@@ -255,3 +255,42 @@ def test_a_workbook_that_unpacks_to_more_than_is_allowed_is_refused_before(
     assert len(read_columns(find_reader(path), path, {}, WANTED)["t"]) == 3
     monkeypatch.setenv("STIFFCAL_MAX_UNPACKED", "1 MiB")
     assert fault(path, WANTED)[0] == FaultCode.SIZE_EXCEEDED
+
+
+def test_rows_of_means_below_a_table_are_named_all_at_once_and_can_be_left_out(tmp_path: Path) -> None:
+    rows: list[list[object]] = [["t", "Fx"], *map(list, np.random.default_rng(1).random((6, 2)).tolist())]
+    path = write_xlsx(tmp_path / "log.xlsx", {"log": [*rows, ["mean", 0.5], ["max", 0.9]]})
+    reader, wanted = find_reader(path), WantedColumns(("t", "Fx"))
+    with pytest.raises(InputError) as caught:
+        read_columns(reader, path, {}, wanted)
+    assert "rows = [7, 8]" in caught.value.faults[0].mend
+    unjudged = WantedColumns(("t", "Fx"), gaps=frozenset("t"), unjudged=frozenset("t"))
+    found = read_columns(reader, path, {}, unjudged)
+    assert np.isinf(found["t"]).tolist() == 6 * [False] + [True, True]
+    first = reader.first_rows(path, {}, ["t", "Fx"])  # by which init knows a column of numbers
+    assert np.isnan(first["t"]).sum() == 2
+    assert len(first["Fx"]) == 8
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("old.xls", b"\xd0\xcf\x11\xe0" + bytes(600)), ("old.xlsx", b"\xd0\xcf\x11\xe0" + bytes(600)), ("new.xlsb", b"")],
+)
+def test_workbooks_of_other_kinds_are_said_to_be_saved_as_xlsx(tmp_path: Path, name: str, content: bytes) -> None:
+    path = tmp_path / name
+    if content:
+        path.write_bytes(content)
+    else:
+        with zipfile.ZipFile(path, "w") as file:
+            file.writestr("xl/workbook.bin", b"")
+    reader = find_reader(path)
+    assert reader.name == "xlsx"
+    with pytest.raises(InputError) as caught:
+        reader.read_header(path, {}, name)
+    assert caught.value.code is FaultCode.CONTENT_UNSUPPORTED
+    assert ".xlsx" in caught.value.faults[0].mend
+
+
+def test_text_whose_name_ends_like_a_workbooks_is_text(tmp_path: Path) -> None:
+    (tmp_path / "export.xls").write_text("t\tFx\n0.0\t1.5\n0.1\t2.5\n0.2\t3.5\n", "utf-8")
+    assert find_reader(tmp_path / "export.xls").name == "csv"

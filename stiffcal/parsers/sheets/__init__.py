@@ -17,6 +17,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import COLUMNS
@@ -30,7 +31,7 @@ from stiffcal.log_columns import (
     nearest_name,
 )
 from stiffcal.measurements.timestamps import seconds_of_times
-from stiffcal.parsers.open_log import OpenLog
+from stiffcal.parsers.open_log import FIRST_ROWS, OpenLog
 from stiffcal.parsers.sheets.outlines import Outline, OutlineOf, cell_name
 from stiffcal.table_layout.cells import is_gap, number
 from stiffcal.table_layout.layout import Layout, layout_of_rows
@@ -43,6 +44,9 @@ LIBRARIES = ("python_calamine",)
 Cell: TypeAlias = str | float | bool | datetime | date | time | timedelta
 ROWS_FOR_LAYOUT = 1000
 """So many rows show where the names stand, and how numbers are written."""
+SAVE_AS_XLSX = 'save it as "Excel workbook (.xlsx)" in a spreadsheet program'
+_MOST_LISTED = 20
+"""Of rows that one [[exclude]] leaves out: more are no remarks below a table, and another column is meant."""
 _NUMBERED_ROWS = 4
 """Rows of which a remark names each; of more it names the first and says how many."""
 
@@ -163,14 +167,11 @@ class OpenSheet(OpenLog):
         texts: dict[str, list[str]] = {}
         for name in wanted.names:
             column = at[name]
+            if name in wanted.numbers:
+                numbers[name] = self._numbers(rows, start, column, name, wanted, layout, merged)
+                continue
             for row in rows:
                 self._check_cell(row, column, name)
-            if name in wanted.numbers:
-                gaps = name in wanted.gaps
-                numbers[name] = np.array(
-                    [self._number(row, column, name, layout, gaps, (row, column) in merged) for row in rows]
-                )
-                continue
             cells = [self._texts[row][column].strip() if column < len(self._texts[row]) else "" for row in rows]
             if "" in cells:
                 raise self._fault(
@@ -186,6 +187,52 @@ class OpenSheet(OpenLog):
             mend = "give the reading, or leave the row out with [[exclude]]"
             raise self._fault(FaultCode.NUMBER_INVALID, rows[bad[0]], at[bad[1]], bad[1], reason, mend)
         return Batch(start + 1, numbers, texts)
+
+    def _numbers(
+        self,
+        rows: list[int],
+        start: int,
+        column: int,
+        name: str,
+        wanted: WantedColumns,
+        layout: Layout,
+        merged: set[tuple[int, int]],
+    ) -> Floats:
+        """Return a column's numbers, of one in which any cell may stand infinite ones for what is none."""
+        values, faults = np.full(len(rows), np.inf), dict[int, InputError]()
+        for k, row in enumerate(rows):
+            try:
+                self._check_cell(row, column, name)
+                values[k] = self._number(row, column, name, layout, name in wanted.gaps, (row, column) in merged)
+            except InputError as error:
+                faults[start + k + 1] = error
+                if len(faults) > _MOST_LISTED:
+                    break
+        if not faults or name in wanted.unjudged:
+            return values
+        (first,) = next(iter(faults.values())).faults
+        mend = first.mend
+        if len(faults) <= _MOST_LISTED:
+            plural = "s" * (len(faults) > 1)
+            mend += f", or leave the row{plural} out: [[exclude]] with {toml_text.pair('rows', list(faults))}"
+        raise InputError.at(first.code, first.file, first.place, first.reason, mend)
+
+    def first_rows(self, names: Sequence[str]) -> Iterator[Batch]:
+        """Yield the first rows of columns of unknown kind: as numbers where most are, words among them as gaps.
+
+        Titles and means below a table are words in columns of numbers.
+        """
+        self.BATCH_ROWS = FIRST_ROWS
+        everything = frozenset(names)
+        batch = self._first_rows(WantedColumns(tuple(names), gaps=everything, unjudged=everything))
+        if batch is None:
+            return
+        for name in names:
+            values = batch.numbers[name]
+            if np.isinf(values).sum() <= 0.5 * np.sum(~np.isnan(values)):
+                yield Batch(batch.first_row, {name: np.where(np.isinf(values), np.nan, values)}, {})
+            elif (words := self._first_rows(WantedColumns((), (name,)))) is not None:
+                yield words
 
     def _check_cell(self, row: int, column: int, name: str) -> None:
         """Refuse a cell that the spreadsheet has not computed, or could not."""
@@ -269,8 +316,8 @@ def open_sheet(
 
 def _check_kind(first_bytes: bytes, display_name: str) -> None:
     if first_bytes.startswith(b"\xd0\xcf\x11\xe0"):
-        reason = "a workbook of Excel 97 to 2003, or one that is protected by a password"
-        mend = "save it as .xlsx without a password"
+        reason = "a workbook of Excel 97 to 2003 (.xls), or one that is protected by a password"
+        mend = f"{SAVE_AS_XLSX}, without a password"
         raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, display_name, "", reason, mend)
 
 

@@ -15,7 +15,10 @@ and no cell is guessed at. Faults are found again in a second, slow pass that tr
 
 from __future__ import annotations
 
+import io
 import math
+import time
+import weakref
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -208,9 +211,11 @@ def _parse(
     types = {
         f"c{layout.columns.index(name)}": pa.float64() if name in numbers else pa.string() for name in wanted.names
     }
+    source = _Source(text)
+    released = weakref.ref(source)
     try:
         stream = arrow_csv.open_csv(
-            pa.PythonFile(text, mode="r"),
+            pa.PythonFile(source, mode="r"),
             read_options=arrow_csv.ReadOptions(use_threads=False, block_size=BLOCK, column_names=names),
             parse_options=arrow_csv.ParseOptions(delimiter=layout.delimiter, ignore_empty_lines=False),
             convert_options=arrow_csv.ConvertOptions(
@@ -222,17 +227,51 @@ def _parse(
             ),
         )
     except pa.ArrowInvalid as error:
+        del source
+        text.abandon()
+        _wait_for(released)
         if "Empty CSV" in str(error):
             return
         raise
+    del source
     try:
         yield from stream
     finally:
         text.abandon()
         with suppress(pa.ArrowInvalid, InputError):
-            for _ in stream:  # what was read ahead; then its thread has ended
+            for _ in stream:  # what was read ahead
                 pass
         stream.close()
+        del stream
+        _wait_for(released)
+
+
+class _Source(io.RawIOBase):
+    """What the parser reads, in a thread of its own: it is released when that thread has ended."""
+
+    def __init__(self, text: LogText) -> None:
+        super().__init__()
+        self._text = text
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def read(self, size: int = -1) -> bytes:
+        """Return bytes as `LogText.read` does."""
+        return self._text.read(size)
+
+
+# A thread of the parser that has not ended asks for the interpreter when that ends, and the process is aborted. It
+# reads nothing more then: a longer wait would be for a thread that never ends.
+_LONGEST_WAIT_S = 5.0
+
+
+def _wait_for(released: weakref.ref[_Source]) -> None:
+    """Return when the parser's thread has let go of what it reads."""
+    until = time.monotonic() + _LONGEST_WAIT_S
+    while released() is not None and time.monotonic() < until:
+        time.sleep(1e-4)
 
 
 def _batch(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from stiffcal.campaign.row_filter import condition_text
@@ -34,7 +35,8 @@ def find_fault(
     """
     with LogText(path, layout.encoding, display_name) as text:
         row = empty_line = 0
-        for line in text.lines():
+        lines = text.lines()
+        for line in lines:
             if text.line_number < layout.first_data_line:
                 continue
             if not line:
@@ -54,14 +56,65 @@ def find_fault(
             if row > rows_read:
                 fault = _line_fault(line, text, layout, wanted, display_name, row)
                 if fault is not None:
-                    return fault
+                    return _with_further_rows(fault, line, lines, text, layout, wanted, display_name, row)
     return None
 
 
+# Of rows that one [[exclude]] leaves out: more are no remarks below a table, and another column is meant.
+_MOST_LISTED = 20
+
+
+def _with_further_rows(
+    first: InputError,
+    line: bytes,
+    below: Iterator[bytes],
+    text: LogText,
+    layout: TextLayout,
+    wanted: WantedColumns,
+    display_name: str,
+    row: int,
+) -> InputError:
+    """Return a fault whose mend leaves out every row with words among the numbers, where that is the fault."""
+    if not _holds_words(line, layout, wanted):
+        return first
+    place, rows, number_of_row = text.line_number, [row], row
+    for further in below:
+        if not further:
+            continue
+        number_of_row += 1
+        if not _holds_words(further, layout, wanted):
+            if _line_fault(further, text, layout, wanted, display_name, number_of_row) is not None:
+                break  # another fault, which is named once this one is mended
+            continue
+        rows.append(number_of_row)
+        if len(rows) > _MOST_LISTED:
+            return first
+    return _line_fault(line, text, layout, wanted, display_name, row, rows, place) or first
+
+
+def _holds_words(line: bytes, layout: TextLayout, wanted: WantedColumns) -> bool:
+    """Return whether a whole row has a cell of words where a number is wanted."""
+    try:
+        cells = layout.split(line.decode("utf-8", "replace"), strict=True)
+    except csv.Error:
+        return False
+    if len(cells) != len(layout.columns):
+        return False
+    held = [cells[layout.columns.index(name)] for name in wanted.names if name in wanted.numbers]
+    return any(not is_gap(cell) and not layout.is_number(cell) for cell in held)
+
+
 def _line_fault(
-    line: bytes, text: LogText, layout: TextLayout, wanted: WantedColumns, display_name: str, row: int
+    line: bytes,
+    text: LogText,
+    layout: TextLayout,
+    wanted: WantedColumns,
+    display_name: str,
+    row: int,
+    rows: Sequence[int] = (),
+    line_number: int = 0,
 ) -> InputError | None:
-    place = f"line {text.line_number}"
+    place = f"line {line_number or text.line_number}"
     cut_off = text.unfinished
     if b"\0" in line:
         reason = "the line contains NUL bytes: writing the log was interrupted"
@@ -93,7 +146,7 @@ def _line_fault(
                     FaultCode.ENCODING_WRONG, display_name, at, reason, 'set csv.encoding, e.g. "latin-1" or "cp1252"'
                 )
         elif name not in wanted.unjudged and not (name in wanted.gaps and is_gap(cell)):
-            fault = _number_fault(cell, name, layout, row)
+            fault = _number_fault(cell, name, layout, row, rows or (row,))
             if fault is not None:
                 reason, mend = fault
                 if cut_off and name == layout.columns[-1]:
@@ -125,15 +178,15 @@ def _count_fault(
     return InputError.at(FaultCode.SHAPE_MISMATCH, display_name, place, reason, mend)
 
 
-def _number_fault(cell: str, name: str, layout: TextLayout, row: int) -> tuple[str, str] | None:
-    """Return reason and mend where the cell is no finite number."""
+def _number_fault(cell: str, name: str, layout: TextLayout, row: int, rows: Sequence[int]) -> tuple[str, str] | None:
+    """Return reason and mend where the cell of a row is no finite number; ``rows`` are those with such a fault."""
     found = number(cell, layout.rows.decimal, layout.rows.thousands)
     if found is not None:
         if math.isfinite(found):
             return None
         return f"{cell!r} is too large for a number", "log again, or delete the line in a copy of the file"
     only_readings = toml_text.pair("rows", condition_text(name, "!=", ""))
-    exclude = f"[[exclude]] with rows = [{row}]"
+    exclude = f"[[exclude]] with {toml_text.pair('rows', list(rows))}"
     left_out = (
         f"give it, keep only rows that have one ({only_readings} in the source), or leave this one out: {exclude}"
     )
@@ -155,7 +208,7 @@ def _number_fault(cell: str, name: str, layout: TextLayout, row: int) -> tuple[s
         return f"{cell!r} is not a finite number", f"give the reading, or leave the row out: {exclude}"
     return (
         f"{cell!r} is not a number",
-        f"name another column, correct the cell in a copy, or leave the row out: {exclude}",
+        f"name another column, correct the cell in a copy, or leave the row{'s' * (len(rows) > 1)} out: {exclude}",
     )
 
 
