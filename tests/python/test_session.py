@@ -23,6 +23,7 @@ from tests.laboratory.plugin_campaigns import stranger
 from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
 from tests.test_project import HEAVY
 
+pytestmark = pytest.mark.usefixtures("few_known_effects")
 POSES = pd.DataFrame(
     [[0.0, -90.0, 20.0, 0.0, 40.0, 0.0, -300.0], [10.0, -80.0, 20.0, 0.0, 40.0, 0.0, -500.0]],
     columns=["A1", "A2", "A3", "A4", "A5", "A6", "Fz"],

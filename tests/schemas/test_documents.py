@@ -36,6 +36,7 @@ def test_schemas_are_those_of_the_types(name: str) -> None:
     assert (SCHEMAS / file).read_text(encoding="utf-8") == texts()[file]
 
 
+pytestmark = pytest.mark.usefixtures("few_known_effects")
 WORDS: dict[str, list[str]] = {
     "doctor": ["doctor"],
     "identify": ["identify", "{}"],

@@ -13,8 +13,8 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.ingest import ingest_campaign, stored_states
 
 PRACTICE = Path(__file__).resolve().parents[2] / "campaigns" / "absolute" / "02"
@@ -96,10 +96,9 @@ def campaign(folder: Path, hidden: Hidden, logged: str, gear_ratio: float | None
 @pytest.mark.long
 def test_friction_is_named_by_the_direction_of_the_last_motion(tmp_path: Path) -> None:
     folder = campaign(tmp_path, FRICTION, "columns")
-    result = improve_campaign(folder)
-    assert result.adequate
-    (added,) = (step for step in result.steps if step.action == "add")
-    assert (added.effect, added.where.joints) == ("friction-hysteresis", [3])
+    (missing,) = diagnose_campaign(folder).missing
+    assert (missing.effect, missing.where.joints) == ("friction-hysteresis", [3])
+    edit_model(folder, "add", "friction-hysteresis", where={"joints": "3"}, start={"width": 1e-4})
     width = identify_campaign(folder).parameter("friction-hysteresis.j3.width")
     assert width.value is not None
     assert width.std is not None
