@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
+from stiffcal.cli.app import main
 from stiffcal.cli.next_step import line_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.results.next_step import ORDER, Standing, Step, is_within_noise, next_step
-from tests.laboratory.plugin_campaigns import stiffcal
 
 FOLDER = Path("campaign")
 NOISE = Rms(1e-5, None)
@@ -106,20 +106,28 @@ def test_only_what_runs_as_it_is_stands_after_next() -> None:
     assert empty.command == "stiffcal identify campaign"
 
 
-def test_run_without_logs_names_check(tmp_path: Path) -> None:
-    folder = tmp_path / "new"
-    assert stiffcal("init", folder, "--kind", "load").returncode == 0
-    ended = stiffcal("run", folder)
-    assert ended.returncode == 2
-    assert ended.stderr.rstrip().splitlines()[-1] == f"next: stiffcal check {folder}"
-    assert "Traceback" not in ended.stderr
+def run(*words: str | Path) -> int:
+    with pytest.raises(SystemExit) as end:
+        main([*map(str, words)])
+    return int(end.value.code or 0)
 
 
-def test_run_without_a_robot_file_names_no_next_step(tmp_path: Path) -> None:
+def test_run_without_logs_names_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "new"
-    assert stiffcal("init", folder, "--kind", "load").returncode == 0
+    assert run("init", folder, "--kind", "load") == 0
+    capsys.readouterr()
+    assert run("run", folder) == 2
+    printed = capsys.readouterr().err
+    assert printed.rstrip().splitlines()[-1] == f"next: stiffcal check {folder}"
+    assert "Traceback" not in printed
+
+
+def test_run_without_a_robot_file_names_no_next_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "new"
+    assert run("init", folder, "--kind", "load") == 0
     (folder / "robot.toml").unlink()
-    ended = stiffcal("run", folder)
-    assert ended.returncode == 2
-    assert "next:" not in ended.stderr
-    assert "robot.toml" in ended.stderr
+    capsys.readouterr()
+    assert run("run", folder) == 2
+    printed = capsys.readouterr().err
+    assert "next:" not in printed
+    assert "robot.toml" in printed

@@ -25,6 +25,8 @@ from tests.rates.hiding import with_effects
 from tests.rates.playing import Hidden, simulate_runs
 
 SETUP = Place("setup")
+# What a turned tracker looks like, and what is nothing like it: trying all takes three times as long.
+KNOWN = ("joint-compliance", "bearing-tilt", "base-compliance", "tracker-frame", "target-offset", "wrench-frame")
 OFFSET = PlacedEffect(TargetOffset(), SETUP, {"x": 0.01, "y": -0.02, "z": 0.03})
 TURN = PlacedEffect(TrackerFrame(), SETUP, {"rx": 0.01, "ry": -0.02, "rz": 0.015})
 
@@ -106,7 +108,7 @@ def test_what_places_cannot_show_is_not_judged(campaign: Hidden, fit: Fit) -> No
 def test_places_decide_whether_a_turned_tracker_is_named() -> None:
     hidden = simulate_runs("one 1x", np.random.default_rng([31, 5]), only="tracker-frame")
     (turn,) = hidden.hidden
-    catalogue = built_in_effects()
+    catalogue = {name: effect for name, effect in built_in_effects().items() if name in KNOWN}
     search = search_missing(hidden.states, hidden.model, catalogue)
     assert [missing.candidate.effect.name for missing in search.found] == ["tracker-frame"]
     supported = search.first.trials[0].places

@@ -39,13 +39,13 @@ def test_and_goes_exponentially() -> None:
 def test_fine_steps_follow_a_sine_as_the_differential_equation_says() -> None:
     """T x' = sin(ωt) − x from rest: (sin ωt − ωT cos ωt + ωT e^{−t/T}) / (1 + ω²T²)."""
     time, omega = 5.0, 0.8
-    stamps = np.linspace(0.0, 30.0, 60001)
+    stamps = np.linspace(0.0, 30.0, 12001)
     # load i acts from stamp i − 1 to stamp i: its value at the middle of the step makes the sum second-order exact
     torque = np.sin(omega * (stamps - stamps[1] / 2.0))
     torque[0] = 0.0
     found = crept(torque, order_of([0] * len(stamps), stamps), time)
     exact = np.sin(omega * stamps) - omega * time * (np.cos(omega * stamps) - np.exp(-stamps / time))
-    np.testing.assert_allclose(found, exact / (1.0 + (omega * time) ** 2), atol=1e-7)
+    np.testing.assert_allclose(found, exact / (1.0 + (omega * time) ** 2), atol=1e-6)
 
 
 def test_weight_has_acted_for_long() -> None:

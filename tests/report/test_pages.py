@@ -53,7 +53,10 @@ def contents() -> Iterator[ReportContent]:
     yield replace(content, runs=runs)
 
 
-@pytest.mark.parametrize("content", list(contents()), ids=["few runs", "many runs"])
+FEW, MANY = contents()
+
+
+@pytest.mark.parametrize("content", [FEW, pytest.param(MANY, marks=pytest.mark.long)], ids=["few runs", "many runs"])
 def test_no_page_is_more_than_half_empty_before_the_last(
     content: ReportContent, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -102,6 +102,7 @@ def test_errors_are_those_of_history_and_of_the_packed_residuals(diagnosed: Path
     assert {model["kind"] for model in document["models"]} == {"fit", "with", "without"}
 
 
+@pytest.mark.long
 def test_absolute_places_are_judged_states_and_their_frames_are_parameters(tmp_path: Path) -> None:
     folder = tmp_path / "absolute"
     shutil.copytree(REPOSITORY / "campaigns" / "absolute" / "02", folder)
