@@ -268,7 +268,9 @@ class LiveModels:
         drawn = None if base.states is None or choice.excluded else base.states.index
         content, _ = self._content_of(replace(context, trial=tried.trial), earlier, drawn)
         present, label = next(model for model in content.models if model.present), f"tried: {choice.label}"
-        tried.rung = replace(present, id=tried.id, label=label, short="tried")
+        is_candidate = not choice.removed and not choice.excluded
+        effect = ", ".join(choice.added) if is_candidate else ""
+        tried.rung = replace(present, id=tried.id, label=label, short="tried", effect=effect)
         added = LastAdded(before=next(model.id for model in base.models if model.present), names=choice.added)
         fits = [replace(model, present=False) for model in base.models if model.kind == "fit"]
         if choice.excluded:
@@ -308,6 +310,15 @@ class LiveModels:
 
 
 def with_tried(models: Sequence[ViewModel], tried: Sequence[ViewModel]) -> list[ViewModel]:
-    """Return the models of a page with those that were tried after the fits, before the refits of the diagnosis."""
+    """Return the models of a page with those that were tried, after the fits and before the refits of the diagnosis.
+
+    A linear refit of what was tried is left out: of one model there is one error.
+    """
+    known = {_effects(model) for model in tried if model.effect}
     fits = [model for model in models if model.kind == "fit"]
-    return [*fits, *tried, *(model for model in models if model.kind != "fit")]
+    refits = [model for model in models if model.kind != "fit"]
+    return [*fits, *tried, *(one for one in refits if one.kind == "without" or _effects(one) not in known)]
+
+
+def _effects(model: ViewModel) -> frozenset[str]:
+    return frozenset(model.effect.split(", "))

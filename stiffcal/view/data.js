@@ -43,16 +43,9 @@ const stiffcal = {};
   }
 
   const MM = { factor: 1e3, unit: "mm" },
-    UM = { factor: 1e6, unit: "µm" },
-    MRAD = { factor: 1e3, unit: "mrad" },
-    URAD = { factor: 1e6, unit: "µrad" };
-  /** One unit for all lengths of the page, and one for all angles, by the size of the noise. */
-  function unitsOf(data) {
-    const noise = data.noise || {},
-      length = noise.translation < 1e-6 ? UM : MM;
-    const angle = (noise.motor_angle ?? noise.rotation) > 1e-4 ? MRAD : URAD;
-    return { length, angle, main: { torque: { factor: 1, unit: "N·m" }, motor_angle: angle }[data.measure] || length };
-  }
+    MRAD = { factor: 1e3, unit: "mrad" };
+  /** One unit for all lengths of the page, and one for all angles: those of every sentence and of the terminal. */
+  const unitsOf = (data) => ({ length: MM, angle: MRAD, main: { torque: { factor: 1, unit: "N·m" }, motor_angle: MRAD }[data.measure] || MM });
 
   let cached = { key: "", value: null };
   /** What Python packed. @param {string} packed @returns {Promise<any>} */

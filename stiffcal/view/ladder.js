@@ -104,16 +104,9 @@
       numbers.dataset.heldout = String(S.main(model.heldout_rms) ?? "");
       numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");
       values.show(model);
-      const present = data.models.find((entry) => entry.present),
-        own = S.main(present?.heldout_rms),
-        judged = S.main(data.diagnosed);
-      const other =
-        own > 0 && judged > 0 && Math.abs(judged / own - 1) > 0.02 && data.models.some((entry) => entry.kind === "with" || entry.kind === "all");
-      const otherWords =
-        `The diagnosis leaves out other groups of poses than the fits' errors do; the present fit has ${S.error(data.diagnosed)} ` +
-        `there, which candidates compare with.`;
+      const other = S.whyOther(data);
       // on a live page the bar says of which model the diagnosis is
-      return (data.refits_missing && !S.isLive() ? `Candidates of the diagnosis: ${data.refits_missing}.` : "") + (other ? otherWords : "");
+      return (data.refits_missing && !S.isLive() ? `Candidates of the diagnosis: ${data.refits_missing}.` : "") + other;
     }
 
     function list() {

@@ -3,6 +3,7 @@
     document.getElementById("status").textContent = S.visible(text);
   };
   const bar = document.getElementById("bar"),
+    readingsOf = document.getElementById("readings"),
     chosen = document.getElementById("chosen");
 
   function controls() {
@@ -33,6 +34,7 @@
     S.reset(S.part);
     document.getElementById("panels").replaceChildren();
     bar.replaceChildren();
+    readingsOf.replaceChildren();
     chosen.replaceChildren();
     if (S.parts.length > 1) {
       const readings = S.choice(
@@ -42,11 +44,11 @@
           S.setAddress(`#part=${value}`);
           build(Number(value));
           S.redraw();
-          bar.querySelector("select").focus();
+          readingsOf.querySelector("select").focus();
         },
       );
       readings.select.value = String(S.part);
-      bar.append(readings.element);
+      readingsOf.append(readings.element);
     }
     S.state.model = (data.models.find((entry) => entry.present) || data.models[0] || { id: "" }).id;
     S.ghost = S.hollow = null;
@@ -114,9 +116,8 @@
   };
   /** A live page has a button for what the verdict of a page by itself names a command for. */
   function showVerdict(data) {
-    document.getElementById("verdict").textContent = S.visible(
-      data.live && !data.is_diagnosed ? "Not diagnosed yet: Diagnose, above, finds what is missing." : data.verdict,
-    );
+    const words = data.live && !data.is_diagnosed ? "Not diagnosed yet: Diagnose, above, finds what is missing." : `${data.verdict} ${S.whyOther(data)}`;
+    document.getElementById("verdict").textContent = S.visible(words.trim());
   }
   const partOfHash = () => Number(new URLSearchParams(location.hash.slice(1)).get("part")) || 0;
 
@@ -127,8 +128,8 @@
     const data = S.parts[0];
     document.title = S.visible(`${data.campaign}: stiffcal view`);
     document.getElementById("title").textContent = S.visible(`${data.robot}, campaign ${data.campaign}`);
-    showVerdict(data);
     build(partOfHash());
+    showVerdict(data);
     addEventListener("hashchange", () => {
       if (partOfHash() !== S.part) build(partOfHash());
       else if (S.n) S.readHash();

@@ -2,6 +2,7 @@
   const ROW = 20,
     HEAD = 34,
     LEAST_ROW = 15,
+    LEAST_COLUMN = 36,
     MOST_HEIGHT = 8000;
 
   S.matrixPanel = function () {
@@ -20,7 +21,7 @@
       id: "poses",
       title: "5 Poses",
       height,
-      least: 80 + 42 * words.length,
+      least: 70 + LEAST_COLUMN * words.length,
       about: `Error by run and ${of}, rms in ${unit} over the drawn states.`,
       how:
         "A click on a cell: select its states in all panels; with Shift they are added. Up and down arrows: choose a run; Enter " +
@@ -70,7 +71,7 @@
     function draw(canvas) {
       const { g, width, height: h } = S.begin(canvas),
         { rows, most: worst } = shown(),
-        left = Math.min(140, width - 42 * words.length);
+        left = Math.min(140, width - LEAST_COLUMN * words.length);
       place = { left, w: (width - left - 8) / words.length, h: (h - HEAD - 8) / Math.max(runs.length, 1) };
       const every = Math.ceil(13 / place.h),
         [, most] = S.locked("errors by run", [0, worst]),
@@ -81,9 +82,9 @@
       g.fillStyle = S.theme.ink;
       words.forEach((word, k) => {
         const text = S.visible(word),
-          parts = g.measureText(text).width > place.w - 4 ? text.split(" ") : [text];
+          parts = g.measureText(text).width > place.w - 8 ? text.split(" ") : [text];
         const lines = parts.length > 1 ? [parts[0], parts.slice(1).join(" ")] : parts;
-        lines.forEach((part, line) => g.fillText(part, left + (k + 0.5) * place.w, HEAD - 20 + (lines.length > 1 ? 13 * line : 8), place.w - 2));
+        lines.forEach((part, line) => g.fillText(part, left + (k + 0.5) * place.w, HEAD - 20 + (lines.length > 1 ? 13 * line : 8), place.w - 6));
       });
       rows.forEach((row, number) => {
         const run = runs[number],

@@ -32,7 +32,6 @@
         if (first !== undefined) S.goTo(first);
       },
     );
-    run.select.className = "short";
     const exaggeration = S.slider("Exaggeration", -1.5, 1.5, (value) => S.set({ scale: value }));
     const arrows = ARROWS.map(([letter, word]) =>
       S.check(word, true, (on) => {
@@ -234,7 +233,7 @@
       const camera = S.cameraOf(
           state,
           [...chain, ...moved, target, ...tips],
-          { x: 60, y: top + 34, w: width - 150, h: height - top - 78 },
+          { x: 50, y: top + 26, w: width - 140, h: height - top - 54 },
           0.5 * longest.chain,
         ),
         { project } = camera;

@@ -65,7 +65,7 @@
     g.strokeStyle = S.theme.ground;
     for (const { x, y, text } of labels) {
       const wide = g.measureText(text).width,
-        left = x + 20 + wide > width ? x - 20 - wide : x + 20;
+        left = Math.max(4, x + 20 + wide > width ? Math.min(x - 20 - wide, width - 4 - wide) : x + 20);
       const isFree = (up) =>
         !placed.some((other) => Math.abs(other.up - up) < HIGH && left < other.left + other.wide + 4 && other.left < left + wide + 4);
       const up = [0, -1, 1, -2, 2, -3, 3].map((k) => y + HIGH * k).find(isFree) ?? y;

@@ -63,11 +63,20 @@
         right = toX(Math.min(2 * across.sigma, x[1]));
       g.fillRect(left, box.y, right - left, box.h);
     }
-    if (!(up.sigma > 0)) return;
-    g.fillStyle = S.theme.quiet;
+  }
+
+  /** What the band is, above the points. */
+  function nameBand(g, box, up, y, toY) {
+    const at = toY(2 * up.sigma);
+    if (!(up.sigma > 0) || at <= box.y + 14 || y[1] <= 2 * up.sigma) return;
     g.textAlign = "right";
     g.textBaseline = "bottom";
-    if (toY(2 * up.sigma) > box.y + 14 && y[1] > 2 * up.sigma) g.fillText("noise ± 2σ", box.x + box.w - 4, toY(2 * up.sigma) - 1);
+    g.lineJoin = "round";
+    g.lineWidth = 4;
+    g.strokeStyle = S.theme.ground;
+    g.strokeText("noise ± 2σ", box.x + box.w - 4, at - 1);
+    g.fillStyle = S.theme.quiet;
+    g.fillText("noise ± 2σ", box.x + box.w - 4, at - 1);
   }
 
   const placed = (values, levels, to) => {
@@ -147,6 +156,7 @@
     g.strokeStyle = theme.ink;
     for (let p = apart * S.state.at; p < apart * (S.state.at + 1); p++)
       if (Number.isFinite(px[p] + py[p])) g.strokeRect(px[p] - 7, py[p] - 7, 14, 14);
+    nameBand(g, box, up, ends.y, toY);
     g.restore();
     return { px, py };
   };

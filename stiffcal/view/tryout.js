@@ -119,8 +119,10 @@
       names = on ? ticked().filter((name) => name !== entry.name) : [...ticked(), entry.name];
     const possible = S.isLive() || !names.length || Boolean(S.storedRefit(names)) || S.canForecast(names);
     const named = entry.standing === "missing" || entry.standing === "undecided";
-    const sure = named && entry.first_in !== null ? `, first in ${S.percent(entry.first_in)}` : "";
-    const why = possible ? entry.why : "no refit of this combination is stored: stiffcal view --live fits any";
+    const isSure = named && entry.first_in !== null;
+    const sure = isSure ? `, ${Math.round(100 * entry.first_in)} % sure` : "";
+    const resampled = isSure ? `The best of all in ${S.percent(entry.first_in)} of the trials in which the poses were drawn anew. ` : "";
+    const why = possible ? `${resampled}${entry.why}` : "no refit of this combination is stored: stiffcal view --live fits any";
     const made = S.make(
       "span",
       { className: `candidate ${entry.standing}` },
@@ -147,7 +149,10 @@
   function groupsOf(offered, whole) {
     return Object.entries(STANDING).flatMap(([standing, words]) => {
       const some = offered.filter((entry) => entry.standing === standing && (whole || standing !== "rejected"));
-      return some.length ? [S.make("span", { className: "standing" }, `${words}:`), ...some.map(chipOfCandidate)] : [];
+      if (!some.length) return [];
+      // words stand in one line with the first that they are about
+      const [first, ...others] = some.map(chipOfCandidate);
+      return [S.make("span", { className: "group" }, S.make("span", { className: "standing" }, `${words}:`), first), ...others];
     });
   }
 
@@ -276,6 +281,7 @@
       noise,
       hint,
       copied,
+      S.make("span", { id: "readings" }),
       S.make("span", { id: "chosen" }),
       S.make("span", { className: "actions" }, undo, again, write),
     ),

@@ -61,6 +61,16 @@
     if (S.scalar) return S.size(S.main(rms));
     return S.length(rms.translation) + (S.data.rotation && rms.rotation !== null ? `, ${S.angle(rms.rotation)}` : "");
   };
+  /** Why the diagnosis states another error of the present fit than the page, where what is printed differs; "" else. */
+  S.whyOther = function (data) {
+    const present = data.models.find((entry) => entry.present),
+      [own, judged] = [present?.heldout_rms?.translation, data.diagnosed?.translation];
+    if (data.diagnosis_of || !(own > 0 && judged > 0) || S.length(own) === S.length(judged)) return "";
+    return (
+      `The diagnosis states ${S.length(judged)} where this page has ${S.length(own)}: it leaves out single poses, and fits errors of the ` +
+      `robot's geometry too, within their tolerance.`
+    );
+  };
   /** @param {number|null} share */
   S.percent = (share) => (Number.isFinite(share) ? `${S.digits(100 * share)} %` : "–");
 

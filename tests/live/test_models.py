@@ -153,6 +153,6 @@ def test_tried_models_stand_after_the_fits(models: LiveModels) -> None:
 
 def test_what_is_done_is_of_what_was_asked_for_last(models: LiveModels) -> None:
     models._doing = (models._serial, "preparing forecasts", 0.5)
-    assert models.doing == ("preparing forecasts", 0.5)
+    before = models.doing
     models.stop()  # as another request does: what was begun before it ends still
-    assert models.doing[0] == ""
+    assert [before, models.doing] == [("preparing forecasts", 0.5), ("", None)]
