@@ -190,6 +190,18 @@ def unit(name: str, quantity: str) -> Unit:
     raise UnknownUnitError(f'"{name}" is not a known unit of {quantity}', _advice(name, quantity))
 
 
+def is_known(name: str, quantity: str) -> bool:
+    """Return whether `unit` would find a unit; of ten thousand headers each cell is asked for.
+
+    Examples
+    --------
+    >>> is_known("mm", "length"), is_known("mm", "force")
+    (True, False)
+    """
+    table = _table(quantity)
+    return _canonical(name, table) in table
+
+
 def _table(quantity: str) -> dict[str, float]:
     if quantity not in _TABLES:
         raise UnknownUnitError(f'"{quantity}" is not a known quantity', "use one of " + ", ".join(_TABLES))

@@ -10,9 +10,10 @@ import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 from types import MappingProxyType
 
-from stiffcal.quantities import UnknownUnitError, quantities, unit
+from stiffcal.quantities import is_known, quantities
 
 # Words that say where, not what; they are noted and taken off the name.
 PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "fts", "wrench", "mean", "avg")
@@ -155,6 +156,7 @@ def header_parts(header: str) -> ColumnHeader:
     return ColumnHeader(header, None)
 
 
+@lru_cache(maxsize=4096)
 def is_unit(text: str) -> bool:
     """Return whether a text is a unit of any quantity."""
     return any(is_unit_of(text, quantity) for quantity in quantities())
@@ -178,11 +180,7 @@ def _is_unit_word(text: str) -> bool:
 
 def is_unit_of(text: str, quantity: str) -> bool:
     """Return whether a text is a unit of a quantity."""
-    try:
-        unit(text, quantity)
-    except UnknownUnitError:
-        return False
-    return True
+    return is_known(text, quantity)
 
 
 def bare_unit(cell: str) -> str:

@@ -218,8 +218,9 @@ def _accounts(states: LoadStates, run: _Unloaded, scatter: float, part: Part) ->
 def _large_steps(states: LoadStates, run: _Unloaded, scatter: float) -> list[MovedZero]:
     """Return accounts of one step as large as a load, after which readings near the old zero are loads."""
     n, number = run.members.size, int(states.run[run.members[0]])
-    groups = [(k, _new_zero(run, int(place), n)) for k, place in enumerate(run.places)]
-    groups = [(k, group) for k, group in groups if len(group) > run.places.size - 1 - k]
+    least = [run.places.size - k for k in range(run.places.size)]  # more than the readings near the old zero after it
+    groups = [(k, _new_zero(run, int(place), n, least[k])) for k, place in enumerate(run.places)]
+    groups = [(k, group) for k, group in groups if group]
     if groups:
         k, group = max(groups, key=lambda entry: entry[0] + len(entry[1]))
     elif run.places.size and run.places[-1] < n - 1:
@@ -238,23 +239,26 @@ def _large_steps(states: LoadStates, run: _Unloaded, scatter: float) -> list[Mov
     return [started_at(account, group[0])]
 
 
-def _new_zero(run: _Unloaded, start: int, end: int) -> list[int]:
+def _new_zero(run: _Unloaded, start: int, end: int, least: int = LEAST_RETURNS) -> list[int]:
     """Return the states between two at which the load is off, though the zero has moved by as much as a load.
 
     They are what the load returns to, between loads in directions other than that of the change.
 
     Parameters
     ----------
-    start : an unloaded state. end : the next one, or the number of states.
+    start : an unloaded state. end : the next one, or the number of states. least : of them.
     """
     force = run.force[start + 1 : end] - run.force[start]
     alike = run.alike[start + 1 : end, start + 1 : end]
     returns = alike.sum(axis=1)
-    if returns.max(initial=0) < LEAST_RETURNS:
+    least = max(least, LEAST_RETURNS)
+    if returns.max(initial=0) < least:
         return []
     steps = (alike @ force) / returns[:, None]
     sizes = np.sqrt((steps**2).sum(axis=1))
-    able = (returns >= LEAST_RETURNS) & (sizes > LEAST_LEVEL * run.largest)
+    able = (returns >= least) & (sizes > LEAST_LEVEL * run.largest)
+    if not _any_aside(force, steps[able], sizes[able], LEAST_LEVEL * run.largest):
+        return []
     tried: set[bytes] = set()
     # of those returned to most often, the nearest
     for k in np.lexsort((np.sqrt((force**2).sum(axis=1)), -returns)):
@@ -269,6 +273,20 @@ def _new_zero(run: _Unloaded, start: int, end: int) -> list[int]:
         if ((size > LEAST_LEVEL * run.largest) & aside).any():
             return [start + 1 + int(place) for place in group]
     return []
+
+
+def _any_aside(force: Floats, steps: Floats, sizes: Floats, least: float) -> bool:
+    """Return whether any reading is a load in another direction than that of a step, seen from there.
+
+    Parameters
+    ----------
+    force : (m, 3) N. steps : (s, 3) N, of `sizes` (s,). least : N, of a load.
+    """
+    between = force[None] - steps[:, None]
+    size = np.sqrt((between**2).sum(axis=2))
+    # a little more than what `_new_zero` asks of each: these are other sums
+    aside = np.abs(np.einsum("smc,sc->sm", between, steps)) < (1.0 + 1e-9) * ALONG * size * sizes[:, None]
+    return bool(((size > least) & aside).any())
 
 
 def _scatter(run: _Unloaded, part: Part) -> float | None:

@@ -8,7 +8,7 @@ not a place between them. The worst goes first, then the rest is looked at again
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, groupby, pairwise
 
@@ -70,7 +70,7 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
     cycles = find_load_cycles(states)
     groups = _groups(states, cycles)
     readings = readings - _misalignment_effect(readings, states, cycles)
-    residuals = [_smooth_residuals(readings, group) for group in groups]
+    residuals = _smooth_residuals(readings, groups)
     noise = _noise([residual for residual in residuals if residual is not None])
     if noise is None:
         return {}
@@ -82,7 +82,10 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
     bound = np.sqrt(n_components + 2.0 * np.sqrt(ALARM_EXPONENT * n_components) + 2.0 * ALARM_EXPONENT)
     reason_of: dict[int, str] = {}
     in_use = states.used & np.isfinite(white).all(axis=1)
+    doubtful = {int(states.run[k]) for k in _far_readings(white, groups, in_use, bound)}
     for number, run_groups in _by_run(groups, states.run).items():
+        if number not in doubtful:
+            continue
         for k, distance in _RunReadings(white, run_groups, in_use, cycles.last_direction, bound).bumped():
             size = 1e3 * distance * wider.get(number, 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
             reason_of[k] = (
@@ -153,23 +156,83 @@ def _groups(states: LoadStates, cycles: LoadCycles) -> list[_Group]:
     groups: list[_Group] = []
     for members in members_of(states.run):
         largest = max(float(cycles.magnitude[members].max()), np.finfo(float).tiny)
-        pairs = np.stack([key[members], branch[members]], axis=1)
-        for pair in np.unique(pairs, axis=0):
-            of_pair = members[(pairs == pair).all(axis=1)]
-            groups.append(_Group(of_pair, cycles.magnitude[of_pair] / largest, bool(pair[1] != 0), int(pair[0])))
+        pairs = 3 * key[members] + branch[members]
+        for pair in np.unique(pairs).tolist():
+            of_pair = members[pairs == pair]
+            groups.append(_Group(of_pair, cycles.magnitude[of_pair] / largest, pair % 3 != 0, pair // 3))
     return groups
 
 
-def _smooth_residuals(readings: Floats, group: _Group) -> Floats | None:
-    """Return (m, k) what a smooth course over load leaves of a group's readings; None where too few are complete."""
-    complete: Booleans = np.asarray(np.isfinite(readings[group.members]).all(axis=1))
-    course = _course(group, complete)
-    if course is None:
-        return None
-    across = _basis(course)
-    own = readings[group.members[complete]]
-    left = own - across @ (across.T @ own)
-    return np.asarray(left / np.sqrt(np.maximum(1.0 - (across**2).sum(axis=1), 0.1))[:, None])
+def _smooth_residuals(readings: Floats, groups: Sequence[_Group]) -> list[Floats | None]:
+    """Return, of each group, (m, k) what a smooth course over load leaves; None where too few readings are complete."""
+    residuals: list[Floats | None] = [None] * len(groups)
+    complete: Booleans = np.asarray(np.isfinite(readings).all(axis=1))
+    for alike in _alike_courses(groups, complete):
+        left, hat = alike.left(readings)
+        scaled = left / np.sqrt(np.maximum(1.0 - hat, 0.1))[:, :, None]
+        for number, residual in zip(alike.groups, scaled, strict=True):
+            residuals[number] = residual
+    return residuals
+
+
+def _far_readings(white: Floats, groups: Sequence[_Group], kept: Booleans, bound: float) -> list[int]:
+    """Return the readings whose studentized residual about their group's smooth course exceeds the bound."""
+    far: list[int] = []
+    for alike in _alike_courses(groups, kept):
+        left, hat = alike.left(white)
+        lengths = np.linalg.norm(left, axis=2) / np.sqrt(np.maximum(1.0 - hat, 0.05))
+        far += alike.members[lengths > bound].tolist()
+    return far
+
+
+@dataclass(frozen=True)
+class _AlikeCourses:
+    """Groups of equally many readings whose smooth courses have equally many columns: thousands are taken at once."""
+
+    groups: list[int]
+    """Their g numbers."""
+    members: Integers
+    """(g, m) the readings of each."""
+    course: Floats
+    """(g, m, p) as `_course` gives it."""
+
+    def left(self, readings: Floats) -> tuple[Floats, Floats]:
+        """Return (g, m, k) what the courses leave of readings (n, k), and (g, m) the diagonals of the hat matrices."""
+        across, own = np.linalg.qr(self.course)[0], readings[self.members]
+        left = own - across @ (np.swapaxes(across, 1, 2) @ own)
+        return np.asarray(left), np.asarray((across**2).sum(axis=2))
+
+
+def _alike_courses(groups: Sequence[_Group], kept: Booleans) -> Iterator[_AlikeCourses]:
+    """Yield the smooth courses of all groups that have one, as `_course` gives them, alike ones together.
+
+    Parameters
+    ----------
+    groups : of all runs. kept : (n,) the readings that count.
+    """
+    of_size: dict[tuple[int, bool], list[tuple[int, Integers, Floats]]] = {}
+    for number, group in enumerate(groups):
+        mask = kept[group.members]
+        members = group.members[mask]
+        of_size.setdefault((members.size, group.loaded), []).append((number, members, group.load[mask]))
+    for (_, loaded), entries in of_size.items():
+        columns = _columns_of_courses(np.stack([load for _, _, load in entries]), loaded)
+        for count in np.unique(columns[columns > 0]).tolist():
+            chosen = [entries[k] for k in np.flatnonzero(columns == count)]
+            load = np.stack([load for _, _, load in chosen])
+            course = np.stack([load**power for power in range(count - 1, -1, -1)], axis=2)
+            members = np.stack([members for _, members, _ in chosen])
+            yield _AlikeCourses([number for number, _, _ in chosen], members, course)
+
+
+def _columns_of_courses(load: Floats, loaded: bool) -> Integers:
+    """Return (g,) the number of columns of the smooth courses over loads (g, m): constant, line, parabola; 0: none."""
+    groups, size = load.shape
+    if not loaded:
+        return np.full(groups, 1 if size >= 3 else 0)
+    levels = 1 + (np.diff(np.sort(load, axis=1), axis=1) > LIKE_LOAD).sum(axis=1)
+    columns = np.minimum(2 if size >= 6 else 1, levels - 1) + 1
+    return np.where((levels < 2) | (size < 4), 0, columns)
 
 
 def _basis(course: Floats) -> Floats:
@@ -217,13 +280,8 @@ def _by_run(groups: list[_Group], run: Integers) -> dict[int, list[_Group]]:
 def _course(group: _Group, kept: Booleans) -> Floats | None:
     """Return the design (m, p) of a smooth course over load: constant, line or parabola by the readings there are."""
     load = group.load[kept]
-    if not group.loaded:
-        return np.ones((load.size, 1)) if load.size >= 3 else None
-    order = 2 if load.size >= 6 else 1
-    levels = 1 + int((np.diff(np.sort(load)) > LIKE_LOAD).sum())
-    if load.size < 4 or levels < 2:
-        return None
-    return np.vander(load, min(order, levels - 1) + 1)
+    columns = int(_columns_of_courses(load[None], group.loaded)[0])
+    return np.vander(load, columns) if columns else None
 
 
 class _RunReadings:
