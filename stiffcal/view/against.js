@@ -208,7 +208,7 @@
       const ghost = S.ghost && ofResidual && alone ? S.pointsOf(S.ghost) : null,
         hollow = S.hollow && ofResidual ? S.pointsOf(S.hollow) : null;
       const [{ across, up, count, stateOf, valueOf }] = sides,
-        pictures = [...sides, ...others.map(S.pointsOf), ...[ghost, hollow].filter(Boolean)];
+        pictures = [...sides, ...(S.isRescaled() ? [] : others.map(S.pointsOf)), ...[ghost, hollow].filter(Boolean)];
       const ends = { x: endsOf("x", across, pictures), y: endsOf("y", up, pictures) },
         part = S.windowOf(windowName());
       if (part && !across.levels.length) ends.x = part.x;

@@ -85,6 +85,9 @@
     return values && Float64Array.from({ length: 3 * places.length }, (_, k) => (at(k) < 0 ? NaN : values[3 * at(k) + (k % 3)]));
   }
 
+  /** Axes that were chosen and that what is shown has not (where rows are left out): they come back when it has them. */
+  let lost = null;
+  const axesOf = ({ x, y }) => ({ x, y });
   /** Show new data of the same campaign: what was shown stays as a ghost, and points move. @param {any} data */
   S.showContent = function (data) {
     const before = { ...S.state },
@@ -98,8 +101,12 @@
     S.take(data);
     build(before.part);
     const present = S.data.models.find((entry) => entry.present);
-    Object.assign(S.state, before, { model: present ? present.id : before.model, off: [], mode: "part" });
+    const isLost = lost && lost.shown.x === before.x && lost.shown.y === before.y,
+      wanted = isLost ? lost.wanted : axesOf(before);
+    Object.assign(S.state, before, wanted, { model: present ? present.id : before.model, off: [], mode: "part" });
     S.repair();
+    const axes = axesOf(S.state);
+    lost = axes.x === wanted.x && axes.y === wanted.y ? null : { wanted, shown: axes };
     for (const entry of panels.querySelectorAll("details")) entry.open = open.includes(entry.closest("section").id + entry.className);
     showVerdict(data);
     // a diagnosis shows the same model again: its points stay, and so does where they were before it

@@ -18,8 +18,12 @@
     return [...grown];
   };
 
+  let only = "";
+  /** Whether scales were fitted to what is shown alone, not to the model that it is compared with too. */
+  S.isRescaled = () => only === S.shownKey();
   /** Forget all scales but those of what is shown now. */
   S.rescale = function () {
+    only = S.shownKey();
     ends.clear();
     windows.clear();
     S.ghost = null;

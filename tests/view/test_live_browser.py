@@ -18,6 +18,7 @@ from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.browser
 EFFECT = "joint-compliance j6"
+SCALE = "stiffcal.locked(`y ${stiffcal.state.x} ${stiffcal.state.y}`, [0, 0])"
 WATCH_FORECASTS = """(() => {
   const show = stiffcal.showTryout;
   window.forecasts = [];
@@ -92,6 +93,13 @@ def test_an_effect_is_ticked_and_the_error_falls(live_page: tuple[Any, Path]) ->
     assert shown.evaluate("Array.from(stiffcal.ghost.move)") == before
     assert "stale" in shown.locator("#candidates").get_attribute("class")
     assert any(model.startswith("tried") for model in shown.evaluate("stiffcal.data.models.map((model) => model.id)"))
+    # what is grey can be read, and a button fits the scale to what is shown
+    assert shown.evaluate("getComputedStyle(document.getElementById('candidates')).opacity") == "1"
+    wide = shown.evaluate(SCALE)
+    shown.get_by_role("button", name="Rescale").click()
+    _waited(shown)
+    narrow = shown.evaluate(SCALE)
+    assert narrow[1] - narrow[0] < wide[1] - wide[0]
     # untick, and it comes back
     shown.locator("#undo").click()
     _waited(shown)
@@ -138,6 +146,7 @@ def test_states_are_left_out_and_taken_back(live_page: tuple[Any, Path]) -> None
     shown, folder = live_page
     used = "Array.from(stiffcal.data.states.used).filter(Boolean).length"
     count, manifest = shown.evaluate(used), (folder / "campaign.toml").read_bytes()
+    axes = shown.evaluate("[stiffcal.state.x, stiffcal.state.y]")
     shown.evaluate("stiffcal.select([3, 4, 8])")
     shown.locator("#leave-out").click()
     _waited(shown)
@@ -146,6 +155,7 @@ def test_states_are_left_out_and_taken_back(live_page: tuple[Any, Path]) -> None
     shown.locator("#take-back").click()
     _waited(shown)
     assert shown.evaluate(used) == count
+    assert shown.evaluate("[stiffcal.state.x, stiffcal.state.y]") == axes
 
 
 def test_a_model_that_somebody_changed_is_asked_about(live_page: tuple[Any, Path]) -> None:
