@@ -13,6 +13,7 @@ from stiffcal.trust import notices
 from tests.laboratory import once
 from tests.laboratory.database import database
 from tests.laboratory.few_effects import few_effects
+from tests.laboratory.offers_of_tests import _offers, _watched
 from tests.laboratory.processor_time import (
     pytest_runtest_logreport,
     pytest_runtest_makereport,
@@ -23,7 +24,14 @@ from tests.laboratory.s3 import bucket
 from tests.laboratory.small_campaign import write_small_campaign
 
 __all__ = [
-    "bucket", "database", "pytest_runtest_logreport", "pytest_runtest_makereport", "pytest_runtestloop",
+    "_offers",
+    "_watched",
+    "bucket",
+    "database",
+    "few_effects",
+    "pytest_runtest_logreport",
+    "pytest_runtest_makereport",
+    "pytest_runtestloop",
     "pytest_terminal_summary",
 ]  # fmt: skip
 

@@ -8,21 +8,25 @@ header, else it is that of `table_columns.QUANTITIES`. Columns that are not read
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from os import SEEK_END
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.column_names import bare_unit, is_unit_row
-from stiffcal.campaign.reach import check_given, read_given
+from stiffcal.campaign.file_formats import log_format
+from stiffcal.campaign.reach import check_given, open_given, read_given
 from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.compensation.table_columns import (
     AXES,
     FORCES,
+    MOMENTS,
     POSITION,
     ReadColumn,
     columns_of,
@@ -30,15 +34,35 @@ from stiffcal.compensation.table_columns import (
 )
 from stiffcal.compensation.table_doubts import angle_doubts
 from stiffcal.errors import InputError
-from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.limits import TABLE
 from stiffcal.log_columns import WantedColumns
-from stiffcal.propose.other_tables import reader_of
-from stiffcal.readers import Reader
-from stiffcal.wording import unused_columns
+from stiffcal.propose.other_tables import TEXT, reader_of
+from stiffcal.readers import Header, Reader
+from stiffcal.reduction.reading_bounds import first_impossible
+from stiffcal.table_layout.layout import NAMELESS
+from stiffcal.table_layout.text import FIRST_BYTES, encoding_of
+from stiffcal.wording import listing, unused_columns
 
+_CELL = (FaultCode.NUMBER_INVALID, "correct the cell")
+_AS_OF_A_TABLE: Mapping[FaultCode, tuple[FaultCode, str]] = {
+    FaultCode.FILE_EMPTY: (FaultCode.FILE_EMPTY, "write a header and at least one row"),
+    FaultCode.FILE_INCOMPLETE: _CELL,
+    FaultCode.CELL_EMPTY: _CELL,
+    FaultCode.NUMBER_INVALID: _CELL,
+    FaultCode.COLUMN_TYPE: _CELL,
+    FaultCode.SHAPE_MISMATCH: (FaultCode.SHAPE_MISMATCH, "complete the line: as many cells as names, decimal points"),
+    FaultCode.SYNTAX_INVALID: (FaultCode.SYNTAX_INVALID, "close every quotation mark, with one number per cell"),
+    FaultCode.ENCODING_WRONG: (FaultCode.FILE_UNREADABLE, "give a CSV file in UTF-8"),
+    FaultCode.FORMAT_UNKNOWN: (FaultCode.FORMAT_UNKNOWN, "give a CSV file, or name the file as its format is"),
+    FaultCode.READING_IMPLAUSIBLE: (
+        FaultCode.READING_IMPLAUSIBLE, "correct it, or write its unit after the name: \"A1 [rad]\", \"Fx [kN]\"",
+    ),
+}  # fmt: skip
+"""What is said of a reader's fault in a table: its code, and what to do."""
+_KINDS = dict.fromkeys(FORCES, "wrench") | dict.fromkeys(POSITION, "position")
+"""Columns whose readings have bounds, as signals of logs."""
 DATA_ROW = "data row"
 """What is counted in files without lines: rows below the names, in sheets without the blank ones."""
 
@@ -166,6 +190,7 @@ def _load_table(
         mend = f"the table needs a column for each of {joints_in_words(joint_names, prismatic)}"
         raise InputError.at(FaultCode.COLUMN_MISSING, table.file, place, f"no column {lacking[0]}", mend)
     doubts = [*table.unused_words, *joint_doubts(table, joint_names, prismatic)]
+    doubts += load_doubts(table)
     if not any(name in table.numbers for name in AXES):
         doubts.append(f"{table.file}: no column of a force or moment: all loads are taken as zero")
     return LoadTable(table.block(joint_names), table.block(AXES), tuple(doubts), table.file, force_mend(table))
@@ -177,6 +202,20 @@ def joint_doubts(table: WrittenTable, joint_names: Sequence[str], prismatic: Col
     if not turning or any(name in table.stated for name in turning):
         return []
     return angle_doubts(table.block(turning), table.file, _mend(turning[0], "rad", "deg"))
+
+
+def load_doubts(table: WrittenTable) -> list[str]:
+    """Return a warning where one of a force's or moment's components has no column next to the two others."""
+    present = table.numbers.keys()
+    lacking = [
+        name
+        for components in (FORCES, MOMENTS)
+        if len(present & set(components)) == len(components) - 1
+        for name in components
+        if name not in present
+    ]
+    many = len(lacking) > 1
+    return [f"{table.file}: no column{'s' * many} {listing(lacking)}: taken as zero"] if lacking else []
 
 
 def force_mend(table: WrittenTable) -> str:
@@ -204,8 +243,7 @@ def read_table(
 
     Parameters
     ----------
-    file : the table: commas, semicolons or tabs between the cells, and the second line may hold units; or a workbook
-        or another file that names its columns itself.
+    file : the table, as text however it is written, or in any other format of logs.
     joint_names : the L joints of the robot, whose columns are in degrees where no unit is stated.
     asked : names of columns of numbers: joints, and names of `table_columns`.
     words : names of columns of words. prismatic : as of `read_load_table`.
@@ -216,65 +254,71 @@ def read_table(
     """
     display_name = str(file)
     if not is_given(file):
-        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the path")
+        reason = "a folder, no file" if file.is_dir() else "no such file"
+        raise InputError.at(FaultCode.FILE_MISSING, display_name, "", reason, "correct the path")
     check_given(file)
-    reader = reader_of(file) if file.is_file() else None
-    if reader is not None:
-        return _read_other(reader, file, joint_names, asked, words, prismatic)
-    numbered = _numbered_lines(file)
-    lines = [line for _, line in numbered]
-    if len(lines) < 2:
-        raise InputError.at(
-            FaultCode.FILE_EMPTY, display_name, "line 1", "the table is empty", "write a header and at least one row"
+    with _at_rest(file) as kept, _faults_of_a_table():
+        return _read(
+            reader_of(kept) or cast(Reader, log_format(TEXT)), kept, display_name, joint_names, asked, words, prismatic
         )
-    delimiter = ";" if ";" in lines[0] else "\t" if "\t" in lines[0] else ","
+
+
+@contextmanager
+def _at_rest(file: Path) -> Iterator[Path]:
+    """Hand out a file that can be read twice, and text whose last line ends, as a person need not end it.
+
+    What comes through a pipe (``--poses <(zcat …)``) is written down first.
+    """
+    reader = reader_of(file) if file.is_file() else None
+    if reader is not None or (file.is_file() and not _lacks_line_end(file)):
+        yield file
+        return
+    with TemporaryDirectory(prefix="stiffcal-table-") as place:
+        kept = Path(place) / "table.csv"
+        content = read_given(file, TABLE)
+        kept.write_bytes(content if content[-2:].count(b"\n") else content + b"\n")
+        yield kept
+
+
+def _lacks_line_end(file: Path) -> bool:
+    with open_given(file) as stream:
+        if encoding_of(stream.read(FIRST_BYTES)).startswith("utf-16"):
+            return False
+        stream.seek(-min(2, stream.seek(0, SEEK_END)), SEEK_END)
+        return b"\n" not in stream.read()
+
+
+@contextmanager
+def _faults_of_a_table() -> Iterator[None]:
+    """Turn the readers' faults into those of a table that no manifest describes: nothing can be set for it."""
     try:
-        header, *rows = list(csv.reader(lines, delimiter=delimiter))
-    except csv.Error as error:
-        mend = "close every quotation mark, with one number per cell"
-        raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", f"not a table: {error}", mend) from error
-    units: list[str] = []
-    if len(rows) > 1 and len(rows[0]) == len(header) and is_unit_row(rows[0]):
-        units, rows, numbered = [bare_unit(cell) for cell in rows[0]], rows[1:], [numbered[0], *numbered[2:]]
-    place = f"line {numbered[0][0]}"
-    headers = [csv_cell.original(word) for word in header]
-    columns = columns_of(headers, units, joint_names, (*asked, *words), display_name, place, prismatic)
-    at = np.array([number for number, _ in numbered[1:]], dtype=np.int64)
-    numbers = {
-        column.name: np.zeros(len(rows)) for column in columns if column.name is not None and column.name in asked
-    }
-    texts: dict[str, list[str]] = {column.name: [] for column in columns if column.name in words and column.name}
-    for number, row in enumerate(rows):
-        if len(row) != len(columns):
-            reason = f"{len(row)} cells, the header has {len(columns)}"
-            raise InputError.at(
-                FaultCode.SHAPE_MISMATCH, display_name, f"line {at[number]}", reason, "complete the line"
-            )
-        for column, cell in zip(columns, row, strict=True):
-            if column.name in numbers:
-                value = _number(cell, display_name, f"line {at[number]}", column.header, delimiter)
-                numbers[column.name][number] = column.factor * value
-            elif column.name in texts:
-                texts[column.name].append(csv_cell.original(cell.strip()))
-    # a delimiter at the end of every line makes a column without a name and without a cell
-    held = [k for k, column in enumerate(columns) if column.header.strip() or any(row[k].strip() for row in rows)]
-    return _written(display_name, numbers, texts, at, [columns[k] for k in held])
+        yield
+    except InputError as error:
+        faults = []
+        for fault in error.faults:
+            code, mend = _AS_OF_A_TABLE.get(fault.code, (fault.code, fault.mend))
+            faults.append(replace(fault, code=code, mend=mend))
+        raise InputError(*faults) from None
 
 
-def _read_other(
+def _read(
     reader: Reader,
     file: Path,
+    display_name: str,
     joint_names: Sequence[str],
     asked: Sequence[str],
     words: Sequence[str],
     prismatic: Collection[str],
 ) -> WrittenTable:
-    """Read the table in a file of another format than text; the parameters and errors are those of `read_table`."""
-    display_name = str(file)
     header = reader.read_header(file, {}, display_name)
+    if all(name == f"{NAMELESS}{number}" for number, name in enumerate(header.columns, start=1)):
+        reason = "no names stand above the numbers, or not as many as there are cells below"
+        mend = "write a line of names; where the comma is the decimal mark, another sign has to stand between the cells"
+        raise InputError.at(FaultCode.HEADER_MISSING, display_name, _header_place(reader, header), reason, mend)
     units = [header.units.get(name, "") for name in header.columns]
-    place = f"{reader.name} {header.options['sheet']}" if "sheet" in header.options else "columns"
-    columns = columns_of(header.columns, units, joint_names, (*asked, *words), display_name, place, prismatic)
+    columns = columns_of(
+        header.columns, units, joint_names, (*asked, *words), display_name, _header_place(reader, header), prismatic
+    )
     in_file = {column.name: column for column in columns if column.name is not None}
     of_numbers = {name: column for name, column in in_file.items() if name in asked}
     of_words = {name: column for name, column in in_file.items() if name in words}
@@ -283,17 +327,56 @@ def _read_other(
     )
     parts = list(reader.read_batches(file, {}, wanted, display_name)) if in_file else []
     count = sum(map(len, parts))
+    lines = reader.row_lines(file, {})
+    word = "line" if lines is not None else DATA_ROW
+    at = np.arange(1, count + 1) if lines is None else lines[:count]
     numbers = {}
     for name, column in of_numbers.items():
         values = np.concatenate([part.numbers[column.header] for part in parts])
         if np.any(large := np.abs(values) > LARGEST):
             row = int(np.argmax(large))
-            raise _too_large(values[row], display_name, f"{DATA_ROW} {row + 1}, column {column.header}")
+            raise _too_large(values[row], display_name, f"{word} {at[row]}, column {column.header}")
         numbers[name] = column.factor * values
-    texts = {name: [word for part in parts for word in part.texts[column.header]] for name, column in of_words.items()}
-    named = [column for column in columns if column.header]
-    table = _written(display_name, numbers, texts, np.arange(1, count + 1), named)
-    return replace(table, remarks=header.remarks, line_word=DATA_ROW)
+        _check_possible(name, column.header, numbers[name], joint_names, prismatic, display_name, word, at)
+    texts = {name: [cell for part in parts for cell in part.texts[column.header]] for name, column in of_words.items()}
+    # a delimiter at the end of every line makes a column without a name and without a cell
+    nameless = reader.first_rows(file, {}, [""], display_name) if "" in header.columns else {}
+    held = [column for column in columns if column.header or any(map(_is_filled, nameless.get("", ())))]
+    table = _written(display_name, numbers, texts, at, held)
+    return replace(table, remarks=header.remarks, line_word=word)
+
+
+def _header_place(reader: Reader, header: Header) -> str:
+    """Return where the names of the columns stand in a file."""
+    if "skip_rows" in header.options:
+        return f"line {int(str(header.options['skip_rows'])) + 1}"
+    return f"{reader.name} {header.options['sheet']}" if "sheet" in header.options else "columns"
+
+
+def _is_filled(cell: float | str) -> bool:
+    return bool(cell) if isinstance(cell, str) else not np.isnan(cell)
+
+
+def _check_possible(
+    name: str,
+    header: str,
+    values: Floats,
+    joint_names: Sequence[str],
+    prismatic: Collection[str],
+    display_name: str,
+    word: str,
+    at: NDArray[np.int64],
+) -> None:
+    """Raise for a reading (n,), SI, that no robot or instrument gives, as in logs."""
+    kind = "joints" if name in joint_names else _KINDS.get(name)
+    if kind is None or not values.size:
+        return
+    row = values[None]
+    slides = [header] if name in prismatic else []
+    found = first_impossible(kind, row, row.min(axis=1), row.max(axis=1), (header,), slides)
+    if found is not None:
+        place = f"{word} {at[found.row]}, column {header}"
+        raise InputError.at(FaultCode.READING_IMPLAUSIBLE, display_name, place, found.reason, found.mend)
 
 
 def _written(
@@ -307,32 +390,6 @@ def _written(
     unused = tuple(column.header.strip() or "without a name" for column in columns if column.name is None)
     words = {name: tuple(cells) for name, cells in texts.items()}
     return WrittenTable(display_name, numbers, words, lines, stated, unused)
-
-
-def _numbered_lines(file: Path) -> list[tuple[int, str]]:
-    """Return the lines of a file that hold something, each with its number."""
-    try:
-        text = read_given(file, TABLE).decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError.at(
-            FaultCode.FILE_UNREADABLE, str(file), "", f"cannot be read: {error}", "give a CSV file in UTF-8"
-        ) from error
-    return [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
-
-
-def _number(cell: str, display_name: str, line: str, header: str, delimiter: str) -> float:
-    text = cell.strip().replace(",", ".") if delimiter != "," else cell.strip()
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    place = f"{line}, column {header.strip()}"
-    if not np.isfinite(value):
-        reason = f"{cell!r} is not a number"
-        raise InputError.at(FaultCode.NUMBER_INVALID, display_name, place, reason, "correct the cell")
-    if abs(value) > LARGEST:
-        raise _too_large(value, display_name, place)
-    return value
 
 
 def _too_large(value: float, display_name: str, place: str) -> InputError:

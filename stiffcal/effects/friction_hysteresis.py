@@ -46,7 +46,7 @@ class FrictionHysteresis(DocumentedEffect):
 
     In absolute runs whose table states the direction s of each drive's last motion, +1 or −1, the drive has slipped
     through by then, and P_r[τ] = τ − r s. Of that, c τ is the drive's compliance; what is left is the form [width],
-    δ_Rz = −(width/2) s with width = 2 c r: the reversal error of ISO 230-2, of an axis that comes to rest on the side
+    δ_Rz = −(width/2) s, the width 2 c r: the reversal error of ISO 230-2, of an axis that comes to rest on the side
     from which it was moved. Backlash that friction keeps on that side displaces alike.
 
     Limits: the history of the joint before the run is unknown; the first half cycle is therefore less certain than

@@ -21,7 +21,7 @@ class Presliding(MotionEffect):
     Law: τ_f += −stiffness · angle · exp(−s/angle) sign(ω), with s the travel since the direction last changed. It is
     Dahl's solid friction (Dahl 1968; "presliding displacement" in Armstrong-Hélouvry, Dupont and Canudas de Wit 1994)
     counted from joint-friction, which jumps: after a whole reversal dF/ds = σ (1 − F/F_C sign ω) gives F = F_C (1 − 2
-    exp(−σ s/F_C)), so that angle = F_C/σ and stiffness = 2 σ, the slope right after the reversal; ω and s at the
+    exp(−σ s/F_C)), so that angle is F_C/σ and the stiffness 2 σ, the slope right after the reversal; ω and s at the
     joint's side of the gear.
 
     Assumes that friction was fully built up before each reversal, and that it does not depend on speed as it builds up.

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, cast
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.file_formats import format_names, log_format, log_formats
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
@@ -184,6 +184,10 @@ class Reader(ABC):
     def raw_rows(self, path: Path, options: Options, rows: Collection[int]) -> RawRows:
         """Return some data rows (from 1) as they stand in the file; nothing of a format that is no text."""
         return RawRows()
+
+    def row_lines(self, path: Path, options: Options) -> Integers | None:
+        """Return the line of each data row, (n,); None of a format that is no text."""
+        return None
 
 
 class ParsedReader(Reader):

@@ -80,7 +80,13 @@ def _what_would_serve(states: LoadStates) -> str:
         )
     else:
         mend = "measure each pose unloaded too, as two states of one run"
-    mend += '; or write displacements already taken as deflection = { translation = ["dx", "dy", "dz"] }, say'
+    body = next(iter(states.setup.target_names), "flange")
+    taken: dict[str, toml_text.TomlValue] = {
+        "translation": ["dx", "dy", "dz"],
+        "units": {"translation": "mm"},
+        "body": body,
+    }
+    mend += f"; or write displacements already taken as {toml_text.pair('deflection', taken)}, say"
     return f"{mend}; or {toml_text.pair('experiment', ABSOLUTE)}" if ABSOLUTE in kind_names() else mend
 
 

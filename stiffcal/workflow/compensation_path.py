@@ -13,7 +13,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.toml_reading import LARGEST
-from stiffcal.compensation.load_table import WrittenTable, force_mend, joint_doubts, place_mend, read_table
+from stiffcal.compensation.load_table import WrittenTable, force_mend, joint_doubts, load_doubts, place_mend, read_table
 from stiffcal.compensation.table_columns import (
     ANGLES,
     AXES,
@@ -26,6 +26,7 @@ from stiffcal.compensation.table_columns import (
 from stiffcal.compensation.table_doubts import MOST_METRES, angle_doubts, position_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
+from stiffcal.reduction.reading_bounds import LARGEST_ANGLE_RAD, LONGEST_TRAVEL_M
 from stiffcal.wording import unused_columns
 
 if TYPE_CHECKING:
@@ -129,6 +130,7 @@ def read_path(
         doubts += joint_doubts(table, names, chain.prismatic_names)
         places = [name for name in (*POSITION, *QUATERNION, *ANGLES) if name in table.numbers]
         doubts += [f"{table.file}: the joint angles give the path: {words}" for words in unused_columns(places)]
+        doubts += [] if start is None else ["--start is not used: the joint angles give the path"]
         _check_limits(fitted, table, joints)
     elif table.has(POSITION):
         joints, goal = _from_poses(fitted, setup, table, start)
@@ -261,7 +263,14 @@ def pose_of_words(text: str, chain: Chain, option: str) -> Floats:
         raise InputError.at(
             FaultCode.JOINT_COUNT, "command line", option, reason, f"give {', '.join(names)} in degrees"
         )
-    return np.asarray(chain.from_printed(np.array(angles)))
+    pose = np.asarray(chain.from_printed(np.array(angles)))
+    beyond = np.abs(pose) > np.where(chain.prismatic, LONGEST_TRAVEL_M, LARGEST_ANGLE_RAD)
+    if beyond.any():
+        joint = int(np.argmax(beyond))
+        reason = f"{angles[joint]:.6g} is no position of joint {names[joint]}"
+        mend = f"give {', '.join(names)} in degrees{', mm where they slide' if chain.prismatic.any() else ''}"
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", option, reason, mend)
+    return pose
 
 
 def numbers_of_words(text: str, option: str) -> list[float]:
@@ -331,7 +340,7 @@ def _loads(fitted: FittedRobot, setup: MeasurementSetup, table: WrittenTable, jo
         return _segment_loads(table, forces.segments)
     if forces.log is not None:
         return _logged(fitted, setup, table, joints, forces)
-    return _Loads(table.block(AXES), table.file, force_mend(table))
+    return _Loads(table.block(AXES), table.file, force_mend(table), tuple(load_doubts(table)))
 
 
 def _segment_loads(table: WrittenTable, file: Path) -> _Loads:
@@ -371,7 +380,12 @@ def _segment_loads(table: WrittenTable, file: Path) -> _Loads:
         )
     raise_faults(shortened(faults))
     segment_of_row = [names.index(word) for word in table.words[SEGMENT]]
-    return _Loads(listed.block(AXES)[segment_of_row], listed.file, force_mend(listed), tuple(listed.unused_words))
+    return _Loads(
+        listed.block(AXES)[segment_of_row],
+        listed.file,
+        force_mend(listed),
+        (*listed.unused_words, *load_doubts(listed)),
+    )
 
 
 def _logged(
@@ -429,7 +443,7 @@ def _logged(
                 FaultCode.OPTION_INVALID, "command line", "--filter", str(error), "choose a lower cut-off"
             ) from error
     wrench = np.stack([np.interp(at, moments, readings[:, k]) for k in range(6)], axis=1)
-    return _Loads(wrench, log.file, force_mend(log), tuple(log.unused_words))
+    return _Loads(wrench, log.file, force_mend(log), (*log.unused_words, *load_doubts(log)))
 
 
 def tool_of_words(text: str) -> tuple[float, Floats]:

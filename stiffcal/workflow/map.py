@@ -160,10 +160,10 @@ def _wrench(fitted: FittedRobot, request: MapRequest) -> Floats:
     if request.mass is not None:
         if not 0.0 < request.mass < np.inf:
             raise InputError.at(
-                FaultCode.OPTION_MISSING,
+                FaultCode.OPTION_INVALID,
                 "command line",
                 "--mass",
-                f"{request.mass:g} kg has no place",
+                f"{request.mass:g} kg is no mass",
                 "give a mass in kg",
             )
         wrench[:3] = request.mass * fitted.robot.adjusted_chain.gravity

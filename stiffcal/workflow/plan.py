@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
 
 DEFAULT_RUNS = 12
+MOST_PREDICTED = 10
+"""Pairs of pose and load that show whether the loads are in newtons."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +149,7 @@ def _planned(
     chosen = chosen_runs(campaign, plan, model, candidates, purpose)
     context.progress("expected uncertainties", 0.8)
     result = answer_of(campaign, plan, model, chosen, purpose, minutes_per_run)
-    warnings = [*area.doubts, *result.warnings]
+    warnings = [*area.doubts, *_load_doubts(model, candidates), *result.warnings]
     result = replace(result, candidates=len(candidates.joints), warnings=warnings)
     if rivals:
         planned = n_runs * (candidates.wrench.shape[1] + unloaded) * model.readings_per_state
@@ -158,6 +160,20 @@ def _planned(
         remedies = remedies_of(campaign, plan, model, result.not_identified, n_runs, two_sided)
         result = replace(result, remedies=remedies)
     return result, chosen.candidates
+
+
+def _load_doubts(model: PlanModel, candidates: Candidates) -> list[str]:
+    """Return a warning where the loads deflect the robot as no loads of a campaign do: they are in another unit."""
+    if model.kind != "load":
+        return []
+    from stiffcal.compensation.prediction import predict_states
+    from stiffcal.compensation.table_doubts import deflection_doubts
+
+    loads = candidates.wrench[:MOST_PREDICTED]
+    largest = np.argmax(np.linalg.norm(loads[:, :, :3], axis=2), axis=1)
+    wrench = loads[np.arange(len(loads)), largest]
+    deflection = predict_states(model.robot, candidates.joints[:MOST_PREDICTED], wrench, model.setup).deflection
+    return deflection_doubts(deflection, wrench, "the planned loads", "they are in N")
 
 
 def _named_rivals(

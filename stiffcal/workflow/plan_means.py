@@ -11,6 +11,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.reduction.reading_bounds import LARGEST_FORCE_N
 from stiffcal.workflow.plan_tracker import tracker_of
 
 if TYPE_CHECKING:
@@ -99,6 +100,9 @@ def load_steps(campaign: Campaign, plan: PlanFile, two_sided: bool = False) -> F
         mend = "add [load] with force_N = 500, or dead_weights_kg = [20, 40], or give --force 500"
         raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "load.force_N", reason, mend)
     else:
+        if not load.force_N <= LARGEST_FORCE_N:
+            reason = f"{load.force_N:g} N is more than any robot holds"
+            raise InputError.at(FaultCode.READING_IMPLAUSIBLE, PLAN_FILE, "load.force_N", reason, "give the force in N")
         steps = np.array(load.steps or (TWO_SIDED if two_sided else ONE_SIDED))
         if not steps.any():
             mend = "write shares of the largest force, as [0.5, 1.0]"

@@ -16,6 +16,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import HELD
+from stiffcal.reduction.reading_bounds import LARGEST_FORCE_N
 from stiffcal.workflow.plan_measured import measured_so_far
 from stiffcal.workflow.steps import RunContext, free_names
 
@@ -154,6 +155,9 @@ def with_force(plan: PlanFile, force: float | None) -> PlanFile:
     """Return plan.toml with a largest force in place of its own; None: as it is."""
     if force is None:
         return plan
+    if not force <= LARGEST_FORCE_N:
+        reason = f"{force:g} N is more than any robot holds"
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--force", reason, "give the largest force in N")
     return plan.model_copy(update={"load": plan.load.model_copy(update={"force_N": force})})
 
 

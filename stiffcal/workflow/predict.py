@@ -18,6 +18,7 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
+from stiffcal.limits import BALANCES
 from stiffcal.trust.outputs import TABLES, check_output
 from stiffcal.workflow.compensation_path import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
@@ -78,13 +79,10 @@ def predict_campaign(
 
     context = context or RunContext()
     if (poses is None) == (load_path is None):
-        raise InputError.at(
-            FaultCode.OPTION_MISSING,
-            "command line",
-            "--poses",
-            "nothing to predict is stated",
-            "give either --poses FILE or --load-path F;F",
-        )
+        code = FaultCode.OPTION_MISSING if poses is None else FaultCode.OPTION_CONFLICT
+        reason = "nothing to predict is stated" if poses is None else "--poses and --load-path are both given"
+        mend = "give either --poses FILE or --load-path F;F"
+        raise InputError.at(code, "command line", "--poses", reason, mend)
     if output is not None:
         check_output(output, TABLES, context.overwrite)
     campaign = load_campaign(Path(folder), check_files=False)
@@ -169,6 +167,7 @@ def _requested_loads(
     if request.points < 1 or len(corner_loads) < 2:
         mend = "give two loads or more, and at least one point on each leg"
         raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--load-path", "not a load path", mend)
+    BALANCES.check(request.points * (len(corner_loads) - 1), "--points")
     wrench, corners = load_path(corner_loads, request.points)
     return LoadTable(np.repeat(pose[None], len(wrench), axis=0), wrench, tuple(doubts), where, mend), corners
 

@@ -53,7 +53,7 @@ def robot_remarks(chain: Chain, roles: Roles, units: Sequence[str], file: str, *
         joints = f"joint{'s' * (len(open_ones) > 1)} {listing(open_ones)}"
         remarks.append(
             f"{file}: no limits of {joints}: plan and simulate may choose any position there, and none is checked; "
-            f"write {key} = [low, high] in [[joints]] of robot.toml"
+            f"state both as {key} in [[joints]] of robot.toml"
         )
     if absolute and not chain.masses_known:  # of displacements under load it is second order, and identify warns
         without = [name for name, mass in zip(chain.link_names, chain.link_mass, strict=True) if mass == 0.0]

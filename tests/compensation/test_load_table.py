@@ -13,6 +13,7 @@ from stiffcal.compensation.table_columns import ANGLES, AXES, POSITION, QUATERNI
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from tests.laboratory.offered_toml import offers_in
 
 NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
 JOINTS = ",".join(NAMES)
@@ -171,3 +172,48 @@ def test_the_path_and_its_orientation_by_other_names(tmp_path: Path) -> None:
     assert table.has(["t"])
     assert table.words["segment"] == ("a",)
     assert table.unused == ()
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+@pytest.mark.parametrize(("delimiter", "mark"), [(",", "."), (";", ","), ("\t", ","), (" ", ".")])
+def test_text_is_read_however_it_is_written(encoding: str, delimiter: str, mark: str, tmp_path: Path) -> None:
+    """As logs are: by one and the same reader. The last line need not end."""
+    rows = [
+        *([] if delimiter == " " else ["# gemessen in der Prüfhalle"]),
+        delimiter.join([*NAMES, "Fz", "größe"]),
+        delimiter.join([*POSE.split(","), f"-300{mark}5", f"1{mark}5"]),
+        delimiter.join([*POSE.split(","), f"-301{mark}5", f"1{mark}25"]),
+    ]
+    file = tmp_path / "poses.csv"
+    file.write_text("\n".join(rows), encoding=encoding)
+    table = read_load_table(file, NAMES, joints_needed=True)
+    np.testing.assert_allclose(table.wrench[:, 2], [-300.5, -301.5])
+    assert any("größe" in doubt for doubt in table.doubts)
+
+
+@pytest.mark.parametrize(
+    ("row", "code"),
+    [
+        ("1e31,0,0,0,0,0,-300", FaultCode.NUMBER_INVALID),
+        ("1e4,0,0,0,0,0,-300", FaultCode.READING_IMPLAUSIBLE),
+        (f"{POSE},-4e5", FaultCode.READING_IMPLAUSIBLE),
+        (f"{POSE},", FaultCode.NUMBER_INVALID),
+        (f"{POSE},nan", FaultCode.NUMBER_INVALID),
+        (f"{POSE},-300 N", FaultCode.NUMBER_INVALID),
+        (f'{POSE},"-300,5"', FaultCode.NUMBER_INVALID),
+        ("1,2", FaultCode.SHAPE_MISMATCH),
+    ],
+)
+def test_faults_of_a_table_name_nothing_that_only_a_manifest_has(row: str, code: FaultCode, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as refused:
+        read(tmp_path, f"{JOINTS},Fz", f"{POSE},-300.5", row)
+    (fault,) = refused.value.faults
+    assert fault.code is code
+    assert fault.place.startswith("line 3")
+    assert not list(offers_in(fault.mend))
+    assert "[[" not in fault.mend
+
+
+def test_components_without_a_column_are_named(tmp_path: Path) -> None:
+    (doubt,) = read(tmp_path, f"{JOINTS},Fx,Fz,Tx", f"{POSE},1,-300,5").doubts
+    assert "Fy" in doubt

@@ -11,6 +11,7 @@ from docs.page_blocks import hand_written_pages, page_text
 from stiffcal.campaign.row_filter import RowCondition, condition_text, parse_rows
 from stiffcal.diagnosis.suspects.result import exclusion_lines
 from stiffcal.escapes import toml_text
+from tests.laboratory.offered_toml import faults_in, offers_in
 from tests.laboratory.printed_toml import HOLE, pairs_in, wrong_toml
 
 NAMES = ("X (mm)", "t [s]", "a.b", 'the "5"', "it's", "A and B", "x`y", "Kraft Fx, N", "größe", "", "\x7f\u202e")
@@ -53,3 +54,12 @@ def test_the_scanner_finds_what_cannot_be_pasted() -> None:
         "at = [low, high]",
     ):
         assert list(wrong_toml(text)), text
+
+
+def test_what_is_offered_is_taken_by_the_reader_of_its_file() -> None:
+    block = 'to exclude them:\n  [[exclude]]\n  source = "table"\n  rows = [3]\n  why = "lost"\nnext: stiffcal run'
+    assert list(offers_in(block)) == ['[[exclude]]\nsource = "table"\nrows = [3]\nwhy = "lost"']
+    for text in (block, 'write rows = "X != 0"', "clock_ahead_s = { digitizer = 0.0 }", 'csv = { delimiter = ";" }'):
+        assert faults_in(text) == []
+    for text in ('write roows = "X != 0"', "holdout = 3", "[[exclude]]\nsource = 'table'\nrow = [3]"):
+        assert len(faults_in(text)) == 1

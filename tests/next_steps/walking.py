@@ -18,6 +18,7 @@ from stiffcal.results.history_results import HistoryResult
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.standing import standing_of
 from stiffcal.workflow.steps import RunContext
+from tests.laboratory.offered_toml import faults_in
 
 Words = tuple[str, ...]
 NEXT = "next: "
@@ -37,6 +38,8 @@ class Answered:
     """Of the campaign after it."""
     error: str
     """Standard error."""
+    not_toml: tuple[str, ...] = ()
+    """What it offers to be pasted and none of our files takes."""
 
 
 @dataclass
@@ -70,6 +73,7 @@ class Walker:
             # the first command is the user's; the others were proposed, `check` to name what is wrong with the logs
             if been and answered.code not in ((*DONE, 2) if words[0] == "check" else DONE):
                 yield f"exit code {answered.code}: {_way(been, words)}: {answered.error.strip()[-300:]}"
+            yield from (f"cannot be pasted: {_way(been, words)}: {piece}" for piece in answered.not_toml)
             been.append((state, words))
             if answered.following is None:
                 return
@@ -83,7 +87,8 @@ class Walker:
             after = state_of(folder)
             if after not in self._kept:
                 self._kept[after] = folder
-            self.answers[state, words] = Answered(code, next_words(out, error), after, error)
+            wrong = (*faults_in(out), *faults_in(error))
+            self.answers[state, words] = Answered(code, next_words(out, error), after, error, wrong)
         return self.answers[state, words]
 
     def _copy(self, folder: Path) -> Path:

@@ -204,8 +204,18 @@ def test_a_mistake_is_named(irb4400: Path, text: str, code: FaultCode, place: st
 
 def test_the_load_of_a_plan_is_more_than_the_springs_hold(irb4400: Path) -> None:
     with pytest.raises(InputError) as raised:
-        plan_campaign(with_plan(irb4400, "[load]\nforce_N = 1e9\n"))
+        plan_campaign(with_plan(irb4400, "[load]\nforce_N = 2.9e5\n"))
     assert raised.value.code == FaultCode.NO_BALANCE
+
+
+def test_forces_that_nobody_means(irb4400: Path) -> None:
+    folder = with_plan(irb4400, "runs = 2\n" + LOAD)
+    for force in (float("inf"), 1e9):
+        with pytest.raises(InputError) as refused:
+            plan_campaign(folder, request=PlanRequest(force=force))
+        assert [fault.code for fault in refused.value.faults] == [FaultCode.OPTION_INVALID]
+    plain, small = (plan_campaign(folder, request=PlanRequest(force=force)).warnings for force in (450.0, 0.45))
+    assert len(small) == len(plain) + 1
 
 
 def test_a_plan_for_a_region_predicts_better_there(irb4400: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
@@ -158,7 +159,7 @@ def test_units_in_brackets_and_decimal_commas(tmp_path: Path) -> None:
         ("A1,A2,A3,A4,A5,Fx", "0,0,0,0,0,0", "line 1: no column A6"),
         ("A1,A2,A3,A4,A5,A6 [gon],Fx", "0,0,0,0,0,0,0", "column A6"),
         ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0", "line 2: 6 cells, the header has 7"),
-        ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0,nan", "line 2, column Fx: 'nan' is not a number"),
+        ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0,nan", "line 2, column Fx: 'nan' is not a finite number"),
         ("A1,A2,A3,A4,A5,A6,Rx", "0,0,0,0,0,0,100", "column Rx may be a moment or a rotation"),
     ],
 )
@@ -191,3 +192,18 @@ def test_poses_and_loads_in_other_units_are_doubted(campaign: Path) -> None:
         assert len(warnings) == len(sound) + count, warnings
     warnings = predict_campaign(campaign, load_path=LoadPathRequest("0,0,0;0,0,-0.3", radians, points=2)).warnings
     assert len(warnings) == len(sound) + 2
+
+
+@pytest.mark.parametrize(
+    ("wish", "poses", "code"),
+    [
+        (LoadPathRequest("0,0,0;0,0,-100", POSE, points=10**9), False, FaultCode.SIZE_EXCEEDED),
+        (LoadPathRequest("0,0,0;0,0,-100", f"1e9,{POSE.partition(',')[2]}"), False, FaultCode.OPTION_INVALID),
+        (LoadPathRequest("0,0,0;0,0,-100", POSE), True, FaultCode.OPTION_CONFLICT),
+    ],
+)
+def test_options_that_nobody_means(wish: LoadPathRequest, poses: bool, code: FaultCode, campaign: Path) -> None:
+    table = poses_file(campaign, [f"{POSE},0"], f"{','.join(NAMES)},Fx") if poses else None
+    with pytest.raises(InputError) as refused:
+        predict_campaign(campaign, poses=table, load_path=wish)
+    assert [fault.code for fault in refused.value.faults] == [code]

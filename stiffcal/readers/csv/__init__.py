@@ -27,7 +27,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv as arrow_csv
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
@@ -111,25 +111,33 @@ class CsvReader(Reader):
     def place_of_row(self, path: Path, options: Options, row: int) -> str:
         """Return ``line n`` of data row `row` (from 1); reads the file up to there."""
         with open_log(path, options, str(path), WantedColumns(())) as (text, layout):
-            n_rows = 0
-            for line in text.lines():
-                n_rows += bool(line) or len(layout.columns) == 1
-                if n_rows == row:
-                    return f"line {text.line_number}"
-        return f"data row {row}"
+            number = next((number for own, number, _ in _data_lines(text, layout) if own == row), None)
+        return f"data row {row}" if number is None else f"line {number}"
 
     def raw_rows(self, path: Path, options: Options, rows: Collection[int]) -> RawRows:
         """Return some data rows as they stand in the file; reads it up to the last of them."""
         wanted, found = set(rows), {}
         with open_log(path, options, str(path), WantedColumns(())) as (text, layout):
-            n_rows = 0
-            for line in text.lines():
-                n_rows += bool(line) or len(layout.columns) == 1
-                if n_rows in wanted and n_rows not in found:
-                    found[n_rows] = (text.line_number, line.decode("utf-8", "replace").rstrip("\r"))
+            for row, number, line in _data_lines(text, layout):
+                if row in wanted:
+                    found[row] = (number, line.decode("utf-8", "replace").rstrip("\r"))
                     if len(found) == len(wanted):
                         break
             return RawRows(tuple(layout.columns), found)
+
+    def row_lines(self, path: Path, options: Options) -> Integers:
+        """Return the line of each data row, (n,); reads the whole file."""
+        with open_log(path, options, str(path), WantedColumns(())) as (text, layout):
+            return np.fromiter((number for _, number, _ in _data_lines(text, layout)), dtype=np.int64)
+
+
+def _data_lines(text: LogText, layout: TextLayout) -> Iterator[tuple[int, int, bytes]]:
+    """Yield the number of each data row, from 1, that of its line, and the line."""
+    row = 0
+    for line in text.lines():
+        if line or len(layout.columns) == 1:
+            row += 1
+            yield row, text.line_number, line
 
 
 READER = CsvReader()

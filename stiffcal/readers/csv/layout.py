@@ -107,13 +107,14 @@ def _read_layout(text: LogText, path: Path, options: Options, display_name: str,
     first = _first_lines(text, skip or 0, display_name)
     if not any(line.strip() for line in first.split("\n")[skip or 0 :]):
         empty = path.stat().st_size == 0
-        reason = "the file is empty" if empty else f"the file ends before its header (csv.skip_rows is {skip or 0})"
+        skipped = f"before its header (csv.skip_rows is {skip})" if skip else "without a line that holds anything"
+        reason = "the file is empty" if empty else f"the file ends {skipped}"
         raise InputError.at(
             FaultCode.FILE_EMPTY,
             display_name,
             "",
             reason,
-            "log again" if empty else "correct csv.skip_rows or log again",
+            "correct csv.skip_rows or log again" if skip and not empty else "log again",
         )
     layout = text_layout(
         first,
