@@ -28,7 +28,6 @@ __all__ = [
     "_watched",
     "bucket",
     "database",
-    "few_effects",
     "pytest_runtest_logreport",
     "pytest_runtest_makereport",
     "pytest_runtestloop",
