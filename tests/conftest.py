@@ -70,14 +70,15 @@ LONG = (
     "benchmarks", "compensation/test_c_code.py", "diagnosis/suspects/test_find.py",
     "diagnosis/test_model_settings.py", "diagnosis/test_moving_joints.py", "diagnosis/test_search.py",
     "experiments/test_clamped_sigma.py", "experiments/test_friction.py", "faults", "fuzz",
-    "identification/test_moved_base.py", "live/test_command.py", "live/test_watching.py", "next_steps",
-    "planning/test_efficiency.py", "rates", "reduction/test_consistency.py", "reduction/test_place_faults.py",
-    "reduction/test_place_faults_of_tables.py", "security/test_imports.py", "security/test_limits.py",
-    "security/test_names.py", "security/test_plugin_ends.py", "security/test_readers.py",
-    "security/test_remote_stores.py", "security/test_stored_shapes.py", "security/test_stores.py",
-    "security/test_streams.py", "store/test_remote.py", "store/test_two_at_once.py", "whole_campaigns",
-    "workflow/test_campaigns_of_one_robot.py", "workflow/test_controller_export.py", "workflow/test_fingerprint.py",
-    "workflow/test_improve.py", "workflow/test_plan.py", "workflow/test_plan_rivals.py",
+    "identification/test_moved_base.py", "live/test_command.py", "live/test_server.py", "live/test_watching.py",
+    "next_steps", "planning/test_efficiency.py", "rates", "reduction/test_consistency.py",
+    "reduction/test_place_faults.py", "reduction/test_place_faults_of_tables.py", "report/test_figures.py",
+    "security/test_imports.py", "security/test_limits.py", "security/test_names.py", "security/test_plugin_ends.py",
+    "security/test_readers.py", "security/test_remote_stores.py", "security/test_stored_shapes.py",
+    "security/test_stores.py", "security/test_streams.py", "store/test_remote.py", "store/test_two_at_once.py",
+    "whole_campaigns", "workflow/test_campaigns_of_one_robot.py", "workflow/test_controller_export.py",
+    "workflow/test_fingerprint.py", "workflow/test_improve.py", "workflow/test_plan.py",
+    "workflow/test_plan_rivals.py",
 )  # fmt: skip
 
 
