@@ -18,7 +18,7 @@ from stiffcal.store.trial import TrialResults
 from stiffcal.view.content import ViewContent, ViewForecast, ViewLive, ViewModel
 from stiffcal.workflow.diagnose import current_diagnosis, diagnose_campaign, keep_diagnosis
 from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.identify import up_to_date_fit, up_to_date_fit_at_hand
 from stiffcal.workflow.steps import (
     Ingested,
     RunContext,
@@ -303,8 +303,8 @@ class LiveModels:
     ) -> tuple[ViewContent, DiagnoseResult | None]:
         """Return what the page shows of the context's model, and the diagnosis of it that is stored."""
         data: Ingested = up_to_date_states(self._folder, context)
-        identified = up_to_date_fit(data, context)
-        validation = up_to_date_validation(data, identified, context)
+        identified, fit = up_to_date_fit_at_hand(data, context)
+        validation = up_to_date_validation(data, identified, context, fit)
         content = view_content(data, identified, validation, self._raw, earlier, drawn)
         return content, current_diagnosis(data, identified)[0]
 

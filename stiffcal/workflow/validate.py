@@ -70,18 +70,25 @@ def validate_campaign(
     return replace(result, origin=data.store.origin_of(VALIDATE))
 
 
-def up_to_date_validation(data: Ingested, identified: IdentifyResult, context: RunContext) -> ValidateResult:
+def up_to_date_validation(
+    data: Ingested, identified: IdentifyResult, context: RunContext, fit: Fit | None = None
+) -> ValidateResult:
     """Return the validation of the present fit, judging first where it is missing or stale.
 
     A verdict on the manifest's present thresholds stands as it was last given: `validate` and `batch` look at the
     baseline anew, who only shows the numbers does not.
+
+    Parameters
+    ----------
+    data : the campaign. identified : its fit. context : progress and so on.
+    fit : the fit itself where it is at hand; None: it is made again where it is needed.
     """
     current = current_validation(data, identified)
     if current is not None:
         same = current.thresholds == data.campaign.manifest.thresholds.written() and not data.uncounted
         return current if same else with_present_verdict(data, identified, current, context)
     announce("validate", "the present fit is not validated yet", data.campaign.folder, context)
-    return validate_now(data, identified, context)
+    return validate_now(data, identified, context, fit)
 
 
 def current_validation(data: Ingested, identified: IdentifyResult) -> ValidateResult | None:
