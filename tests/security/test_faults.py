@@ -249,7 +249,7 @@ def test_a_load_on_the_command_line_that_is_too_large_is_named_there(
     ("words", "line"),
     [
         (["simulate", "{}/twin", "--from", "{}", "--seed", "-1"], "command line: --seed: -1 is negative; give a whole"),
-        (["map", "{}", "--mass", "inf"], "command line: --mass: inf kg has no place; give a mass in kg"),
+        (["map", "{}", "--mass", "inf"], "command line: --mass: inf kg is no mass; give a mass in kg"),
     ],
 )
 def test_options_out_of_range_are_one_line(
