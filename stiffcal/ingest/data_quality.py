@@ -36,6 +36,7 @@ from stiffcal.reduction.logs import (
     place_of_row,
 )
 from stiffcal.reduction.plausibility import LogQuality
+from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.reading_bounds import check_displacements
 from stiffcal.reduction.repeated_rows import repeated_rows
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
@@ -111,9 +112,19 @@ class DataQuality:
                 by_the_wall=settings.time is not None and settings.time.in_words,
             )
         self._watched[key].update(rows.number, rows.time, rows.signals)
-        if settings.is_states:
-            factors = {column: unit.factor for column, unit in declared_units(settings).items()}
-            self._copies.update(file, rows.number, rows.signals, of_source.columns, factors)
+
+    def compare_rows(self, source: str, file: str, states: RawStates) -> None:
+        """Take in the states of a table, to be compared with all others; those that are excluded do not count."""
+        settings = self._campaign.manifest.sources[source]
+        factors = {column: unit.factor for column, unit in declared_units(settings).items()}
+        in_use = [k for k, reason in enumerate(states.set_aside) if reason.code is not SetAsideCode.EXCLUDED]
+        kept = np.array(in_use, dtype=np.int64)[np.argsort(states.number[in_use], kind="stable")]
+        signals = {name: values[kept].T for name, values in states.signals.items()}
+        self._copies.update(file, states.number[kept], signals, self._settings[source].columns, factors)
+
+    def has_begun(self, source: str, file: str, run: str = "") -> bool:
+        """Return whether anything of a log was given to `update`, and not yet to `finish`."""
+        return (source, file, run) in self._watched
 
     def finish(self, source: str, file: str, run: str = "") -> ReadLog:
         """Return what was seen of a log that was read to its end; it counts from now on.
@@ -125,11 +136,6 @@ class DataQuality:
         key = (source, file, run)
         self.logs[key] = self._watched.pop(key).summary()
         return ReadLog(source, self.logs[key], tuple(self._headers.pop(key)))
-
-    def finish_all(self) -> None:
-        """Do as `finish` with all that were begun."""
-        for key in list(self._watched):
-            self.finish(*key)
 
     def add(self, log: ReadLog, run: str) -> None:
         """Take in what was seen of a log when it was read earlier."""

@@ -32,7 +32,7 @@ from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.excluded_rows import ExcludedStretches, RowExclusions
 from stiffcal.reduction.holds import Holds, given_holds
 from stiffcal.reduction.known_weights import weight_warnings
-from stiffcal.reduction.logs import is_there, read_batches, read_rows
+from stiffcal.reduction.logs import Rows, is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
 from stiffcal.reduction.place_faults import place_faults
@@ -160,12 +160,11 @@ def collect_raw_states(
     progress("reading tables", None)
     tables: list[RawStates] = []
     try:
-        table = tabled_states(campaign.folder, manifest, campaign.chain, quality.update)
+        table = tabled_states(campaign.folder, manifest, campaign.chain, _Tables(quality, ingest_options))
         if table is not None:
             tables.append(table if ingest_options.only is None else of_run(table, ingest_options.only))
     except InputError as error:
         ingest_options.fault(error)
-    quality.finish_all()
     try:
         logged = logged_runs(campaign, ingest_options.readings)
         chosen = [(run, sources) for run, sources in logged if ingest_options.only in (None, run.id)]
@@ -200,6 +199,34 @@ def collect_raw_states(
     except InputError as error:
         ingest_options.fault(error)
     return (stacked(tables) if tables else None), [] if ingest_options.quick else runs
+
+
+@dataclass(frozen=True)
+class _Tables:
+    """What is noticed in tables of states while they are read, and what reading those of single runs gave earlier."""
+
+    quality: DataQuality
+    options: ReadingOptions
+
+    def update(self, source: str, file: str, rows: Rows) -> None:
+        self.quality.update(source, file, rows)
+
+    def earlier(self, source: str, run: Run) -> RawStates | None:
+        read = None if self.options.readings is None else self.options.readings.find_table(run, source)
+        if read is None or read.states is None:
+            return None
+        for log in read.logs:
+            self.quality.add(log, "")
+            self.quality.compare_rows(source, log.summary.file, read.states)
+        return read.states
+
+    def finish(self, source: str, file: str, run: Run | None, states: RawStates) -> None:
+        if not self.quality.has_begun(source, file):  # all of its rows are excluded
+            return
+        log = self.quality.finish(source, file)
+        self.quality.compare_rows(source, file, states)
+        if run is not None and self.options.readings is not None:
+            self.options.readings.note_table(run, source, ReadRun(run.id, (log,), states))
 
 
 def _earlier(run: Run, sources: Sequence[str], ingest_options: ReadingOptions, quality: DataQuality) -> ReadRun | None:

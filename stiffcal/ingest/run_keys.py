@@ -87,7 +87,7 @@ class RunKeys:
     def _hash(self, source: str, file: str, hash_of: HashOf) -> str:
         if self.in_file(source):
             return hash_of(file)
-        return self._elsewhere[name_elsewhere(source, file)]
+        return self._elsewhere.get(name_elsewhere(source, file), "")  # one that cannot be reached is no known one
 
     def _settings_of(self, source: str) -> str:
         """Return a hash of all that decides what a source's log gives; a pattern of files is not among it."""

@@ -44,7 +44,9 @@ from stiffcal.store.index import OWN, DamagedStoreError
 if TYPE_CHECKING:
     from stiffcal.store import Snapshot, SourceFile, Store, Writing
 
-_COLUMNS = ("run", "key", "n_states", "contents")
+_COLUMNS = ("run", "table", "key", "n_states", "contents")
+_Id = tuple[str, str]
+"""A run's name, and of a table of states its source; "" of logs."""
 CHECKPOINT_S = 120.0
 """Of reading, after which what was read so far is kept: an ingest of hours that is killed goes on from there. Keeping
 ten thousand runs takes a few seconds."""
@@ -77,8 +79,8 @@ class StoredReadings:
     """The logs as they were when they were read, by file."""
     states: Mapping[str, str] = field(default_factory=dict)
     """What shows that one is still the same: `FileStatus.state` of each."""
-    runs: Mapping[str, _StoredRun] = field(default_factory=dict)
-    """By name."""
+    runs: Mapping[_Id, _StoredRun] = field(default_factory=dict)
+    """By name and table."""
     raw_states: RawStatesOfRuns | None = None
     """Of all runs."""
     names: Mapping[str, Sequence[str]] = field(default_factory=dict)
@@ -99,10 +101,12 @@ def stored_readings(snapshot: Snapshot) -> StoredReadings:
         names = snapshot.read_document(READ_NAMES)
     except DamagedStoreError:
         return NOTHING_STORED
-    columns = {name: table.column(name).to_pylist() for name in table.column_names}
-    runs, first = {}, 0
-    for name, key, count, text in zip(*(columns[column] for column in _COLUMNS), strict=True):
-        runs[name] = _StoredRun(key, first, first + count, text)
+    if tuple(table.column_names) != _COLUMNS:  # of a version that was not released
+        return NOTHING_STORED
+    runs: dict[_Id, _StoredRun] = {}
+    first = 0
+    for name, source, key, count, text in zip(*(table.column(column).to_pylist() for column in _COLUMNS), strict=True):
+        runs[name, source] = _StoredRun(key, first, first + count, text)
         first += count
     return StoredReadings(snapshot, sources, states, runs, RawStatesOfRuns(raw_states), names)
 
@@ -177,24 +181,31 @@ class RunReadings:
         self._pause_at = time.monotonic() + seconds
         self._keys = RunKeys(campaign, elsewhere)
         self._described = DataQuality(campaign).described
-        self._made: dict[str, tuple[Run, Sequence[str], ReadRun]] = {}
-        self._kept: dict[str, RawStates | None] = {}
+        self._made: dict[_Id, tuple[Run, Sequence[str], ReadRun]] = {}
+        self._kept: dict[_Id, RawStates | None] = {}
         self._names: dict[str, tuple[str, str, Sequence[str]]] = {}
 
+    def find_table(self, run: Run, source: str) -> ReadRun | None:
+        """Return what reading a run's own table of states gave earlier, None where it has to be read (again)."""
+        return self._find((run.id, source), run, [source], None)
+
     def find(self, run: Run, sources: Sequence[str], writing: Writing | None = None) -> ReadRun | None:
-        """Return what reading a run gave earlier, None where it has to be read (again).
+        """Return what reading a run's logs gave earlier, None where they have to be read (again).
 
         Parameters
         ----------
         run : the manifest's entry. sources : those that log it.
         writing : where its recordings are to be carried over; None: they are not asked for.
         """
-        stored, snapshot = self._stored.runs.get(run.id), self._stored.snapshot
+        return self._find((run.id, ""), run, sources, writing)
+
+    def _find(self, place: _Id, run: Run, sources: Sequence[str], writing: Writing | None) -> ReadRun | None:
+        stored, snapshot = self._stored.runs.get(place), self._stored.snapshot
         if stored is None or snapshot is None or stored.key != self._key_of_known(run, sources):
             return None
         contents = stored_text(stored.text, self._described)
         blocks = [READ_LOGS + recording_name(run.id, source) for source in contents.blocks]
-        tables = [*(recording_name(run.id, source) for source in sources), *blocks]
+        tables = [*(recording_name(run.id, source) for source in sources), *blocks] if writing is not None else []
         if writing is not None and not all(snapshot.is_there(name) for name in tables):
             return None
         try:
@@ -203,17 +214,21 @@ class RunReadings:
             return None
         if writing is not None:
             writing.keep(*tables)
-        self._kept[run.id] = read.states
+        self._kept[place] = read.states
         return read
 
+    def note_table(self, run: Run, source: str, read: ReadRun) -> None:
+        """Take in what reading a run's own table of states gave now."""
+        self._made[run.id, source] = (run, [source], read)
+
     def note(self, run: Run, sources: Sequence[str], read: ReadRun) -> None:
-        """Take in what reading a run gave now.
+        """Take in what reading a run's logs gave now.
 
         Raises
         ------
         ReadingPaused : it is time to `write`, and to begin anew with what then is stored.
         """
-        self._made[run.id] = (run, sources, read)
+        self._made[run.id, ""] = (run, sources, read)
         if time.monotonic() > self._pause_at:
             raise ReadingPaused
 
@@ -241,7 +256,7 @@ class RunReadings:
         hashes : of the logs that were hashed. states : of each, `FileStatus.state` before it was.
         paused : more runs are to come; what is stored of others stays.
         """
-        rows: list[tuple[str, str, int, str]] = []
+        rows: list[tuple[str, str, str, int, str]] = []
         raw_states: list[RawStates] = []
         of_columns = {
             self._keys.of_names(source, file, self._hash_of): list(listed)
@@ -252,22 +267,22 @@ class RunReadings:
             hashes = [*hashes, *(source for file, source in self._stored.sources.items() if file not in hashed)]
             states = {**self._stored.states, **states}
             of_columns = {**{key: list(listed) for key, listed in self._stored.names.items()}, **of_columns}
-            for name, stored in self._stored.runs.items():
-                if name not in self._kept and name not in self._made:
-                    self._kept[name] = self._states_of(name, stored, stored_text(stored.text, self._described))
-        for name, of_run in {**self._kept, **dict.fromkeys(self._made)}.items():
-            if name in self._made:
-                run, sources, read = self._made[name]
+            for place, stored in self._stored.runs.items():
+                if place not in self._kept and place not in self._made:
+                    self._kept[place] = self._states_of(place[0], stored, stored_text(stored.text, self._described))
+        for place, of_run in {**self._kept, **dict.fromkeys(self._made)}.items():
+            if place in self._made:
+                run, sources, read = self._made[place]
                 of_run = read.states
                 key, text = self._keys.of_run(run, sources, self._hash_of), text_of(read)
                 for source, blocks in read.blocks.items():
-                    writing.write_table(READ_LOGS + recording_name(name, source), blocks_table(blocks))
+                    writing.write_table(READ_LOGS + recording_name(run.id, source), blocks_table(blocks))
             else:
-                key, text = self._stored.runs[name].key, self._stored.runs[name].text
-            rows.append((name, key, 0 if of_run is None else len(of_run.run), text))
+                key, text = self._stored.runs[place].key, self._stored.runs[place].text
+            rows.append((*place, key, 0 if of_run is None else len(of_run.run), text))
             raw_states += [] if of_run is None else [of_run]
-        names, keys, counts, texts = zip(*rows, strict=True) if rows else ((), (), (), ())
-        columns = (names, keys, np.array(counts, dtype=np.int64), texts)
+        names, tables, keys, counts, texts = zip(*rows, strict=True) if rows else ((), (), (), (), ())
+        columns = (names, tables, keys, np.array(counts, dtype=np.int64), texts)
         writing.write_table(READ_RUNS, table_of(dict(zip(_COLUMNS, columns, strict=True))))
         writing.write_table(READ_STATES, raw_states_table(raw_states or [no_states()]))
         writing.write_table(READ_SOURCES, sources_table(hashes, states))

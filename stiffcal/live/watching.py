@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
 from collections.abc import Collection, Mapping, Sequence
@@ -148,12 +149,16 @@ class LogWatcher:
         kept = _kept(campaign, needed, good)
         self._taken = dict(good)
         store = Path(self._place.name) / f"store{self._serial + 1}"
+        before = store.with_name(f"store{self._serial}")
+        if before.exists() and not store.exists():
+            _begin_from(before, store)
+        place = Store(store, display_name="the logs that have come")
         try:
-            ingest_now(kept, Store(store, display_name="the logs that have come"), "")
+            ingest_now(kept, place, "")
             self._models.take_runs(frozenset(run.id for run in kept.manifest.runs), str(store))
-            shutil.rmtree(store.with_name(f"store{self._serial}"), ignore_errors=True)
+            shutil.rmtree(before, ignore_errors=True)
             self._serial += 1
-            checked = check_loaded(kept)
+            checked = check_loaded(kept, store=place)
         except InputError as error:
             if any(fault.code is FaultCode.FILE_CHANGED for fault in error.faults):
                 self._taken = {}  # somebody went on writing: at the next look
@@ -210,6 +215,14 @@ def _files_of(campaign: Campaign) -> tuple[dict[str, list[tuple[str, bool]]], li
 def _kept(campaign: Campaign, needed: Collection[str], kept: Collection[str]) -> Campaign:
     """Return the campaign with some of the runs that have logs of their own; those without lie in tables, and stay."""
     return with_runs(campaign, {run.id for run in campaign.manifest.runs if run.id in kept or run.id not in needed})
+
+
+def _begin_from(before: Path, store: Path) -> None:
+    """Let a store begin with what another one holds, so that runs are read once; who uses that one goes on with it."""
+    try:
+        shutil.copytree(before, store, symlinks=True, copy_function=os.link, ignore=shutil.ignore_patterns("lock"))
+    except OSError:  # no hard links here: all is read again
+        shutil.rmtree(store, ignore_errors=True)
 
 
 def _without_partner(campaign: Campaign) -> list[WatchedRun]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -22,13 +23,29 @@ from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.raw_states import RawStates, concatenated, joined_side_by_side, pick
 
 
+class TableReadings(Protocol):
+    """What is noticed in tables while they are read, and what reading those of single runs gave earlier."""
+
+    def update(self, source: str, file: str, rows: Rows) -> None:
+        """Look at rows as they come, those that the manifest leaves out excepted; may raise."""
+
+    def earlier(self, source: str, run: Run) -> RawStates | None:
+        """Return the states of a run's own table, None where it has to be read."""
+
+    def finish(self, source: str, file: str, run: Run | None, states: RawStates) -> None:
+        """Take in the states of a table that was read to its end, of one run or of all."""
+
+
 def tabled_states(
-    folder: Path, manifest: Manifest, chain: Chain, observer: Callable[[str, str, Rows], None] | None = None
+    folder: Path, manifest: Manifest, chain: Chain, readings: TableReadings | None = None
 ) -> RawStates | None:
     """Read the sources that hold one row per load state; None where there is none.
 
-    `observer` is called with source, file and rows as they come, and may raise. Several such sources go together row by
-    row within each run.
+    Several such sources go together row by row within each run.
+
+    Parameters
+    ----------
+    readings : is asked for each run's table, and told of what is read; None: all are read.
 
     Raises
     ------
@@ -42,13 +59,21 @@ def tabled_states(
         tables = []
         for run, files in _files(manifest, name):
             display_name = next(iter(files.values()), "")
+            known = None if readings is None or run is None else readings.earlier(name, run)
+            if known is not None:
+                tables.append(known)
+                continue
             motors = MotorSide(source, chain, name, starts_anew=False)
-            observe = None if observer is None else partial(_observe, partial(observer, name, display_name), motors)
+            observe = None
+            if readings is not None:
+                observe = partial(_observe, partial(readings.update, name, display_name), motors)
             exclusions = RowExclusions.of(manifest, name, None if run is None else run.id)
             read = read_rows(folder, name, source, files, observe, exclusions, metres_of_rods(manifest))
             rows = _signals_together(list(motors.all(read)))
             tables.append(_with_labels(manifest, name, run, rows, display_name))
             _check_order(tables[-1], display_name, partial(_place, folder, source, files))
+            if readings is not None:
+                readings.finish(name, display_name, run, tables[-1])
         table = concatenated(tables)
         raw_states = table if raw_states is None else joined_side_by_side(raw_states, table, name)
     return None if raw_states is None else _without_unreadable(raw_states)

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from stiffcal.ingest.read_run import ReadRun
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.reduction.log_summary import LogSummary
+    from stiffcal.store import Store
 
 
 def check_campaign(
@@ -60,9 +61,18 @@ def check_campaign(
 
 
 def check_loaded(
-    campaign: Campaign, quick: bool = False, run: str | None = None, progress: Progress = no_progress
+    campaign: Campaign,
+    quick: bool = False,
+    run: str | None = None,
+    progress: Progress = no_progress,
+    store: Store | None = None,
 ) -> CheckResult:
     """Do as `check_campaign` with a campaign that was read, all its runs or some of them.
+
+    Parameters
+    ----------
+    campaign, quick, run, progress : as there.
+    store : where runs that were read are not read again; None: the campaign's own.
 
     Raises
     ------
@@ -81,8 +91,8 @@ def check_loaded(
     faults: list[Fault] = []
     quality = DataQuality(campaign)
     non_load = NonLoadRuns(campaign)
-    store = Store(campaign.folder / "store", display_name="store")
-    with nullcontext() if quick else earlier_readings(campaign, store, run) as readings:
+    place = store or Store(campaign.folder / "store", display_name="store")
+    with nullcontext() if quick else earlier_readings(campaign, place, run) as readings:
         options = ReadingOptions(readings=readings, collected=faults, only=run, quick=quick)
         gathered, reduced = collect_raw_states(campaign, progress, options, quality, non_load)
     missing = _missing_files(campaign, run)

@@ -17,7 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.ingest import reducing, run_readings
 from stiffcal.ingest.parts import READ_RUNS, READ_STATES
 from stiffcal.measurements.columns import column_of, values_of
-from stiffcal.reduction import logs
+from stiffcal.reduction import logs, tabled_states
 from stiffcal.store import Store
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.ingest import ingest_campaign, is_stale
@@ -25,6 +25,7 @@ from stiffcal.workflow.steps import RunContext, key_of_table, up_to_date_states
 from tests.ingest.test_logged_runs import HEAD, SPLIT, campaign_of
 from tests.laboratory.delivered_store import forge_table
 from tests.laboratory.once import folder_once
+from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
 from tests.long_campaigns.campaign import write_head, write_runs
 
 RUNS = 4
@@ -47,9 +48,9 @@ def read(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The logs that are read, in order."""
     files: list[str] = []
 
-    def noted(folder: Path, name: str, source: Any, of_signals: Any, **rest: Any) -> Any:
+    def noted(folder: Path, name: str, source: Any, of_signals: Any, *rest: Any, **named: Any) -> Any:
         files.extend(of_signals.values())
-        return logs.read_rows(folder, name, source, of_signals, **rest)
+        return logs.read_rows(folder, name, source, of_signals, *rest, **named)
 
     monkeypatch.setattr(reducing, "read_rows", noted)
     return files
@@ -221,4 +222,30 @@ def test_an_ingest_that_is_interrupted_goes_on_where_it_was(
         up_to_date_states(folder, RunContext(update=False))
     found = answers(folder)
     assert {file: read.count(file) for file in read} == {**dict.fromkeys(read, 1), "raw/run3_log.csv": 3}
+    assert found == from_nothing(folder)
+
+
+def test_tables_of_single_runs_are_read_once(tmp_path: Path, read: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = write_small_campaign(tmp_path / "campaign", poses=3)
+    table = folder / "raw" / "states.csv"
+    head, *rows = table.read_text().splitlines(keepends=True)
+    table.unlink()
+    manifest = CAMPAIGN.replace('run = { column = "run" }\n', "").replace("states.csv", "{run}.csv")
+    (folder / "campaign.toml").write_text(manifest)
+    monkeypatch.setattr(tabled_states, "read_rows", vars(reducing)["read_rows"])
+    for number in range(1, 4):
+        own = [row for row in rows if row.startswith(f"pose{number},")]
+        (folder / "raw" / f"pose{number}.csv").write_text(head + "".join(own))
+        read.clear()
+        ingest_campaign(folder)
+        check_campaign(folder)
+        assert read == [f"raw/pose{number}.csv"]
+    # a copy of a row with fewer digits: rows of all tables are compared
+    cells = next(row for row in reversed(rows) if row.startswith("pose1,")).split(",")
+    rounded = [f"{float(cell):.1f}" for cell in cells[10:13]]
+    log = folder / "raw" / "pose1.csv"
+    log.write_text(log.read_text() + ",".join([*cells[:10], *rounded, *cells[13:]]))
+    read.clear()
+    found = answers(folder)
+    assert read == ["raw/pose1.csv"]
     assert found == from_nothing(folder)

@@ -18,6 +18,7 @@ from stiffcal.live.log_files import QUIET_S, SETTLED_S, LogFiles
 from stiffcal.live.models import LiveModels
 from stiffcal.live.page import live_server
 from stiffcal.live.watching import LogWatcher, WatchedRun
+from stiffcal.reduction import logs, tabled_states
 from stiffcal.view.packing import unpacked
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext
@@ -100,6 +101,22 @@ def test_runs_appear_as_their_logs_come_in_pieces(measuring: Measuring) -> None:
     assert shown_states(measuring) == 50
     measuring.runs(OLD_S)
     assert measuring.version == 2  # nothing has come
+
+
+def test_a_run_that_was_read_is_not_read_again(measuring: Measuring, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[str] = []
+
+    def noted(folder: Path, name: str, source: Any, files: Any, *rest: Any) -> Any:
+        read.extend(files.values())
+        return logs.read_rows(folder, name, source, files, *rest)
+
+    monkeypatch.setattr(tabled_states, "read_rows", noted)
+    for k in range(1, 4):
+        read.clear()
+        measuring.write(f"pose{k}", measuring.logs[f"pose{k}"])
+        measuring.runs(SETTLED_S)
+        assert set(read) == {f"raw/pose{k}.csv"}
+    assert shown_states(measuring) == 75
 
 
 def test_what_is_shown_is_what_the_commands_make(measuring: Measuring) -> None:
