@@ -70,6 +70,7 @@ def seconds_of_times(
     """
     seconds = np.empty(len(texts))
     epoch = datetime(1970, 1, 1, tzinfo=UTC)
+    follows: str | None = order or None  # looked for once, as that reads all of them
     for index, text in enumerate(texts):
         try:
             seconds_text, nanoseconds = _split_fraction(text.strip())
@@ -78,8 +79,9 @@ def seconds_of_times(
             seconds[index] = elapsed.days * 86400 + elapsed.seconds + nanoseconds
         except ValueError:
             place = (display_name, f"row {first_row + index}, column {name}")
-            order = order or _order_in(texts, text, *place)
-            seconds[index] = _local_seconds(text.strip(), order, *place)
+            if not follows and (follows is None or any(_numbers_of_date(text))):
+                follows = _order_in(texts, text, *place)
+            seconds[index] = _local_seconds(text.strip(), follows, *place)
     return seconds
 
 

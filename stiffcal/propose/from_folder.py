@@ -217,7 +217,7 @@ def draft_of_logs(
         text,
         {file: path for file, path in files.items() if file in used} | extra,
         tuple(f"{file}: {line}" for file, line in marked if line.doubt is not None and line.question is None),
-        tuple(column.header for device in devices for column in device.kind.roles.unused),
+        tuple(dict.fromkeys(column.header for device in devices for column in device.kind.roles.unused)),
         roles=roles,
         to_write=_to_write(lines, missing, urdf is not None or robot is not None),
         runs=tuple(runs),
@@ -317,6 +317,7 @@ def _source_lines(device: LoggingDevice) -> list[ProposedLine]:
     lines += kind.options_line
     states = kind.roles.deflection is not None and kind.roles.time is None
     lines.append(ProposedLine('sampling = "states"') if states else kind.time or unfilled_time(device.name))
+    lines += [kind.rows] if kind.rows is not None else []
     return [*lines, *kind.signals, *(ProposedLine("", sentence) for sentence in open_columns(kind.roles))]
 
 

@@ -14,7 +14,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.lines import FrameNames, signal_lines
-from stiffcal.propose.log_kind import LogKind, log_kind
+from stiffcal.propose.log_kind import LogKind, log_kind, source_name
 from stiffcal.propose.run_names import patterns_of_devices, shape_of
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.propose.unnamed_columns import are_numbered
@@ -102,7 +102,11 @@ def sorted_files(
                 continue
             device = devices.setdefault(_layout(kind), LoggingDevice(kind))
             device.files.append(file)
-    return SortedFiles(list(devices.values()), found.unused)
+            device.kind = device.kind if device.kind.rows or not kind.rows else kind  # a target that is hidden at times
+    for device in devices.values():
+        found.devices.append(device)
+        found.devices.extend(LoggingDevice(part, device.files) for part in device.kind.further)
+    return found
 
 
 def _layout(kind: LogKind) -> tuple[object, ...]:
@@ -127,7 +131,9 @@ def of_use(found: SortedFiles, names: FrameNames) -> tuple[list[LoggingDevice], 
             continue
         if again:
             roles = _without(roles, again)
-            device.kind = replace(device.kind, roles=roles, signals=tuple(signal_lines(roles, names)))
+            name = device.kind.name if device.kind.device else source_name(roles)
+            signals = tuple(signal_lines(roles, names))
+            device.kind = replace(device.kind, name=name, roles=roles, signals=signals)
         given |= dict.fromkeys(_signals(roles), device.files[0])
         devices.append(device)
     order = {id(device): k for k, device in enumerate(found.devices)}
@@ -231,7 +237,7 @@ def runs_of(devices: Sequence[LoggingDevice]) -> tuple[list[str], list[str]]:
     if not patterns:
         names = {PurePosixPath(device.files[0]).stem for device in devices}
         return [names.pop() if len(names) == 1 else "run1"], []
-    everything = [file for device in devices for file in device.files]
+    everything = list(dict.fromkeys(file for device in devices for file in device.files))
     matches = {
         source: [(file, name) for file in everything if (name := pattern.run_of(file)) is not None]
         for source, pattern in patterns.items()

@@ -172,7 +172,7 @@ def log_kind(
     kinds = [
         LogKind(
             device,
-            name if name and len(parts) == 1 else _source_name(part),
+            name if name and len(parts) == 1 else source_name(part),
             reader.name,
             table.options,
             time_line(roles.time, table.rate_hz),
@@ -187,7 +187,7 @@ def log_kind(
     return replace(kinds[0], further=tuple(kinds[1:]))
 
 
-def _source_name(roles: Roles) -> str:
+def source_name(roles: Roles) -> str:
     """Return a name for the source of signals whose maker is not known."""
     return "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
 

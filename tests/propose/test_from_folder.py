@@ -209,3 +209,28 @@ def test_links_out_of_the_folder_are_not_followed(tmp_path: Path) -> None:
     draft = draft_from_folder(tmp_path / "usb", robot="irb4400")
     assert "raw/pose09_force.csv" not in draft.copies
     assert len(draft.remarks) == 1
+
+
+def test_signals_of_one_table_with_rows_of_their_own_are_two_sources(tmp_path: Path) -> None:
+    head = "__time,/ft/force/x,/ft/force/y,/ft/force/z,/probe/point/x,/probe/point/y,/probe/point/z\n"
+    for k in (1, 2, 3):
+        rows = (f"{0.1 * n:.1f},{n},2.5,{k}.5,,,\n{0.1 * n + 0.03:.2f},,,,862.{n},75.{k},391.5\n" for n in range(20))
+        (tmp_path / f"P{k}_merged.csv").write_text(head + "".join(rows), "utf-8")
+        write_log(tmp_path / f"P{k}_joints.h5", "joints", k)
+    manifest, runs = manifest_of(tmp_path)
+    assert runs == ["P1", "P2", "P3"]
+    rows_of = {
+        next(iter(source.keys() & {"wrench", "pose"})): source["rows"]
+        for source in manifest["sources"].values()
+        if source["file"] == "raw/{run}_merged.csv"
+    }
+    assert rows_of == {"wrench": "/ft/force/x != ''", "pose": "/probe/point/x != ''"}
+
+
+def test_rows_without_a_reading_are_left_out_in_a_folder_too(tmp_path: Path) -> None:
+    folder_of(tmp_path, runs=4)
+    hidden = tmp_path / "pose04_tracker.txt"  # the last: of the first alone it would not be known
+    hidden.write_text(hidden.read_text("utf-8") + "2,1;;;\n", "utf-8")
+    manifest, _ = manifest_of(tmp_path)
+    (tracker,) = (source for source in manifest["sources"].values() if "pose" in source)
+    assert tracker["rows"] == "`X [mm]` != ''"

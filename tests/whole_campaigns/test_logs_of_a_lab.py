@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable, Sequence
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import h5py
@@ -81,10 +82,52 @@ def key_lines_and_two_heads(places: Floats, forces: Floats, joints: Floats) -> d
     }
 
 
+def union_of_times_and_doubled_names(places: Floats, forces: Floats, joints: Floats) -> dict[str, tuple[str, str]]:
+    """Force and places in one table by the union of their times, and a log in which a name stands twice."""
+    head = "__time," + ",".join(f"/ft/force/{axis}" for axis in "xyz")
+    head += "," + ",".join(f"/probe/point/{axis}" for axis in "xyz") + "\n"
+    rows = [(1e-3 * row[0], *(f"{value:.4f}" for value in row[1:]), "", "", "") for row in forces]
+    rows += [(row[0] + 0.0031, "", "", "", *(f"{value:.4f}" for value in row[1:])) for row in places]
+    table = "".join(",".join((f"{row[0]:.6f}", *row[1:])) + "\n" for row in sorted(rows))
+    angles = np.radians(joints[:, 1:])
+    names = [f"{stem}[{k}]" for stem in ("q", "q_d", "q_d") for k in range(6)]
+    log = ", ".join(("time", *names)) + "\n"
+    log += lines(np.column_stack([joints[:, 0], angles, angles, angles]), ".9f", ", ")
+    return {"merged.csv": (head + table, "utf-8"), "franka.csv": (log, "utf-8")}
+
+
+def dates_lost_targets_and_xml(places: Floats, forces: Floats, joints: Floats) -> dict[str, tuple[str, str]]:
+    """Dates with the day first and a decimal comma, a target that is MISSING at times, frames of RSI."""
+    begin = datetime(2026, 11, 20, 10, 15, 30, tzinfo=UTC)
+    moments = [begin + timedelta(milliseconds=time) for time in forces[:, 0].tolist()]
+    words = [f"{moment:%d.%m.%Y %H:%M:%S},{moment.microsecond // 1000:03d}" for moment in moments]
+    scope = "Name;PLC force cell\nSampleTime[ms];20\nUnit;ms / N\n\nZeitstempel;Fx;Fy;Fz\n"
+    scope += "".join(
+        f"{word};{line}" for word, line in zip(words, lines(forces[:, 1:], ".4f", ";").splitlines(True), strict=True)
+    )
+    camera = "Tools,Time [s],State,Q0,Qx,Qy,Qz,Tx,Ty,Tz\n"
+    for k, line in enumerate(lines(places[:, 1:], ".4f", ",").splitlines()):
+        camera += f"1,{places[k, 0]:.3f},OK,1,0,0,0,{line}\n"
+        camera += f"1,{places[k, 0] + 0.2:.3f},MISSING,,,,,,,\n" if k % 17 == 5 else ""
+    frames = ""
+    for row in joints.tolist():
+        angles = " ".join(f'A{k}="{angle:.6f}"' for k, angle in enumerate(row[1:], start=1))
+        frames += f'<Rob TYPE="KUKA"><AIPos {angles}/><IPOC>{round(123645634 + 1000 * row[0])}</IPOC></Rob>\n'
+    return {"scope.csv": (scope, "utf-8"), "ndi.csv": (camera, "utf-8"), "rsi.xml": (frames, "utf-8")}
+
+
 Writer = Callable[[Floats, Floats, Floats], dict[str, tuple[str, str]]]
 
 
-@pytest.mark.parametrize("written", [camera_utf16_radians, key_lines_and_two_heads])
+@pytest.mark.parametrize(
+    "written",
+    [
+        camera_utf16_radians,
+        key_lines_and_two_heads,
+        union_of_times_and_doubled_names,
+        dates_lost_targets_and_xml,
+    ],
+)
 def test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses(
     demo: Path, tmp_path: Path, written: Writer, capsys: pytest.CaptureFixture[str]
 ) -> None:
