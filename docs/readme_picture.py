@@ -20,7 +20,7 @@ from docs.page_runs import MADE_BY_STIFFCAL, ROOT
 PICTURE = ROOT / "docs" / "view.png"
 CAMPAIGN = ROOT / "campaigns" / "hidden" / "03"
 WIDTH, HEIGHT = 1360, 940
-COLOURS = 48
+COLOURS = 128
 MOST_BYTES = 150_000
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
