@@ -11,6 +11,7 @@ import typer
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, Overwrite
+from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.propose.templates import template_kinds
 from stiffcal.wording import count, listing
@@ -96,8 +97,16 @@ def init(
 
 
 def _ask(question: Question) -> str:
+    from stiffcal.propose.from_folder import numbers_of
+
     text = f"{question.table}.{question.key}: {question.text} (Enter: write it into campaign.toml later)"
-    return str(typer.prompt(text, default="", show_default=False, err=True))
+    while answer := str(typer.prompt(text, default="", show_default=False, err=True)):
+        try:
+            numbers_of(answer, len(question.numbers))
+            break
+        except InputError as error:
+            typer.echo(f"{error.faults[0].reason}; {error.faults[0].mend}", err=True)
+    return answer
 
 
 def show_init(console: Console, result: InitResult) -> None:

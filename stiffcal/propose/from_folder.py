@@ -163,6 +163,10 @@ def are_logs(tables: Sequence[Path], urdf: Path | None = None, robot: str | None
     lacking = _lacking(roles)
     # without times it may be a table of load states whose columns have other names, unless it is one instrument's alone
     over_time = all(kind.time is not None for kind in kinds)
+    # tables of states that belong together are equally long; clocks of their own make logs that are not
+    lengths = {len(kind.roles.time.values) for kind in kinds if kind.roles.time is not None}
+    if over_time and len(kinds) > 1 and len(lengths) > 1:
+        return True
     return len(lacking) >= (1 if over_time else 2) and not serves_absolute(roles)
 
 
@@ -335,7 +339,11 @@ def _frame_lines(
     for frame in (TOOL, LOAD_POINT, TARGET):
         if frame in named:
             where = _WHERE[TARGET if frame == TOOL and roles.mass is None and roles.force is None else frame]
-            lines += [*_table(frame, "flange"), ProposedLine(known) if known else _question(frame, "xyz_m", where)]
+            both = "of load and target both; where they differ, write a frame for each" if roles.force else None
+            lines += [
+                *_table(frame, "flange"),
+                ProposedLine(known, both) if known else _question(frame, "xyz_m", where),
+            ]
     if FORCE_SENSOR in named:
         where = "origin of the force sensor's axes, from which it counts moments, x, y, z in m in the flange frame"
         origin = (

@@ -234,3 +234,34 @@ def test_rows_without_a_reading_are_left_out_in_a_folder_too(tmp_path: Path) -> 
     manifest, _ = manifest_of(tmp_path)
     (tracker,) = (source for source in manifest["sources"].values() if "pose" in source)
     assert tracker["rows"] == "`X [mm]` != ''"
+
+
+def test_single_logs_of_different_lengths_are_logs_and_no_tables(tmp_path: Path) -> None:
+    (tmp_path / "force.csv").write_text(
+        "t [s],Fx,Fy,Fz\n" + "".join(f"{k / 50},{k},1.5,2.5\n" for k in range(90)), "utf-8"
+    )
+    (tmp_path / "arm.csv").write_text(
+        "t [s],X,Y,Z\n" + "".join(f"{k / 3},862.{k},75.5,391.5\n" for k in range(6)), "utf-8"
+    )
+    axes = "".join(f"{k / 40},0,-70,60,10,4{k % 10},-30\n" for k in range(70))
+    (tmp_path / "axes.csv").write_text("t [s],A1,A2,A3,A4,A5,A6\n" + axes, "utf-8")
+    init_campaign(
+        tmp_path / "new", tables=[tmp_path / f"{name}.csv" for name in ("force", "arm", "axes")], robot="kr125"
+    )
+    manifest = tomllib.loads((tmp_path / "new" / "campaign.toml").read_text("utf-8"))
+    assert len(manifest["sources"]) == len(manifest["runs"][0]["files"]) == 3
+
+
+def test_a_tool_point_for_load_and_target_both_is_marked(tmp_path: Path) -> None:
+    draft = draft_from_folder(folder_of(tmp_path), robot="irb4400", tool=(0.0, 0.0, 0.2))
+    assert any("xyz_m" in line and "both" in line for line in draft.guessed)
+
+
+def test_a_wrong_answer_is_asked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    from stiffcal.cli.init import _ask
+
+    answers = iter(["0,0", "here", "0, 0, 0.2"])
+    monkeypatch.setattr("typer.prompt", lambda *args, **options: next(answers))
+    assert _ask(Question("frames.tool", "xyz_m", "where it is")) == "0, 0, 0.2"
+    monkeypatch.setattr("typer.prompt", lambda *args, **options: "")
+    assert _ask(Question("frames.tool", "xyz_m", "where it is")) == ""
