@@ -76,9 +76,11 @@ LONG = (
     "security/test_imports.py", "security/test_limits.py", "security/test_names.py", "security/test_plugin_ends.py",
     "security/test_readers.py", "security/test_remote_stores.py", "security/test_stored_shapes.py",
     "security/test_stores.py", "security/test_streams.py", "store/test_remote.py", "store/test_two_at_once.py",
-    "whole_campaigns", "workflow/test_campaigns_of_one_robot.py", "workflow/test_controller_export.py",
-    "workflow/test_fingerprint.py", "workflow/test_improve.py", "workflow/test_plan.py",
-    "workflow/test_plan_rivals.py",
+    "test_wheel.py", "whole_campaigns", "workflow/test_campaigns_of_one_robot.py",
+    "workflow/test_clamped_template.py", "workflow/test_controller_export.py", "workflow/test_effect_pictures.py",
+    "workflow/test_fingerprint.py", "workflow/test_formats.py", "workflow/test_improve.py", "workflow/test_plan.py",
+    "workflow/test_plan_absolute.py", "workflow/test_plan_program.py", "workflow/test_plan_rivals.py",
+    "workflow/test_suspects.py",
 )  # fmt: skip
 
 

@@ -15,6 +15,8 @@ from stiffcal.workflow.improve_results import ImproveResult
 from stiffcal.workflow.steps import RunContext
 from tests.laboratory.small_campaign import write_small_campaign
 
+pytestmark = pytest.mark.usefixtures("few_known_effects")
+
 
 @pytest.fixture(scope="module")
 def improved(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ImproveResult]:
