@@ -10,7 +10,6 @@ import importlib
 import importlib.metadata
 from collections.abc import Iterator
 from functools import cache, lru_cache
-from pathlib import PurePosixPath
 from typing import Protocol, cast
 
 from stiffcal.campaign.found_modules import module_names
@@ -87,9 +86,23 @@ def format_of(file: str) -> str | None:
     >>> format_of("raw/table.CSV"), format_of("raw/pose01.csv.gz"), format_of("raw/pose01.h5.gz")
     ('csv', 'csv', None)
     """
-    path = PurePosixPath(file)
-    ending, inner = path.suffix.lower(), PurePosixPath(path.stem).suffix.lower()
-    return _format_of_endings(ending, inner, format_names()) if ending else None
+    # as `PurePosixPath.suffix`, which takes ten times as long: ten thousand logs have an ending each
+    stem, ending = _parted(file.rstrip("/").rpartition("/")[2])
+    return _format_of_endings(ending, _parted(stem)[1], format_names()) if ending else None
+
+
+def _parted(name: str) -> tuple[str, str]:
+    """Return a file's name without its ending, and the ending in small letters; a point alone in front is none.
+
+    Examples
+    --------
+    >>> _parted("pose01.csv.GZ"), _parted(".csv"), _parted("log."), _parted("log")
+    (('pose01.csv', '.gz'), ('.csv', ''), ('log.', ''), ('log', ''))
+    """
+    point = name.rfind(".")
+    if not 0 < point < len(name) - 1:
+        return name, ""
+    return name[:point], name[point:].lower()
 
 
 @lru_cache(maxsize=1024)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+from functools import lru_cache
 from urllib.parse import quote
 
 _SAFE = " -_+=@#(),"
@@ -36,6 +37,7 @@ def escaped(text: str) -> str:
     return f"{re.sub('%.?$', '', name[: LONGEST - _DIGEST - 1])}~{digest}"
 
 
+@lru_cache(maxsize=1 << 15)
 def stored(text: str) -> str:
     """Return a name of a part of a store, which stays what it was in stores of earlier versions where one could be.
 
