@@ -37,11 +37,13 @@ def stopped_targets(states: LoadStates, chain: Chain) -> list[str]:
     if len(states) < 2 or not np.isfinite(states.wrench).all():
         return []
     motion = motion_of(states, chain, all_targets=True)
+    all_components = np.arange(motion.measured.shape[1])
     stretches = list(_stretches(states, motion))
-    if not stretches:
+    of_sensor = [(all_components, rows) for rows in _dead_sensor(states)]
+    if not stretches and not of_sensor:
         return []
     alike = np.zeros(motion.measured.shape, dtype=np.bool_)
-    for group, rows in stretches:
+    for group, rows in (*stretches, *of_sensor):
         alike[np.ix_(rows, group)] = True
     reading, per_reading, columns = joint_springs(states, chain)
     design = columns * (per_reading @ reading[:, :, None])[:, None, :, 0]
@@ -49,12 +51,17 @@ def stopped_targets(states: LoadStates, chain: Chain) -> list[str]:
     springs = _Springs.of(states, motion.measured, design, live)
     if springs is None:
         return []
-    lost: list[_Stretch] = []
-    for group, rows in stretches:
-        missed, free = springs.missed(rows, group)
-        if free > 0 and missed.any() and _chance(missed, free, springs) * len(stretches) < SURE:
-            lost.append((group, rows))
-    return [_words(states, motion.measured, lost, springs)] if lost else []
+    n_tests = len(stretches) + len(of_sensor)
+    lost = [(group, rows) for group, rows in stretches if springs.chance(rows, group) * n_tests < SURE]
+    dead = [rows for group, rows in of_sensor if springs.chance(rows, group) * n_tests < SURE]
+    remarks = [_words(states, motion.measured, lost, springs)] if lost else []
+    if dead:
+        remarks.append(
+            f"{_places(states, dead)}: the force sensor reads the same, and the target moves by more than the other "
+            "rows' springs explain: the sensor stopped; these rows are used as they are: exclude them with "
+            "[[exclude]], or keep them"
+        )
+    return remarks
 
 
 _Stretch: TypeAlias = tuple[Integers, Integers]
@@ -74,6 +81,21 @@ def _stretches(states: LoadStates, motion: Motion) -> Iterator[_Stretch]:
         for rows in _alike(states, motion.measured[:, [k]], 2):
             if not whole[rows, k].any():
                 yield np.array([k]), rows
+
+
+def _dead_sensor(states: LoadStates) -> list[Integers]:
+    """Return the stretches of states with the very same force, where no two others have: of a sensor, not set loads."""
+    if states.setup.load_is_weight:
+        return []
+    load, n = states.wrench[:, :3], len(states)
+    same = (load[1:] == load[:-1]).all(axis=1) & (np.diff(states.run) == 0)
+    ends = [0, *(np.flatnonzero(~same) + 1).tolist(), n]
+    stretches = [np.arange(start, end) for start, end in pairwise(ends) if end - start > 1]
+    others = np.ones(n, dtype=np.bool_)
+    for rows in stretches:
+        others[rows] = False
+    loads = load[others & load.any(axis=1)]
+    return stretches if len(loads) and len(np.unique(loads, axis=0)) == len(loads) else []
 
 
 def _alike(states: LoadStates, measured: Floats, least: int) -> Iterator[Integers]:
@@ -142,25 +164,31 @@ class _Springs:
         missed = missed - np.where(own_level, missed.mean(axis=0), 0.0)
         return missed, missed.size - int(own_level.sum())
 
+    def chance(self, rows: Integers, group: Integers) -> float:
+        """Return how likely readings that follow the springs are so far from them."""
+        from scipy.special import fdtrc
 
-def _chance(missed: Floats, free: int, springs: _Springs) -> float:
-    """Return how likely readings that follow the springs are so far from them."""
-    from scipy.special import fdtrc
-
-    return float(fdtrc(free, springs.free, float(np.sum(missed**2)) / free / springs.mean_square))
+        missed, free = self.missed(rows, group)
+        if free < 1 or not missed.any():
+            return 1.0
+        return float(fdtrc(free, self.free, float(np.sum(missed**2)) / free / self.mean_square))
 
 
 def _words(states: LoadStates, measured: Floats, lost: Sequence[_Stretch], springs: _Springs) -> str:
     """Return the warning of all stretches."""
-    places = [_place(states, rows) for _, rows in lost]
-    more = f" and {len(lost) - MOST_NAMED} more" if len(lost) > MOST_NAMED else ""
     zero = not any(measured[np.ix_(rows, group)].any() for group, rows in lost)
     size = max(float(np.linalg.norm(springs.missed(rows, group)[0], axis=1).max()) for group, rows in lost)
     return (
-        f"{'; '.join(dict.fromkeys(places[:MOST_NAMED]))}{more}: the target reads {'zero' if zero else 'the same'} "
+        f"{_places(states, [rows for _, rows in lost])}: the target reads {'zero' if zero else 'the same'} "
         f"whatever the load, which by springs fitted to the other rows moves it by {1e3 * size:.2g} mm: it was lost, "
         "or not measured; these rows are used as they are: exclude them with [[exclude]], or keep them"
     )
+
+
+def _places(states: LoadStates, stretches: Sequence[Integers]) -> str:
+    places = list(dict.fromkeys(_place(states, rows) for rows in stretches))
+    more = f" and {len(places) - MOST_NAMED} more" if len(places) > MOST_NAMED else ""
+    return "; ".join(places[:MOST_NAMED]) + more
 
 
 def _place(states: LoadStates, rows: Integers) -> str:

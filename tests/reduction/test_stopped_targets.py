@@ -63,3 +63,15 @@ def test_nothing_is_said_of_repeats_under_the_same_load(runs: LoadStates) -> Non
     """The state at the top of a cycle twice, with the very same reading of a gauge of a tenth of a millimetre."""
     table = replace(runs, position=np.round(runs.position / 1e-4) * 1e-4)
     assert stopped_targets(table.select(np.repeat(np.arange(len(runs)), 2)), six_axes()) == []
+
+
+@pytest.mark.parametrize("value", [0.0, None])
+def test_a_force_sensor_that_stops_is_named_and_loads_that_are_set_are_not(
+    value: float | None, runs: LoadStates
+) -> None:
+    wrench = runs.wrench.copy()
+    wrench[30:44] = wrench[30] if value is None else value
+    (line,) = stopped_targets(replace(runs, wrench=wrench), six_axes())
+    assert f"rows {runs.row[30]} to {runs.row[43]}" in line
+    set_loads = runs.select(np.repeat(np.arange(len(runs)), 2))
+    assert stopped_targets(replace(set_loads, wrench=np.round(set_loads.wrench, -1)), six_axes()) == []
