@@ -129,7 +129,7 @@ class WrittenTable:
 def read_load_table(
     file: Path, joint_names: Sequence[str], joints_needed: bool, prismatic: Collection[str] = ()
 ) -> LoadTable:
-    """Read a CSV of poses and loads: commas or semicolons; degrees, N and N·m unless the header states others.
+    """Read a table of poses and loads, in any format of logs: degrees, N and N·m unless the header states others.
 
     Parameters
     ----------
