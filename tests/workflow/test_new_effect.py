@@ -91,5 +91,6 @@ def test_what_none_of_the_catalogue_explains_is_explained_by_the_effect_that_is_
     after = validate_campaign(folder)
     assert before.rms.translation is not None
     assert after.rms.translation is not None
+    assert after.noise is not None
     assert after.noise.translation is not None
     assert after.rms.translation < 1.05 * after.noise.translation < before.rms.translation
