@@ -46,7 +46,8 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
             "campaign.toml", "[[runs]]", f"the data contains run {unknown[0]!r}, which is not listed",
             "add it to [[runs]], or omit [[runs]] if a table has a run column",
         )  # fmt: skip
-    run = np.array([names.index(name) for name in raw_states.run], dtype=np.int64)
+    number_of = {name: k for k, name in enumerate(names)}
+    run = np.array([number_of[name] for name in raw_states.run], dtype=np.int64)
     position, rotation, markers_measured = _poses(raw_states, manifest, setup)
     deflection = _deflections(raw_states, manifest, setup)
     sigma = stated_row_by_row(
