@@ -53,7 +53,7 @@ _AS_OF_A_TABLE: Mapping[FaultCode, tuple[FaultCode, str]] = {
     FaultCode.NUMBER_INVALID: _CELL,
     FaultCode.COLUMN_TYPE: _CELL,
     FaultCode.SHAPE_MISMATCH: (FaultCode.SHAPE_MISMATCH, "complete the line: as many cells as names, decimal points"),
-    FaultCode.SYNTAX_INVALID: (FaultCode.SYNTAX_INVALID, "close every quotation mark, with one number per cell"),
+    FaultCode.SYNTAX_INVALID: (FaultCode.SYNTAX_INVALID, "write one number per cell, and close every quotation mark"),
     FaultCode.ENCODING_WRONG: (FaultCode.FILE_UNREADABLE, "give a CSV file in UTF-8"),
     FaultCode.FORMAT_UNKNOWN: (FaultCode.FORMAT_UNKNOWN, "give a CSV file, or name the file as its format is"),
     FaultCode.READING_IMPLAUSIBLE: (
@@ -270,6 +270,8 @@ def _at_rest(file: Path) -> Iterator[Path]:
     What comes through a pipe (``--poses <(zcat …)``) is written down first.
     """
     reader = reader_of(file) if file.is_file() else None
+    if reader is None and file.is_file():
+        TABLE.check(file.stat().st_size, str(file))
     if reader is not None or (file.is_file() and not _lacks_line_end(file)):
         yield file
         return

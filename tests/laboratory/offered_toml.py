@@ -23,7 +23,7 @@ def offers_in(text: str) -> Iterator[str]:
         if _HEADER.fullmatch(line) or pairs == [line]:
             block.append(line)
             continue
-        if block:
+        if any(not _HEADER.fullmatch(own) for own in block):
             yield "\n".join(block)
         block = []
         yield from pairs

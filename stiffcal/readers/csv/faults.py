@@ -127,8 +127,10 @@ def _line_fault(
         )
     try:
         cells = layout.split(line.decode("utf-8", "replace"), strict=True)
-    except csv.Error:
+    except csv.Error as error:
         reason = "a quotation mark is not closed, or not followed by the end of the cell"
+        if b'"' not in line:
+            reason = f"not a table: {error}"
         return InputError.at(
             FaultCode.SYNTAX_INVALID, display_name, place, reason, "correct the line in a copy of the file"
         )
