@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, Unpartnered, found_files, natural_key
+from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, Unpartnered, found_files
 from stiffcal.campaign.manifest import Manifest, Run
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.campaign.naming import MANIFEST_FILE
@@ -13,6 +13,7 @@ from stiffcal.errors import Fault
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import RUNS
+from stiffcal.natural_order import natural_key
 
 MOST_NAMED = 5
 """Files or runs of one kind that a message names."""

@@ -55,13 +55,21 @@ def solve_step(
     columns: Sequence[ParameterColumn],
     start: Floats,
     settings: Settings,
+    last: Identifiability | None = None,
 ) -> tuple[Floats, Identifiability]:
     """Solve for the new amplitudes; those that cannot be distinguished stay neutral: at zero, shapes where they are.
 
     Where sets of indistinguishable parameters overlap, it matters which of them are held, because compliances cannot be
-    negative: the solution with all of them free decides.
+    negative: the solution with all of them free decides. Near the solution what is held stays as long as as much has to
+    be: of choices that are nearly as good each would make the next step choose another one, without end.
+
+    Parameters
+    ----------
+    start : (p,) where the step begins. last : what the last step held, where this one is near the solution, else None.
     """
     checked = _check_identifiability(reduced, robot, columns, settings)
+    stays = last is not None and np.sum(last.left_at_neutral) == np.sum(checked.left_at_neutral)
+    checked = last if last is not None and stays else checked
     lower, upper = bounds_of(robot, columns)
     shapes = _are_nonlinear(columns)
     # A law bends with its shape: no step beyond a factor of two. Shapes of either sign have no such scale.
@@ -75,7 +83,7 @@ def solve_step(
     scaled_alike = settings.common_scale[:1]
     keeps = shapes | np.array([name in settings.redundant or name in scaled_alike for name in names], dtype=np.bool_)
     result = _solve_free(system, checked, keeps, start, lower, upper)
-    if not checked.left_at_neutral.any():
+    if stays or not checked.left_at_neutral.any():
         return result, checked
     every, at_bound = system.solve_bounded(lower, upper)
     # Parameters at a bound are held: those at one with all free, else those at one with the others held.

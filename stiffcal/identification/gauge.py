@@ -13,6 +13,7 @@ models of part of the joints change which sets there are.
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import TypeAlias
 
 import numpy as np
 
@@ -23,10 +24,13 @@ from stiffcal.mechanics.kinematics import StackedFrame, cross, stacked_bodies
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Inputs
 from stiffcal.model.equilibrium import displacement_between, last_node_inboard, reported_targets
+from stiffcal.natural_order import NameKey, natural_key
 
 # Poses at which the motions are compared: three times the numbers that a seven-axis arm can have.
 _POSES = 40
 _SEED = 16
+Rank: TypeAlias = tuple[int, float, NameKey, int]
+"""By which parameters are kept: of the convention, the effect's name and place, the parameter's number in it."""
 # Of the central differences of frames, in typical sizes (1 mm, 1 mrad): rounding and the curvature leave 1e-10.
 _STEP = 1e-2
 
@@ -72,7 +76,7 @@ def held_frames(robot: CompliantRobot, data: Observations, fixed: frozenset[str]
                 is_target.append(placed_effect.place.frame in data.setup.target_names)
     if all(is_target):
         return frozenset()  # targets do not move each other
-    order = sorted(range(len(names)), key=lambda k: (not is_target[k], k))
+    order = sorted(range(len(names)), key=lambda k: (not is_target[k], natural_key(names[k])))
     return frozenset(names[held] for held in distinguish(np.stack(columns, axis=1), order).held)
 
 
@@ -103,7 +107,7 @@ def _null_directions(robot: CompliantRobot, data: Observations, fixed: frozenset
     if not motions:
         return {}
     names = [name for name, _, _ in motions]
-    # the convention keeps the least rank, and of like ones what comes first in the model
+    # the convention keeps the least rank
     order = sorted(range(len(motions)), key=lambda k: motions[k][1])[::-1]
     found = distinguish(np.stack([motion for _, _, motion in motions], axis=1), order)
     return {
@@ -112,9 +116,7 @@ def _null_directions(robot: CompliantRobot, data: Observations, fixed: frozenset
     }
 
 
-def _motions(
-    robot: CompliantRobot, data: Observations, fixed: frozenset[str]
-) -> list[tuple[str, tuple[int, float, int], Floats]]:
+def _motions(robot: CompliantRobot, data: Observations, fixed: frozenset[str]) -> list[tuple[str, Rank, Floats]]:
     """Return (full name, rank of the convention, motion of all targets over the poses) for each free parameter."""
     rng = np.random.default_rng(_SEED)
     chain = robot.chain
@@ -125,14 +127,15 @@ def _motions(
     measured = _measured_components(data)
     first_axis = np.abs(chain.fixed[0][:3, 2])
     motions = []
-    for number, placed_effect in enumerate(robot.placed):
-        for symbol, motion in _motions_of(placed_effect, robot, bodies, inputs).items():
+    for placed_effect in robot.placed:
+        for number, (symbol, motion) in enumerate(_motions_of(placed_effect, robot, bodies, inputs).items()):
             name = placed_effect.parameter_name(symbol)
             if name not in fixed:
                 is_target = placed_effect.place.frame in data.setup.target_names
-                rank = _rank(placed_effect, symbol, number, first_axis, is_target)
+                like = natural_key(placed_effect.parameter_name("")), number
+                rank: Rank = (*_rank(placed_effect, symbol, first_axis, is_target), *like)
                 if chain.prismatic[0] and placed_effect.place.frame and not is_target and symbol in ("x", "y", "z"):
-                    rank = -1, 0.0, number
+                    rank = (-1, 0.0, *like)
                 motions.append(
                     (name, rank, np.concatenate([(motion[b] * rows[:, None]).ravel() for b, rows in measured]))
                 )
@@ -188,10 +191,8 @@ def _motions_of(
     return motions
 
 
-def _rank(
-    placed_effect: PlacedEffect, symbol: str, number: int, first_axis: Floats, is_target: bool
-) -> tuple[int, float, int]:
-    """Return the order in which parameters are kept: the least come first.
+def _rank(placed_effect: PlacedEffect, symbol: str, first_axis: Floats, is_target: bool) -> tuple[int, float]:
+    """Return the order in which parameters are kept: the least come first, of like ones by their names.
 
     Geometry of joints 2 to n, targets, the tracker across joint 1's axis, zeros of joints, the tracker along and about
     that axis, joint 1's geometry. Where joint 1 is prismatic any shift of the base is one of the joints after it: there
@@ -201,9 +202,9 @@ def _rank(
     if place.kind == "joints":
         # what holds others as a special case describes the whole joint
         if effect.includes:
-            return (0 if place.joints[0] > 1 else 5), 0.0, number
-        return 3, 0.0, number
+            return (0 if place.joints[0] > 1 else 5), 0.0
+        return 3, 0.0
     if is_target:
-        return 1, 0.0, number
+        return 1, 0.0
     along = float(first_axis["xyz".index(symbol[-1])])
-    return (4 if along > 0.5 and along == first_axis.max() else 2), along, number
+    return (4 if along > 0.5 and along == first_axis.max() else 2), along

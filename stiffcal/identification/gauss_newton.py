@@ -42,7 +42,8 @@ SMALL_CORRECTION = 0.02
 NEAR = 1.0
 # Steps that are taken whole: on the way through a curved valley the sum of squares may rise and the next step be right.
 WHOLE_STEPS = 8
-# The wrench's share of the noise follows the compliances; after two steps these stand to a thousandth.
+# The wrench's share of the noise follows the compliances: each of the first steps has its own weights, and a fit ends
+# on weights from which it moved by less than `ROUGH_STEP`.
 REWEIGHTED_STEPS = 2
 
 
@@ -64,15 +65,19 @@ def settle(
     problem: Problem,
     robot: CompliantRobot,
     settings: Settings,
-    stated: Weights | None,
+    begun: Settled | None,
     progress: Progress,
     near: bool = False,
 ) -> Settled:
-    """Take steps until one is negligible, at most `MAX_STEPS`; without ``stated`` weights the noise is estimated too.
+    """Take steps until one is negligible, at most `MAX_STEPS`.
 
-    With ``near`` they end where the next one is expected below `NEAR`. After `WHOLE_STEPS` a step that goes too far is
-    shortened (`TakenStep`); where that leaves nothing of it, the fit stays where the step began. A step to where the
-    robot has no equilibrium is shortened too, at any iteration.
+    With ``begun``, where a part of the data ended, the noise is known, and what is held is held again as long as as
+    much has to be.
+
+    The estimate is the least weighted sum of squares under the weights of the model where it ends. With ``near`` the
+    steps end where the next one is expected below `NEAR`. A step that goes too far is shortened (`TakenStep`) where it
+    is near the solution or `WHOLE_STEPS` were taken; where that leaves nothing of it, the fit stays where the step
+    began. A step to where the robot has no equilibrium is shortened too, at any iteration.
 
     Raises
     ------
@@ -82,16 +87,16 @@ def settle(
     amplitude = amplitudes(robot, columns)
     iterations, last, robust = 0, np.inf, settings.loss == "huber"
     shaped = any(c.role is ParameterRole.NONLINEAR for c in columns)
+    stated = None if begun is None else begun.weights
     small = ROUGH_STEP if stated is not None or shaped else SMALL_STEP
-    weights, lowered, moved = stated, None, 0.0
+    weights, lowered, moved, weighed_at = stated, None, 0.0, amplitude
     taken: TakenStep | None = None
     beyond: NoBalanceError | None = None
-    n_beyond = 0
+    n_beyond, stale = 0, False
     while True:
         progress("fit in equilibrium", min(0.9, 0.3 + 0.2 * iterations))
-        # With stated weights the first step's stay: the start is good to a hundredth already.
-        few = 0 if stated is not None and not robust else REWEIGHTED_STEPS
-        renew = iterations - n_beyond <= few or moved > SMALL_CORRECTION
+        renew = iterations - n_beyond <= REWEIGHTED_STEPS or moved > SMALL_CORRECTION or stale
+        weighed_at, stale = amplitude if renew else weighed_at, False
         iterations += 1
         try:
             weights, blocks = _weighed(problem, data, (robot, columns), settings, (stated, weights), renew)
@@ -108,10 +113,15 @@ def settle(
             amplitude = taken.reached
             robot = with_estimates(robot, columns, amplitude)
             continue
-        shorter = None if taken is None or iterations <= WHOLE_STEPS else taken.shortened(reduced, under)
+        far = taken is None or (iterations <= WHOLE_STEPS and taken.left >= NEAR)
+        shorter = None if far or taken is None else taken.shortened(reduced, under)
         if shorter is not None:
             if shorter.left < small or iterations >= MAX_STEPS:
                 robot, left = with_estimates(robot, columns, shorter.start), shorter.left
+                stale = shorter.distance(weighed_at) > ROUGH_STEP
+                if stale and iterations < MAX_STEPS:
+                    taken, last, amplitude = None, np.inf, shorter.start
+                    continue
                 if beyond is not None and left >= small:
                     raise beyond
                 ended = Settled(robot, weights, columns, shorter.reduced, shorter.checked, iterations, data)
@@ -120,7 +130,11 @@ def settle(
             taken, last, amplitude = shorter, 0.0, shorter.reached
             robot = with_estimates(robot, columns, amplitude)
             continue
-        updated, checked = solve_step(reduced, robot, columns, amplitude, settings)
+        held = None if begun is None else begun.checked
+        if taken is not None:
+            held = taken.checked if stated is not None or taken.left < NEAR else None
+        # what shapes do comes and goes on the way, and with it what can be distinguished
+        updated, checked = solve_step(reduced, robot, columns, amplitude, settings, None if shaped else held)
         taken = TakenStep.of(amplitude, updated, reduced, checked, under)
         change, amplitude = taken.left, updated
         robot = with_estimates(robot, columns, amplitude)
@@ -130,7 +144,8 @@ def settle(
         # Far from the solution a residual is the model's, not the wrench's.
         corrected, moved = corrected_wrenches(robot, data, reduced, weights) if next_step < NEAR else (data, 0.0)
         settled = moved < SMALL_CORRECTION and (change < small or (next_step < small and not (robust or shaped)))
-        settled = settled or (near and next_step < NEAR)
+        stale = settled and taken.distance(weighed_at) > ROUGH_STEP
+        settled = (settled and not stale) or (near and next_step < NEAR)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             last_step = change if (robot.deformed or robust) and not settled else None
             if beyond is not None and last_step is not None:

@@ -18,6 +18,9 @@ from stiffcal.bounded_least_squares import column_scale
 from stiffcal.distinguish import TAKES_PART, distinguish
 from stiffcal.identification.fit import Ambiguity
 from stiffcal.identification.undetermined import Undetermined
+from stiffcal.natural_order import NameKey, natural_key
+
+SPRINGS = "joint-compliance"
 
 
 @dataclass(frozen=True)
@@ -124,8 +127,11 @@ def check_identifiability(
     condition = np.inf if len(remaining) < p else 1.0
     if len(remaining):
         must_stay = np.zeros(p, dtype=np.bool_) if needed is None else needed
-        # of a set nonlinear parameters are held rather than amplitudes, and of these the one that came last
-        order = np.lexsort((-remaining, must_stay[remaining], ~is_nonlinear[remaining]))
+        # of a set nonlinear parameters are held rather than amplitudes, and of these the last by the name of its entry:
+        # the order of a model's entries decides nothing
+        kept = np.empty(p, dtype=np.int64)
+        kept[sorted(range(p), key=lambda i: _kept_first(names[i]))] = np.arange(p)
+        order = np.lexsort((-kept[remaining], must_stay[remaining], ~is_nonlinear[remaining]))
         found = distinguish(factor[:, remaining], order.tolist())
         if len(remaining) == p:
             # Below this a singular value is rounding instead of zero.
@@ -154,6 +160,11 @@ def check_identifiability(
             identifiable[i] = False
             ambiguities.append(Ambiguity((names[i],), "", Undetermined.ASSEMBLY))
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))
+
+
+def _kept_first(name: str) -> tuple[bool, NameKey]:
+    """Return the key by which entries are kept: springs of joints first, which models begin with, then by name."""
+    return not name.startswith(f"{SPRINGS}."), natural_key(name.rpartition(".")[0])
 
 
 def _members(null: Floats, remaining: NDArray[np.int64], column: int) -> NDArray[np.int64]:

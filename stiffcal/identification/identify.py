@@ -160,7 +160,7 @@ def fit_observations(
     near = first is not problem and first.data.clamped is not None
     settled = settle(first, _initial_estimate(first, robot, settings), settings, None, progress, near)
     if first is not problem:
-        settled = settle(problem, settled.robot, settings, settled.weights, progress)
+        settled = settle(problem, settled.robot, settings, settled, progress)
     return _summarise(problem, settled, settings)
 
 

@@ -6,6 +6,7 @@ least-squares problem; the shape that leaves least is where Gauss–Newton start
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,12 @@ from stiffcal.identification.observation import Observations, evaluate, free_col
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import ParameterRole
+from stiffcal.model.effect import ParameterRole, ParameterSpec, Values
+
+# A factor of two, as in the effects' own grids, down to a tenth: Gauss–Newton has the rest.
+COARSEST, FINEST = np.log(2.0), np.log(1.1)
+# Of the squares: what gains less goes on over a shape that does nothing.
+LEAST_GAIN = 1e-6
 
 
 def lacks_nonlinear_value(placed_effect: PlacedEffect) -> bool:
@@ -28,7 +34,9 @@ def lacks_nonlinear_value(placed_effect: PlacedEffect) -> bool:
 def start_nonlinear(
     robot: CompliantRobot, data: Observations, whitening: Whitening, fixed: frozenset[str] = frozenset()
 ) -> CompliantRobot:
-    """Give every shape parameter that has none the value that leaves least of the residual, effect by effect.
+    """Give every shape parameter that has none the value that leaves least of the residual.
+
+    Effect by effect, until none of them would be given another value for what the others have become.
 
     Parameters
     ----------
@@ -37,35 +45,71 @@ def start_nonlinear(
     fixed : full names that keep their values; their own effect's other shapes are still profiled.
     """
     space = Projection.of(data, whitening)
-    for number, placed_effect in enumerate(robot.placed):
-        if not lacks_nonlinear_value(placed_effect):
-            continue
-        other_effects = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
-        state = Linearised.about(other_effects, data)
-        columns = [
-            column
-            for column in free_columns(other_effects, fixed)
-            if column.role is not ParameterRole.NONLINEAR
-            and not lacks_nonlinear_value(other_effects.placed[column.placed])
-        ]
-        background = np.concatenate([block.columns for block in evaluate(other_effects, data, columns)], axis=2)
-        residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
-        base = space.rows(np.concatenate([background, residual[None]]))
-        best, least = {spec.symbol: spec.typical for spec in placed_effect.specs(ParameterRole.NONLINEAR)}, np.inf
-        for shape in state.shapes(placed_effect.effect, placed_effect.place):
-            trial = {**shape, **{s: v for s, v in placed_effect.values.items() if s in shape}}
-            squares = remaining_squares(
-                base, space.rows(state.regressor(placed_effect.effect, placed_effect.place, trial).columns)
+    given = {n: placed.values for n, placed in enumerate(robot.placed) if lacks_nonlinear_value(placed)}
+    tried: set[tuple[float, ...]] = set()
+    while True:
+        for number, values in given.items():
+            others = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
+            started = replace(
+                robot.placed[number], values=_best_shape(others, robot.placed[number], values, data, space, fixed)
             )
-            if squares < least:
-                best, least = trial, squares
-        robot = replace(
-            robot,
-            placed=tuple(
-                replace(p, values={**best, **p.values}) if k == number else p for k, p in enumerate(robot.placed)
-            ),
-        )
-    return robot
+            robot = replace(robot, placed=tuple(started if k == number else p for k, p in enumerate(robot.placed)))
+        # what the first of several took for its own may be another's: each again, with the others where they are now
+        shapes = tuple(value for number in given for value in robot.placed[number].values.values())
+        if len(given) < 2 or shapes in tried:
+            return robot
+        tried.add(shapes)
+
+
+def _best_shape(
+    others: CompliantRobot,
+    placed: PlacedEffect,
+    given: Values,
+    data: Observations,
+    space: Projection,
+    fixed: frozenset[str],
+) -> Values:
+    """Return the effect's values, its shapes those that leave least with the other effects as they are."""
+    state = Linearised.about(others, data)
+    columns = [
+        column
+        for column in free_columns(others, fixed)
+        if column.role is not ParameterRole.NONLINEAR and not lacks_nonlinear_value(others.placed[column.placed])
+    ]
+    background = np.concatenate([block.columns for block in evaluate(others, data, columns)], axis=2)
+    residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
+    base = space.rows(np.concatenate([background, residual[None]]))
+
+    def squares(shape: Values) -> float:
+        return remaining_squares(base, space.rows(state.regressor(placed.effect, placed.place, shape).columns))
+
+    best, least = {spec.symbol: spec.typical for spec in placed.specs(ParameterRole.NONLINEAR)}, np.inf
+    for shape in state.shapes(placed.effect, placed.place):
+        trial = {**shape, **{s: v for s, v in given.items() if s in shape}}
+        if (left := squares(trial)) < least:
+            best, least = trial, left
+    open_ = [
+        spec
+        for spec in placed.specs(ParameterRole.NONLINEAR)
+        if spec.symbol not in given and spec.lower > 0.0 and not spec.discrete
+    ]
+    return {**_nearer(best, least, open_, squares), **given}
+
+
+def _nearer(shape: Values, least: float, specs: Sequence[ParameterSpec], squares: Callable[[Values], float]) -> Values:
+    """Return shapes that leave less: steps of a factor as long as these help, then smaller ones (Hooke and Jeeves)."""
+    log_step = COARSEST
+    while least < np.inf and log_step > FINEST:
+        found = False
+        for spec in specs:
+            for factor in (np.exp(log_step), np.exp(-log_step)):
+                value = float(np.clip(shape[spec.symbol] * factor, spec.lower, spec.upper))
+                left = squares(trial := {**shape, spec.symbol: value})
+                if left < least * (1.0 - LEAST_GAIN):
+                    shape, least, found = trial, left, True
+                    break
+        log_step = log_step if found else log_step / 2.0
+    return shape
 
 
 def remaining_squares(base: Floats, columns: Floats) -> float:

@@ -15,24 +15,25 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.finite_columns import check_finite
 from stiffcal.identification.geometry_terms import geometry_terms
+from stiffcal.identification.observation_shift import observation_shift, observation_slopes
 from stiffcal.identification.readings import Observations, observe
+from stiffcal.identification.tangents import Tangents, loads_at_rest, loads_under_weight
 from stiffcal.identification.weight_columns import weight_column
-from stiffcal.mechanics.kinematics import cross
+from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.mechanics.kinematics import StackedFrame, cross
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.deformed_chain import unit_wrenches
-from stiffcal.model.effect import Inputs, NodeLoads, Observed, ParameterRole, Term
+from stiffcal.model.effect import Inputs, ParameterRole
 from stiffcal.model.equilibrium import (
     NoBalanceError,
     Rest,
     WeightOnlyRest,
+    adjusted_inputs,
     blocks,
     counted_from,
     displacement_between,
     displacements,
     find_rest,
-    first_order_displacement,
     last_node_inboard,
-    law_terms,
     nominal_robot,
     rest_under_weight,
 )
@@ -46,7 +47,6 @@ __all__ = [
     "free_columns",
     "lever_of",
     "observe",
-    "observed_displacement",
     "predicted",
     "predicted_rows",
     "rests",
@@ -55,9 +55,6 @@ __all__ = [
 
 # 5 nrad is 15 nm at three metres: a thousandth of the best tracker's noise, and a millionth of a deflection.
 FIT_TOLERANCE = 5e-9
-# Steps for derivatives by difference: a wrench step of the size of a sensor's noise, so that laws with a corner are
-# averaged as the noise averages them.
-FORCE_STEP, MOMENT_STEP = 1.0, 0.2
 
 
 @dataclass(frozen=True)
@@ -123,22 +120,22 @@ def _evaluate_block(
     displacement = np.zeros((len(data.setup.targets), 6, data.n_states))
     prediction = np.zeros_like(data.measured)
     if not rigid:
-        displacement = observed_displacement(model, data, loaded, unloaded)
-        prediction = predicted_rows(data, displacement, loaded, unloaded)
+        displacement = np.stack(displacements(model, loaded, unloaded))
+        prediction = predicted_rows(model, data, displacement, loaded, unloaded)
     columns_out = np.zeros((len(columns), len(data.measured), data.n_states))
     rows = {
         (column.placed, column.symbol): row
         for row, column in enumerate(columns)
         if column.role is ParameterRole.AMPLITUDE
     }
+    tangents = Tangents(model, data, loaded, unloaded)
     if rows:
-        terms = [*loaded.terms, *geometry_terms(model.placed, model.chain, data)]
-        _law_columns(model, terms, unloaded, _levers(loaded, data, terms), rows, columns_out)
+        _law_columns(model, data, (loaded, unloaded), tangents, rows, columns_out)
     _observation_columns(model, data, displacement, columns_out, rows)
-    _frame_columns(model, data, columns, loaded, columns_out)
+    _frame_columns(model, data, columns, loaded, unloaded, columns_out)
     if not rigid:
-        _difference_columns(model, data, columns, prediction, columns_out, (loaded, unloaded))
-    sensitivity = _sensitivity(model, data, loaded) if with_sensitivity else None
+        _difference_columns(model, data, columns, columns_out, (loaded, unloaded), tangents)
+    sensitivity = tangents.reading_rows() if with_sensitivity else None
     return Evaluation(block, prediction, columns_out, sensitivity)
 
 
@@ -152,8 +149,7 @@ def rests(model: CompliantRobot, data: Observations, for_memory: bool | None = N
     for_memory : whether laws with a memory act on this rest, which begins under weight alone; None: where the model
         holds some.
     """
-    # state by state, so that no prediction depends on which others are evaluated with it
-    inputs = Inputs(data.angles, data.wrench, data.setup, read=~data.absolute | data.wrench.any(axis=0))
+    inputs = inputs_of(data)
     for_memory = model.has_memory if for_memory is None else for_memory
     try:
         if data.absolute.all() and not (for_memory or data.order.motor_torque.any()):
@@ -169,6 +165,11 @@ def rests(model: CompliantRobot, data: Observations, for_memory: bool | None = N
     return loaded, unloaded
 
 
+def inputs_of(data: Observations) -> Inputs:
+    """Return what goes into the balance: state by state, so that no prediction depends on which others are there."""
+    return Inputs(data.angles, data.wrench, data.setup, read=~data.absolute | data.wrench.any(axis=0))
+
+
 def held_by_bent_chain(model: CompliantRobot, data: Observations, unloaded: WeightOnlyRest) -> Observations:
     """Return the observations with what clamped motors read taken on the chain as the model's weight bends it."""
     motors = data.layout.motors
@@ -180,33 +181,24 @@ def held_by_bent_chain(model: CompliantRobot, data: Observations, unloaded: Weig
     return replace(data, layout=replace(data.layout, motors=replace(motors, held=held)))
 
 
-def observed_displacement(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: WeightOnlyRest) -> Floats:
-    """Return (B, 6, n) predicted displacement of the targets, observation effects included."""
-    displacement = np.stack(displacements(model, loaded, unloaded))
-    shift = np.zeros_like(displacement)
-    observed = Observed(displacement, data.order, data.layout.held)
-    for placed_effect in model.acting:
-        finite = placed_effect.effect.observation_shift(placed_effect.place, observed, placed_effect.values)
-        if finite is not None:
-            shift += finite
-            continue
-        for symbol, column in placed_effect.effect.observation_columns(
-            placed_effect.place, observed, placed_effect.shape()
-        ).items():
-            shift += placed_effect.amplitude(symbol) * column
+def predicted_rows(
+    model: CompliantRobot, data: Observations, displacement: Floats, loaded: Rest, unloaded: WeightOnlyRest
+) -> Floats:
+    """Return (m, n) what the rows read of the targets' displacements (B, 6, n) and of the links' own.
+
+    Parameters
+    ----------
+    displacement : where the model rests, before effects of the measurement.
+    """
+    read = displacement + observation_shift(model, data, displacement)
     motors = data.layout.motors
     if motors is not None and model.deformed:
         target = motors.held.target
-        shift[target] -= second_order_turn(
+        read[target] -= second_order_turn(
             motors.held, model.adjusted_chain, data.angles, unloaded.displacement, data.setup.targets[target],
             displacement[target],
         )  # fmt: skip
-    return np.asarray(displacement + shift)
-
-
-def predicted_rows(data: Observations, displacement: Floats, loaded: Rest, unloaded: WeightOnlyRest) -> Floats:
-    """Return (m, n) what the rows read of the targets' displacements (B, 6, n) and of the links' own."""
-    rows = data.layout.of_targets(displacement)
+    rows = data.layout.of_targets(read)
     if data.layout.rods:
         data.layout.add_rods(rows, loaded.displacement - unloaded.displacement)
     return rows
@@ -215,7 +207,7 @@ def predicted_rows(data: Observations, displacement: Floats, loaded: Rest, unloa
 def predicted(model: CompliantRobot, data: Observations, loaded: Rest, unloaded: WeightOnlyRest) -> Floats:
     """Return (m, n) what the rows read of the model at rest."""
     data = held_by_bent_chain(model, data, unloaded)
-    return predicted_rows(data, observed_displacement(model, data, loaded, unloaded), loaded, unloaded)
+    return predicted_rows(model, data, np.stack(displacements(model, loaded, unloaded)), loaded, unloaded)
 
 
 def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Floats:
@@ -238,32 +230,29 @@ def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Flo
     return rows
 
 
-def _levers(
-    loaded: Rest, data: Observations, terms: Sequence[tuple[PlacedEffect, Term]]
-) -> dict[tuple[int, int], Floats]:
-    """Return (node, component) to the lever, for all that the laws move."""
-    components = {(term.node, term.component) for _, term in terms}
-    return {key: lever_of(loaded, data, *key) for key in components}
-
-
 def _law_columns(
     model: CompliantRobot,
-    loaded: Sequence[tuple[PlacedEffect, Term]],
-    unloaded: WeightOnlyRest,
-    lever: dict[tuple[int, int], Floats],
+    data: Observations,
+    at_rest: tuple[Rest, WeightOnlyRest],
+    tangents: Tangents,
     rows: dict[tuple[int, str], int],
     sensitivities: Floats,
 ) -> None:
-    """Add levers times the laws' terms, less those under weight alone: displacements are counted from there."""
+    """Add tangents times the laws' terms, less those under weight alone: displacements are counted from there."""
     numbers = {id(placed_effect): number for number, placed_effect in enumerate(model.acting)}
-    values: dict[tuple[int, tuple[int, int]], Floats] = {}
-    for sign, terms in ((1.0, loaded), (-1.0, unloaded.terms)):
+    loaded, unloaded = at_rest
+    for under_weight, terms in enumerate((loaded.terms, unloaded.terms)):
         for placed_effect, term in terms:
-            row, at = rows.get((numbers[id(placed_effect)], term.symbol)), (term.node, term.component)
-            if row is not None and at in lever:
-                values[row, at] = values[row, at] + sign * term.value if (row, at) in values else sign * term.value
-    for (row, at), value in values.items():
-        sensitivities[row] += lever[at] * value
+            row = rows.get((numbers[id(placed_effect)], term.symbol))
+            moved = None if row is None else tangents.law_rows(term.node, term.component, bool(under_weight))
+            if row is not None and moved is not None:
+                sensitivities[row] += moved * term.value
+    by_geometry: dict[tuple[int, int], Floats] = {}
+    for placed_effect, term in geometry_terms(model, model.placed, data, loaded.inputs.angles):
+        row, at = rows.get((numbers[id(placed_effect)], term.symbol)), (term.node, term.component)
+        if row is not None:
+            by_geometry[at] = by_geometry[at] if at in by_geometry else tangents.geometry_rows(*at)
+            sensitivities[row] += by_geometry[at] * term.value
 
 
 def _observation_columns(
@@ -273,11 +262,8 @@ def _observation_columns(
     sensitivities: Floats,
     rows: dict[tuple[int, str], int],
 ) -> None:
-    observed = Observed(displacement, data.order, data.layout.held)
     for number, placed_effect in enumerate(model.placed):
-        for symbol, column in placed_effect.effect.observation_columns(
-            placed_effect.place, observed, placed_effect.shape()
-        ).items():
+        for symbol, column in observation_slopes(placed_effect, data, displacement).items():
             if (number, symbol) in rows:
                 sensitivities[rows[number, symbol]] += data.layout.of_targets(column)
 
@@ -287,46 +273,56 @@ def _frame_columns(
     data: Observations,
     columns: Sequence[ParameterColumn],
     loaded: Rest,
+    unloaded: WeightOnlyRest,
     sensitivities: Floats,
 ) -> None:
-    """Fill the columns of frames by a forward difference: the robot rests where it did, and is measured from elsewhere.
-
-    As for the geometry, displacements depend on them by their square alone.
-    """
+    """Fill the columns of frames by difference: the robot rests where it did, and is measured from elsewhere."""
     for row, column in enumerate(columns):
         placed_effect = model.placed[column.placed]
         if not placed_effect.effect.moves_frames:
             continue
-        step = 1e-3 * placed_effect.effect.spec(column.symbol).size
-        # From where the frame is now: the inputs hold its present values already.
-        inputs = placed_effect.effect.adjusted(placed_effect.place, loaded.inputs, {column.symbol: step})
-        moved = replace(loaded, inputs=inputs)
-        change = [
-            displacement_between(after, before) for after, before in zip(moved.targets, loaded.targets, strict=True)
-        ]
-        rows = data.layout.of_targets(np.where(data.absolute, np.stack(change), 0.0))
-        sensitivities[row] = rows / step
+        spec = placed_effect.effect.spec(column.symbol)
+        step = 1e-3 * spec.size
+        value = placed_effect.values.get(column.symbol, spec.neutral)
+
+        def measured(end: float, number: int = column.placed, symbol: str = column.symbol) -> Floats:
+            moved = replace(model.placed[number], values={**model.placed[number].values, symbol: end})
+            others = (*model.placed[:number], moved, *model.placed[number + 1 :])
+            setup = adjusted_inputs(replace(model, placed=others), inputs_of(data)).setup
+            after = _targets(loaded, setup)
+            change = [displacement_between(moved, start) for moved, start in zip(after, loaded.targets, strict=True)]
+            if unloaded.poses is None or unloaded.pose is None:
+                return np.stack(change)
+            before = [frame.states(unloaded.pose) for frame in _targets(unloaded.poses, setup)]
+            displaced = [displacement_between(moved, start) for moved, start in zip(after, before, strict=True)]
+            return np.where(data.absolute, np.stack(change), np.stack(displaced))
+
+        sensitivities[row] = data.layout.of_targets(measured(value + step) - measured(value - step)) / (2.0 * step)
+
+
+def _targets(rest: Rest, setup: MeasurementSetup) -> list[StackedFrame]:
+    return replace(rest, inputs=replace(rest.inputs, setup=setup)).targets
 
 
 def _difference_columns(
     model: CompliantRobot,
     data: Observations,
     columns: Sequence[ParameterColumn],
-    prediction: Floats,
     sensitivities: Floats,
     at_rest: tuple[Rest, WeightOnlyRest],
+    tangents: Tangents,
 ) -> None:
-    """Fill the columns of shape and set-up parameters: by the law's own derivatives, else by a forward difference."""
+    """Fill the columns of shape and set-up parameters: by the law's own derivatives, else by a central difference."""
     slopes: dict[int, dict[str, Floats]] = {}
     for row, column in enumerate(columns):
         placed_effect = model.placed[column.placed]
         if column.role is ParameterRole.AMPLITUDE or placed_effect.effect.moves_frames:
             continue
         if placed_effect.effect.moves_masses or placed_effect.effect.turns_gravity:
-            sensitivities[row] = weight_column(model, data, at_rest, placed_effect, column.symbol)
+            sensitivities[row] = weight_column(tangents, placed_effect, column.symbol)
             continue
         if column.placed not in slopes:
-            slopes[column.placed] = _shape_slopes(model, placed_effect, data, *at_rest)
+            slopes[column.placed] = _shape_slopes(model, placed_effect, data, at_rest, tangents)
         if column.symbol in slopes[column.placed]:
             sensitivities[row] = slopes[column.placed][column.symbol]
             continue
@@ -334,51 +330,45 @@ def _difference_columns(
         neutral = spec.typical if column.role is ParameterRole.NONLINEAR else spec.neutral
         value = placed_effect.values.get(column.symbol, neutral)
         step = 1e-4 * max(abs(value), spec.size)
-        shifted = model.with_values({placed_effect.parameter_name(column.symbol): value + step})
-        loaded, unloaded = rests(shifted, data)
-        sensitivities[row] = (predicted(shifted, data, loaded, unloaded) - prediction) / step
+        name = placed_effect.parameter_name(column.symbol)
+        low, high = (model.with_values({name: value + sign * step}) for sign in (-1.0, 1.0))
+        by_wrench = None if data.layout.motors is not None else _change_of_wrench(low, high, inputs_of(data))
+        if by_wrench is not None:
+            sensitivities[row] = np.einsum("man,an->mn", tangents.reading_rows(), by_wrench / (2.0 * step))
+        else:
+            sensitivities[row] = (_predicted_anew(high, data) - _predicted_anew(low, data)) / (2.0 * step)
+
+
+def _change_of_wrench(low: CompliantRobot, high: CompliantRobot, inputs: Inputs) -> Floats | None:
+    """Return (6, n) by how much two robots' set-ups make another wrench of the reading; None where more differs."""
+    one, other = adjusted_inputs(low, inputs), adjusted_inputs(high, inputs)
+    changed = other.wrench - one.wrench
+    alike = one.setup is other.setup and np.array_equal(one.angles, other.angles)
+    return changed if alike and changed.any() else None
+
+
+def _predicted_anew(model: CompliantRobot, data: Observations) -> Floats:
+    return predicted(model, data, *rests(model, data))
 
 
 def _shape_slopes(
-    model: CompliantRobot, placed: PlacedEffect, data: Observations, loaded: Rest, unloaded: WeightOnlyRest
+    model: CompliantRobot,
+    placed: PlacedEffect,
+    data: Observations,
+    at_rest: tuple[Rest, WeightOnlyRest],
+    tangents: Tangents,
 ) -> dict[str, Floats]:
     """Return symbol to (m, n): what the law gives as its derivatives by shape parameters, moved to the rows."""
     columns: dict[str, Floats] = {}
-    angles = loaded.inputs.angles
+    loaded, unloaded = at_rest
+    loads = loads_at_rest(loaded, data), loads_under_weight(loaded, unloaded, data)
     amplitudes = {spec.symbol: placed.amplitude(spec.symbol) for spec in placed.specs(ParameterRole.AMPLITUDE)}
-    rests = (
-        (1.0, NodeLoads(loaded.wrench, angles, data.order, loaded.weight)),
-        (-1.0, NodeLoads(unloaded.wrench, angles, reference_kelvin=data.order.reference_kelvin)),
-    )
-    for sign, loads in rests:
-        for term in placed.effect.shape_slopes(placed.place, model.chain, loads, {**amplitudes, **placed.shape()}):
-            column = sign * lever_of(loaded, data, term.node, term.component) * term.value
-            columns[term.symbol] = columns.get(term.symbol, 0.0) + column
+    for under_weight, carried in enumerate(loads):
+        for term in placed.effect.shape_slopes(placed.place, model.chain, carried, {**amplitudes, **placed.shape()}):
+            moved = tangents.law_rows(term.node, term.component, bool(under_weight))
+            if moved is not None:
+                columns[term.symbol] = columns.get(term.symbol, 0.0) + moved * term.value
     return columns
-
-
-def _sensitivity(model: CompliantRobot, data: Observations, loaded: Rest) -> Floats:
-    """Return (m, 6, n): how the prediction moves with the wrench as read, on the shape as it stands."""
-    base = [term for _, term in loaded.terms]
-    direct, levered = unit_wrenches(model.chain, loaded.shape, loaded.inputs)
-    result = np.zeros((len(data.measured), 6, data.n_states))
-    wrench, displacement = loaded.wrench.copy(), np.empty_like(loaded.displacement)
-    force, moment = loaded.wrench[:, :3], loaded.wrench[:, 3:]
-    for axis in range(6 if data.setup.moments_measured else 3):
-        step = FORCE_STEP if axis < 3 else MOMENT_STEP
-        wrench[:, :3] = force + step * direct[:, :, axis] if axis < 3 else force
-        wrench[:, 3:] = moment + step * (levered if axis < 3 else direct)[:, :, axis % 3]
-        loads = NodeLoads(wrench, loaded.inputs.angles, data.order, loaded.weight)
-        displacement[:] = 0.0
-        for before, (placed_effect, term) in zip(base, law_terms(model, loads), strict=True):
-            amplitude = placed_effect.amplitude(term.symbol)
-            if amplitude:
-                displacement[term.node, term.component] += (amplitude / step) * (term.value - before.value)
-        full = np.stack(first_order_displacement(loaded, displacement))
-        rows = data.layout.of_targets(full)
-        data.layout.add_rods(rows, displacement)
-        result[:, axis] = rows
-    return result
 
 
 def free_columns(robot: CompliantRobot, fixed: frozenset[str] = frozenset()) -> list[ParameterColumn]:

@@ -7,7 +7,7 @@ its nodes. Regressors are linear in the amplitudes, at given shape parameters.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Protocol
 
@@ -19,16 +19,15 @@ from stiffcal.identification.load_scale import is_proportional
 from stiffcal.identification.observation import (
     Observations,
     held_by_bent_chain,
-    lever_of,
-    observed_displacement,
     predicted,
     predicted_rows,
     rests,
 )
+from stiffcal.identification.tangents import Tangents, loads_at_rest, loads_under_weight
 from stiffcal.identification.weight_columns import weight_column
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place
-from stiffcal.model.equilibrium import Rest, WeightOnlyRest
+from stiffcal.model.equilibrium import Rest, WeightOnlyRest, displacements
 
 # Bytes of regressors that one source keeps: those of a hundred candidates for some 2500 full poses.
 MOST_KEPT = 1 << 25
@@ -75,37 +74,35 @@ class Linearised:
     unloaded: WeightOnlyRest
     """The rests under weight alone."""
     displacement: Floats
-    """(B, 6, n) displacements of the targets, observation effects included."""
+    """(B, 6, n) displacements of the targets, before effects of the measurement."""
     predicted: Floats
-    """(m, n) what the rows read of ``displacement``."""
-    _levers: dict[tuple[int, int], Floats] = field(default_factory=dict)
+    """(m, n) what the rows read."""
+    tangents: Tangents
+    """How the rows move with displacements of nodes."""
 
     @classmethod
     def about(cls, robot: CompliantRobot, data: Observations) -> Linearised:
         """Find the rests of a robot in all states."""
         loaded, unloaded = rests(robot, data, for_memory=True)
         data = held_by_bent_chain(robot, data, unloaded)
-        displacement = observed_displacement(robot, data, loaded, unloaded)
-        return cls(robot, data, loaded, unloaded, displacement, predicted_rows(data, displacement, loaded, unloaded))
+        displacement = np.stack(displacements(robot, loaded, unloaded))
+        rows = predicted_rows(robot, data, displacement, loaded, unloaded)
+        return cls(robot, data, loaded, unloaded, displacement, rows, Tangents(robot, data, loaded, unloaded))
 
     @property
     def loads(self) -> NodeLoads:
         """What the nodes carry in all states."""
-        return NodeLoads(self.loaded.wrench, self.loaded.inputs.angles, self.data.order, self.loaded.weight)
+        return loads_at_rest(self.loaded, self.data)
 
     @property
     def bare(self) -> NodeLoads:
         """What the nodes carry under weight alone, at the temperature of the run's reference."""
-        angles, kelvin = self.loaded.inputs.angles, self.data.order.reference_kelvin
-        return NodeLoads(self.unloaded.wrench, angles, reference_kelvin=kelvin)
+        return loads_under_weight(self.loaded, self.unloaded, self.data)
 
     def lever(self, node: int, component: int) -> Floats | None:
         """Return (m, n) how the observations move with a node's small displacement; None where they do not."""
-        key = (node, component)
-        if key not in self._levers:
-            self._levers[key] = lever_of(self.loaded, self.data, node, component)
-        lever = self._levers[key]
-        return lever if lever.any() else None
+        moved = self.tangents.law_rows(node, component, under_weight=False)
+        return moved if moved is not None and moved.any() else None
 
     def shapes(self, effect: Effect, place: Place) -> list[dict[str, float]]:
         """Return the combinations of shape parameters to try, from the effect's own grid; empty where nothing shows."""
@@ -120,18 +117,17 @@ class Linearised:
         def add(symbol: str, values: Floats) -> None:
             columns[symbol] = columns[symbol] + values if symbol in columns else values
 
-        for term in effect.terms(place, chain, self.loads, shape):
-            lever = self.lever(term.node, term.component)
-            if lever is not None:
-                add(term.symbol, lever * term.value)
-        for term in effect.terms(place, chain, self.bare, shape):
-            lever = self.lever(term.node, term.component)
-            if lever is not None:
-                add(term.symbol, -lever * term.value)
-        for _, term in geometry_terms([PlacedEffect(effect, place, shape)], chain, data):
-            lever = self.lever(term.node, term.component)
-            if lever is not None:
-                add(term.symbol, lever * term.value)
+        for under_weight, loads in enumerate((self.loads, self.bare)):
+            for term in effect.terms(place, chain, loads, shape):
+                moved = self.tangents.law_rows(term.node, term.component, bool(under_weight))
+                if moved is not None and moved.any():
+                    add(term.symbol, moved * term.value)
+        added = PlacedEffect(effect, place, shape)
+        model = replace(self.robot, placed=(*self.robot.placed, added))
+        for _, term in geometry_terms(model, (added,), data, self.loaded.inputs.angles):
+            moved = self.tangents.geometry_rows(term.node, term.component)
+            if moved.any():
+                add(term.symbol, moved * term.value)
         observed = Observed(self.displacement, data.order, data.layout.held)
         for symbol, column in effect.observation_columns(place, observed, shape).items():
             add(symbol, data.layout.of_targets(column))
@@ -156,9 +152,7 @@ class Linearised:
     ) -> Floats | None:
         """Return the derivative by a parameter that changes the inputs, by difference of the whole balance."""
         if effect.moves_masses:
-            column = weight_column(
-                self.robot, self.data, (self.loaded, self.unloaded), PlacedEffect(effect, place), symbol
-            )
+            column = weight_column(self.tangents, PlacedEffect(effect, place), symbol)
             return column if column.any() else None
         unit_effect = PlacedEffect(effect, place, {**shape, symbol: effect.spec(symbol).value_of(step)})
         shifted = replace(self.robot, placed=(*self.robot.placed, unit_effect))

@@ -57,10 +57,14 @@ class TakenStep:
         under: tuple[Whitening, Observations],
     ) -> TakenStep:
         """Describe a whole step."""
-        n_free = max(1, len(start) - int(checked.left_at_neutral.sum()))
-        change = float(np.linalg.norm(reduced.factor @ (end - start)) / np.sqrt(n_free))
         held = checked.left_at_neutral
-        return cls(start, end, reduced, checked, under, change, np.array_equal(start[held], end[held]))
+        step = cls(start, end, reduced, checked, under, 0.0, np.array_equal(start[held], end[held]))
+        return replace(step, change=step.distance(end))
+
+    def distance(self, other: Floats) -> float:
+        """Return how far other amplitudes (p,) are from the start, in standard uncertainties per parameter."""
+        n_free = max(1, len(self.start) - int(self.checked.left_at_neutral.sum()))
+        return float(np.linalg.norm(self.reduced.factor @ (other - self.start)) / np.sqrt(n_free))
 
     @property
     def reached(self) -> Floats:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import exponential_coefficients, vector_from_rotation
@@ -31,6 +31,10 @@ class StackedFrame:
     """(3, 3, n) base_from_frame."""
     position: Floats
     """(3, n) origin in base axes, m."""
+
+    def states(self, pick: Integers) -> StackedFrame:
+        """Return those of some states, any number of times each."""
+        return StackedFrame(self.rotation[:, :, pick], self.position[:, pick])
 
     def moved(self, fixed: Floats) -> StackedFrame:
         """Return the frames ``self @ fixed`` for a constant rigid transform (4, 4)."""

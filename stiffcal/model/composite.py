@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import Effect, ParameterRole, ParameterSpec, Place
+from stiffcal.model.effect import Effect, ParameterRole, ParameterSpec, Place, Values
 from stiffcal.model.prismatic import form_of
 
 
@@ -86,9 +86,25 @@ class CompliantRobot:
     @cached_property
     def adjusted_chain(self) -> Chain:
         """The chain with what the effects change of its geometry and masses."""
-        chain = self.chain
+        return self._chains[-1]
+
+    @cached_property
+    def _chains(self) -> tuple[Chain, ...]:
+        """The chain, and as it is after each of the effects."""
+        chains = [self.chain]
         for placed_effect in self.acting:
-            chain = placed_effect.effect.adjusted_chain(placed_effect.place, chain, placed_effect.values)
+            chains.append(placed_effect.effect.adjusted_chain(placed_effect.place, chains[-1], placed_effect.values))
+        return tuple(chains)
+
+    def chain_with(self, number: int, values: Values) -> Chain:
+        """Return the chain with other values of one of the acting effects, by its number."""
+        chain = self._chains[number]
+        chain = self.acting[number].effect.adjusted_chain(self.acting[number].place, chain, values)
+        for placed_effect, before, after in zip(
+            self.acting[number + 1 :], self._chains[number + 1 : -1], self._chains[number + 2 :], strict=True
+        ):
+            if after is not before:
+                chain = placed_effect.effect.adjusted_chain(placed_effect.place, chain, placed_effect.values)
         return chain
 
     @property

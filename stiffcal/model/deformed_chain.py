@@ -173,6 +173,70 @@ def node_wrenches(chain: Chain, shape: DeformedChain, inputs: Inputs, forces: Fl
     return result
 
 
+@dataclass(frozen=True)
+class OutboardLoads:
+    """What the nodes carry, by what it does when the chain outboard of a node turns."""
+
+    force: Floats
+    """(3, n) of the reading, base axes, N."""
+    moment: Floats
+    """(3, n) of the reading, base axes, about its point, N·m."""
+    point: Floats
+    """(3, n) where it acts, base axes, m."""
+    last_loaded: int
+    """The outermost node that carries it."""
+    last_moving: int
+    """The outermost node whose displacement moves its point."""
+    last_turning: int
+    """The outermost node whose displacement turns its axes; -1 where they are those of the base."""
+    gravity: Floats
+    """(3,) m/s², base axes."""
+    mass: Floats
+    """(2J + 2,) kg, whose weight each node carries."""
+    first_moment: list[Floats]
+    """(3, n) kg·m per node, of that mass about the node's shifted origin, base axes."""
+
+
+def outboard_loads(chain: Chain, shape: DeformedChain, inputs: Inputs) -> OutboardLoads:
+    """Return what the nodes carry in one shape, by what it does when the chain turns.
+
+    Parameters
+    ----------
+    shape : the chain as it stands.
+    inputs : angles, wrench as read and set-up.
+    """
+    setup, n = inputs.setup, inputs.angles.shape[1]
+    axes = _reading_axes(shape, setup, n)
+    force = from_frame(axes.rotation, inputs.wrench[:3])
+    moment = from_frame(axes.rotation, inputs.wrench[3:]) if setup.moments_measured else np.zeros_like(force)
+    point = shape.bodies[setup.wrench_point.body].point(setup.wrench_point.transform[:3, 3])
+    mass, first = np.zeros(len(shape.nodes)), [np.zeros((3, n)) for _ in shape.nodes]
+    total, weighted = 0.0, np.zeros((3, n))
+    for body in range(chain.n_joints + 1, -1, -1):
+        inboard = 2 * chain.n_joints + 1 if body == chain.n_joints + 1 else max(2 * body - 1, 0)
+        own, centre = _mass_of(chain, setup, body)
+        for node in (2 * body, inboard) if 0 < body <= chain.n_joints else (inboard,):
+            if node == inboard and own != 0.0:
+                total, weighted = total + own, weighted + own * shape.bodies[body].point(centre)
+            mass[node], first[node] = total, weighted - total * shape.origins[node]
+    return OutboardLoads(
+        force,
+        moment,
+        point,
+        2 * chain.n_joints + 1 if setup.wrench_point.body == chain.n_joints + 1 else 2 * setup.wrench_point.body,
+        _last_node(chain, setup.wrench_point.body),
+        -1 if setup.wrench_axes.body == 0 else _last_node(chain, setup.wrench_axes.body),
+        chain.gravity,
+        mass,
+        first,
+    )
+
+
+def _last_node(chain: Chain, body: int) -> int:
+    """Return the outermost node inboard of a body."""
+    return 2 * chain.n_joints + 1 if body == chain.n_joints + 1 else max(2 * body - 1, 0)
+
+
 def _mass_of(chain: Chain, setup: MeasurementSetup, body: int) -> tuple[float, Floats]:
     """Return a body's mass, kg, and its centre in the body's frame, m."""
     if body == 0:

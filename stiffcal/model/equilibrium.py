@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, cross, from_frame, stacked_bodies, turn_between
@@ -126,6 +126,13 @@ def _take_off_friction(robot: CompliantRobot, wrench: Floats, order: StateOrder 
         wrench[joint_nodes(robot.chain), robot.chain.drive_components] += share[:, None] * loss
 
 
+def adjusted_inputs(robot: CompliantRobot, inputs: Inputs) -> Inputs:
+    """Return the inputs as the robot's effects change them."""
+    for placed_effect in robot.acting:
+        inputs = placed_effect.effect.adjusted(placed_effect.place, inputs, placed_effect.values)
+    return inputs
+
+
 # What overflows on the way to no balance is found by its result, and needs no warnings of numpy.
 @np.errstate(over="ignore", invalid="ignore")
 def find_rest(
@@ -153,8 +160,7 @@ def find_rest(
     ------
     NoBalanceError : the iteration does not settle.
     """
-    for placed_effect in robot.acting:
-        inputs = placed_effect.effect.adjusted(placed_effect.place, inputs, placed_effect.values)
+    inputs = adjusted_inputs(robot, inputs)
     chain = robot.adjusted_chain
     n = inputs.angles.shape[1]
     # The papers' linear form takes every wrench on the rigid chain: a start would sag it under its weight.
@@ -277,6 +283,10 @@ class WeightOnlyRest:
     """The laws' terms."""
     absolute: Booleans | None = None
     """(n,) True where it is the robot file's undeformed robot; None: nowhere."""
+    poses: Rest | None = None
+    """The rest of each stretch of states that share it; None where no robot with effects rests."""
+    pose: Integers | None = None
+    """(n,) which of them."""
 
 
 def rest_under_weight(
@@ -303,11 +313,13 @@ def rest_under_weight(
     frames = rest.targets
     linear = [] if robot.deformed else first_order_displacement(rest)
     return WeightOnlyRest(
-        targets=[StackedFrame(frame.rotation[:, :, pick], frame.position[:, pick]) for frame in frames],
+        targets=[frame.states(pick) for frame in frames],
         linear=[factors[:, pick] for factors in linear],
         wrench=rest.wrench[:, :, pick],
         displacement=rest.displacement[:, :, pick],
         terms=[(placed_effect, replace(term, value=term.value[pick])) for placed_effect, term in rest.terms],
+        poses=rest,
+        pose=pick,
     )
 
 
@@ -341,6 +353,8 @@ def counted_from(unloaded: WeightOnlyRest, nominal: WeightOnlyRest, absolute: Bo
         np.where(absolute, 0.0, unloaded.displacement),
         [(placed, replace(term, value=np.where(absolute, 0.0, term.value))) for placed, term in unloaded.terms],
         absolute,
+        unloaded.poses,
+        unloaded.pose,
     )
 
 

@@ -7,11 +7,12 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
-from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, files_of_runs, natural_key
+from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, files_of_runs
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
+from stiffcal.natural_order import natural_key
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.lines import FrameNames, signal_lines
 from stiffcal.propose.log_kind import LogKind, log_kind, source_name

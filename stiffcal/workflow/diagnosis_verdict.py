@@ -18,6 +18,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
+from stiffcal.revision import REVISION
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import Ingested, RunContext, up_to_date_states
 
@@ -94,8 +95,10 @@ def _baseline(data: Ingested, limits: Thresholds, context: RunContext) -> Baseli
     if not path.exists():
         mend = "name a campaign folder, or a model written by stiffcal export DIR -o baseline.json"
         raise InputError.at(FaultCode.FILE_MISSING, MANIFEST_FILE, place, f"no such file or folder: {name}", mend)
-    parameters = _fit_of(path, name, context) if path.is_dir() else _read_model(path, name)
-    return Baseline(path.name if path.is_dir() else name, {parameter.name: parameter for parameter in parameters})
+    if path.is_dir():
+        return Baseline(path.name, {parameter.name: parameter for parameter in _fit_of(path, name, context)})
+    parameters, revision = _read_model(path, name)
+    return Baseline(name, {parameter.name: parameter for parameter in parameters}, revision != REVISION)
 
 
 def _fit_of(path: Path, label: str, context: RunContext) -> list[IdentifiedParameter]:
@@ -109,7 +112,8 @@ def _fit_of(path: Path, label: str, context: RunContext) -> list[IdentifiedParam
     return up_to_date_fit(data, context).parameters
 
 
-def _read_model(path: Path, label: str) -> list[IdentifiedParameter]:
+def _read_model(path: Path, label: str) -> tuple[list[IdentifiedParameter], object]:
+    """Return the parameters of an exported model and the revision that computed it, None where that is not stated."""
     mend = "write it with stiffcal export DIR -o baseline.json"
     try:
         document = json.loads(read_regular(path, label))
@@ -120,7 +124,7 @@ def _read_model(path: Path, label: str) -> list[IdentifiedParameter]:
     parameters = document.get("parameters")
     if not isinstance(parameters, list) or not all(map(_is_parameter, parameters)):
         raise InputError.at(FaultCode.KEY_MISSING, label, "parameters", "a parameter is incomplete", mend)
-    return [_parameter(entry) for entry in parameters]
+    return [_parameter(entry) for entry in parameters], document.get("revision")
 
 
 def _parameter(entry: Document) -> IdentifiedParameter:

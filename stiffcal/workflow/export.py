@@ -12,6 +12,7 @@ from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.revision import REVISION
 from stiffcal.trust.outputs import TABLES, chosen_output, write_output, written
 from stiffcal.workflow.command_results import ExportResult
 from stiffcal.workflow.identify import up_to_date_fit
@@ -240,6 +241,7 @@ def _for_spreadsheets(table: pa.Table) -> pa.Table:
 def _model_document(data: Ingested, identified: IdentifyResult) -> Document:
     return {
         "schema": "stiffcal/model-export/1",
+        "revision": REVISION,
         "warnings": identified.warnings,
         "campaign": data.campaign.name,
         "robot": data.campaign.robot.model_dump(mode="json", by_alias=True, exclude_none=True),

@@ -42,7 +42,7 @@ def named(states: LoadStates, model: CompliantRobot) -> set[str]:
 def test_rods_distinguish_the_swing_from_the_bearing(hidden: PlacedEffect) -> None:
     chain = six_axes_with_beams()
     robot = with_effect(joint_springs(chain, SIX_STIFFNESS), hidden)
-    tool_alone = played(robot, runs=6, noise=Sigma(translation=20e-6, rotation=30e-6), full_pose=False)
+    tool_alone = played(robot, runs=6, noise=Sigma(translation=20e-6, rotation=30e-6), full_pose=False, seed=2)
     # from the tool alone: the set that looks alike, whichever of the two it is
     assert {*SWING, TILT} <= named(tool_alone, joint_springs(chain))
     reported = named(with_rods(tool_alone, robot, five_rods(chain)), joint_springs(chain))

@@ -76,12 +76,12 @@ def test_the_two_forms_agree(case: str) -> None:
         two = identify_in_two_forms(fit)
     assert two.names == fit.free_names
     assert two.difference < ROUNDING
-    # and the fit itself, which stops at a thousandth of a standard uncertainty
+    # and the fit itself, whose derivatives go through the balance: the papers' columns are of first order
     for name, value in zip(two.names, two.dual, strict=True):
         found = fit.parameter(name)
         assert found.value is not None
         assert found.std is not None
-        assert abs(found.value - value) < 2e-3 * found.std
+        assert abs(found.value - value) < 5e-2 * found.std
 
 
 def test_unweighted_is_another_estimate() -> None:

