@@ -1,6 +1,7 @@
 # Two commands from a clean clone: `make demo` and `make test`. Both make .venv on first use.
-# PYTHON=/path/to/python3.12 chooses the interpreter (3.11 or newer); else it is the quickest on the path.
-PYTHON ?= $(shell .ci/quickest-python)
+# PYTHON=/path/to/python3.12 chooses the interpreter (3.11 or newer).
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && { echo $$p; break; }; done)
 VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip --disable-pip-version-check
@@ -134,8 +135,8 @@ clean:
 	rm -rf $(VENV) demo build dist
 
 $(VENV)/bin/python:
-	@python="$(PYTHON)"; test -n "$$python" || { echo "no Python 3.11 or newer found; say PYTHON=/path/to/python"; exit 1; }; \
-		echo "$$python -m venv $(VENV)"; "$$python" -m venv $(VENV)
+	@test -n "$(PYTHON)" || { echo "no Python 3.11 or newer found; say PYTHON=/path/to/python"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/run.stamp: requirements/run.txt pyproject.toml | $(VENV)/bin/python
 	$(PIP) $(LOCKED) -r requirements/run.txt

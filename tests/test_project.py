@@ -251,19 +251,6 @@ def test_make_test_and_ci_call_the_same() -> None:
         assert word in script
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="a shell script")
-def test_make_takes_a_python_that_serves(tmp_path: Path) -> None:
-    """Not the one that fails, though its name promises most."""
-    broken = tmp_path / "python3.14"
-    broken.write_text("#!/bin/sh\nexit 1\n")
-    broken.chmod(0o755)
-    (tmp_path / "python3").symlink_to(sys.executable)
-    path = os.pathsep.join((str(tmp_path), "/usr/bin", "/bin"))
-    done = subprocess.run([ROOT / ".ci" / "quickest-python"], env={"PATH": path}, capture_output=True, text=True)
-    asked = [done.stdout.strip(), "-c", "import sys; print(sys.version_info >= (3, 11))"]
-    assert subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip() == "True"
-
-
 def test_bundled_example_is_the_campaign() -> None:
     """`make example` renews the copy."""
     campaign, example = ROOT / "campaigns" / "demo", ROOT / "stiffcal" / "workflow" / "example"

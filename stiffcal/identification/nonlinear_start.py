@@ -6,7 +6,6 @@ least-squares problem; the shape that leaves least is where Gauss–Newton start
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,12 +17,7 @@ from stiffcal.identification.observation import Observations, evaluate, free_col
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import ParameterRole, ParameterSpec, Values
-
-# A factor of two, as in the effects' own grids, down to a tenth: Gauss–Newton has the rest.
-COARSEST, FINEST = np.log(2.0), np.log(1.1)
-# Of the squares: what gains less goes on over a shape that does nothing.
-LEAST_GAIN = 1e-6
+from stiffcal.model.effect import ParameterRole, Values
 
 
 def lacks_nonlinear_value(placed_effect: PlacedEffect) -> bool:
@@ -80,36 +74,13 @@ def _best_shape(
     residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
     base = space.rows(np.concatenate([background, residual[None]]))
 
-    def squares(shape: Values) -> float:
-        return remaining_squares(base, space.rows(state.regressor(placed.effect, placed.place, shape).columns))
-
     best, least = {spec.symbol: spec.typical for spec in placed.specs(ParameterRole.NONLINEAR)}, np.inf
     for shape in state.shapes(placed.effect, placed.place):
         trial = {**shape, **{s: v for s, v in given.items() if s in shape}}
-        if (left := squares(trial)) < least:
+        left = remaining_squares(base, space.rows(state.regressor(placed.effect, placed.place, trial).columns))
+        if left < least:
             best, least = trial, left
-    open_ = [
-        spec
-        for spec in placed.specs(ParameterRole.NONLINEAR)
-        if spec.symbol not in given and spec.lower > 0.0 and not spec.discrete
-    ]
-    return {**_nearer(best, least, open_, squares), **given}
-
-
-def _nearer(shape: Values, least: float, specs: Sequence[ParameterSpec], squares: Callable[[Values], float]) -> Values:
-    """Return shapes that leave less: steps of a factor as long as these help, then smaller ones (Hooke and Jeeves)."""
-    log_step = COARSEST
-    while least < np.inf and log_step > FINEST:
-        found = False
-        for spec in specs:
-            for factor in (np.exp(log_step), np.exp(-log_step)):
-                value = float(np.clip(shape[spec.symbol] * factor, spec.lower, spec.upper))
-                left = squares(trial := {**shape, spec.symbol: value})
-                if left < least * (1.0 - LEAST_GAIN):
-                    shape, least, found = trial, left, True
-                    break
-        log_step = log_step if found else log_step / 2.0
-    return shape
+    return {**best, **given}
 
 
 def remaining_squares(base: Floats, columns: Floats) -> float:

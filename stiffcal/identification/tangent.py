@@ -145,15 +145,27 @@ class RestTangent:
         return result
 
     def by_reading(self) -> Floats:
-        """Return (k, 6, n): how the targets move with the wrench as read, m and rad per N and N·m."""
+        """Return (k, 6, n): how the targets move with the wrench as read, m and rad per N and N·m.
+
+        Each axis is changed by the size of a sensor's noise at once, so that laws with a corner are averaged as the
+        noise averages them.
+        """
         inputs = self._rest.inputs
         result = np.zeros((self._n_motions, 6, inputs.angles.shape[1]))
         direct, levered = unit_wrenches(self._robot.adjusted_chain, self._rest.shape, inputs)
-        for (node, c), answer in self._answers.own.items():
-            for axis in range(3):
-                result[:, axis] += answer * (direct[node, c, axis] if c < 3 else levered[node, c - 3, axis])
-                if c >= 3 and inputs.setup.moments_measured:
-                    result[:, 3 + axis] += answer * direct[node, c - 3, axis]
+        base = law_terms(self._robot, self._loads)
+        for axis, step in enumerate(WRENCH_STEP if inputs.setup.moments_measured else WRENCH_STEP[:3]):
+            wrench = self._loads.wrench.copy()
+            if axis < 3:
+                wrench[:, :3] += step * direct[:, :, axis]
+                wrench[:, 3:] += step * levered[:, :, axis]
+            else:
+                wrench[:, 3:] += step * direct[:, :, axis - 3]
+            changed = law_terms(self._robot, replace(self._loads, wrench=wrench))
+            for (placed, before), (_, after) in zip(base, changed, strict=True):
+                amplitude = placed.amplitude(before.symbol)
+                if amplitude != 0.0 and np.any(difference := after.value - before.value):
+                    result[:, axis] += self.motions(before.node, before.component) * (amplitude / step * difference)
         return result
 
     @property

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign.file_patterns import FilePattern, found_files, natural_key
+from stiffcal.campaign.file_patterns import FilePattern, found_files
 from stiffcal.campaign.found_runs import nothing_found, unpartnered_remarks
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import InputError

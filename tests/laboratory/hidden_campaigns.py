@@ -18,13 +18,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
+from stiffcal.ingest import reducing
 from stiffcal.ingest.data_quality import DataQuality
 from stiffcal.ingest.reducing import ReadingOptions, ReducedCampaign, collect_raw_states, reduce_campaign
-from stiffcal.reduction.recordings import ReducedRun
+from stiffcal.reduction.recordings import ReducedRun, reduce_run
 
 HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"
 PRACTICE_13 = Path(__file__).parent / "data" / "practice-13"
@@ -78,7 +80,15 @@ def reduced(name: str) -> ReducedCampaign:
 def raw_runs() -> tuple[ReducedRun, ...]:
     """Return the reduced runs of 13-raw."""
     campaign = load_campaign(folder_of("13-raw"))
-    _, runs = collect_raw_states(campaign, no_progress, ReadingOptions(), DataQuality(campaign))
+    runs: list[ReducedRun] = []
+
+    def kept(*arguments: Any) -> ReducedRun:
+        runs.append(reduce_run(*arguments))
+        return runs[-1]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(reducing, "reduce_run", kept)
+        collect_raw_states(campaign, no_progress, ReadingOptions(), DataQuality(campaign))
     return tuple(runs)
 
 

@@ -55,6 +55,11 @@ def _watched() -> Iterator[None]:
     own.undo()
 
 
+def forget_offers() -> None:
+    """Let what was offered so far count for nothing."""
+    _TEXTS.clear()
+
+
 @pytest.fixture(autouse=True)
 def _offers(_watched: None) -> Iterator[None]:
     """Fail a test in which something was offered that none of our files takes."""

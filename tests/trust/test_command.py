@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,17 @@ from stiffcal.model.campaign_effects import plugin_code
 from stiffcal.trust.queries import query_digest
 from stiffcal.trust.record import open_record
 from stiffcal.workflow.trust import allow_shown, read_campaign
+from tests.laboratory.offers_of_tests import forget_offers
 from tests.laboratory.plugin_campaigns import NAME, ran, stranger, write_plugin
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.security.test_plugins import digest_of, document, run
+
+
+@pytest.fixture(autouse=True)
+def _offers(_watched: None) -> Iterator[None]:
+    """The code of a plugin is shown here, which is Python and no TOML that is offered."""
+    yield
+    forget_offers()
 
 
 @pytest.fixture
