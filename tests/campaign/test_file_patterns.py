@@ -11,6 +11,7 @@ from stiffcal.campaign.found_runs import nothing_found, unpartnered_remarks
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.natural_order import natural_key
 from tests.laboratory.campaign_folders import ROBOT
 
 MANIFEST = """
