@@ -61,6 +61,17 @@ class Settled:
     last_step: float | None = None
 
 
+@dataclass(frozen=True)
+class _Met:
+    """Where a step ended, with its sum of squares."""
+
+    cost: float
+    robot: CompliantRobot
+    reduced: Reduced
+    checked: Identifiability
+    """What was held in the step."""
+
+
 def settle(
     problem: Problem,
     robot: CompliantRobot,
@@ -71,7 +82,8 @@ def settle(
 ) -> Settled:
     """Take steps until one is negligible, at most `MAX_STEPS`.
 
-    With ``begun``, where a part of the data ended, the noise is known, and what is held is held again as long as as
+    One that does not settle, as where two sets of what is held take turns, ends at the least sum that it has met. With
+    ``begun``, where a part of the data ended, the noise is known, and what is held is held again as long as as
     much has to be.
 
     The estimate is the least weighted sum of squares under the weights of the model where it ends. With ``near`` the
@@ -92,6 +104,7 @@ def settle(
     weights, lowered, moved, weighed_at = stated, None, 0.0, amplitude
     taken: TakenStep | None = None
     beyond: NoBalanceError | None = None
+    least: _Met | None = None
     n_beyond, stale = 0, False
     while True:
         progress("fit in equilibrium", min(0.9, 0.3 + 0.2 * iterations))
@@ -113,6 +126,9 @@ def settle(
             amplitude = taken.reached
             robot = with_estimates(robot, columns, amplitude)
             continue
+        if taken is not None:
+            met = _Met(reduced.cost(np.zeros_like(amplitude)), robot, reduced, taken.checked)
+            least = met if least is None or renew or met.cost < least.cost else least
         far = taken is None or (iterations <= WHOLE_STEPS and taken.left >= NEAR)
         shorter = None if far or taken is None else taken.shortened(reduced, under)
         if shorter is not None:
@@ -148,9 +164,12 @@ def settle(
         settled = (settled and not stale) or (near and next_step < NEAR)
         if settled or not (robot.deformed or robust) or iterations >= MAX_STEPS:
             last_step = change if (robot.deformed or robust) and not settled else None
-            if beyond is not None and last_step is not None:
+            if last_step is None:
+                return Settled(robot, weights, columns, reduced, checked, iterations, data)
+            if beyond is not None:
                 raise beyond
-            return Settled(robot, weights, columns, reduced, checked, iterations, data, last_step)
+            met = least or _Met(np.inf, robot, reduced, checked)
+            return Settled(met.robot, weights, columns, met.reduced, met.checked, iterations, data, last_step)
         last, data = change, corrected
 
 

@@ -7,13 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.identification.observation_shift import STEP
 from stiffcal.identification.readings import Observations
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole, Term, joint_node
-
-# Of a parameter's own size: the difference of both sides errs by the square of it.
-STEP = 1e-3
 
 
 def geometry_terms(

@@ -15,7 +15,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.finite_columns import check_finite
 from stiffcal.identification.geometry_terms import geometry_terms
-from stiffcal.identification.observation_shift import observation_shift, observation_slopes
+from stiffcal.identification.observation_shift import STEP, observation_shift, observation_slopes
 from stiffcal.identification.readings import Observations, observe
 from stiffcal.identification.tangents import Tangents, loads_at_rest, loads_under_weight
 from stiffcal.identification.weight_columns import weight_column
@@ -282,7 +282,7 @@ def _frame_columns(
         if not placed_effect.effect.moves_frames:
             continue
         spec = placed_effect.effect.spec(column.symbol)
-        step = 1e-3 * spec.size
+        step = STEP * spec.size
         value = placed_effect.values.get(column.symbol, spec.neutral)
 
         def measured(end: float, number: int = column.placed, symbol: str = column.symbol) -> Floats:

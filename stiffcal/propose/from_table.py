@@ -279,7 +279,7 @@ def _check_decided(table: SniffedTable, roles: Roles) -> None:
         f"write a line of names at its top, with a name for each ? that is used: {missing_names(table.columns, roles)}"
     )
     if roles.joints is None:
-        mend += "; or name the robot, by whose kinematics columns are told apart: --robot, --urdf"
+        mend += "; or name the robot, whose kinematics show which column is which: --robot, --urdf"
     raise InputError.at(FaultCode.HEADER_MISSING, table.path.name, "line 1", reason, mend)
 
 

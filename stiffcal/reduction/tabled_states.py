@@ -45,7 +45,7 @@ def tabled_states(
 
     Parameters
     ----------
-    readings : is asked for each run's table, and told of what is read; None: all are read.
+    readings : returns what was read of a run's table before, and stores what is read now; None: all are read.
 
     Raises
     ------

@@ -124,9 +124,6 @@ def test_a_clamped_robot_by_mujoco_reads_what_simulate_reads(tmp_path: Path) -> 
         assert np.abs(read[0] - read[1]).max() < 5e-3
 
 
-@pytest.mark.xfail(
-    reason="since revision 63 the fourth step raises the held-out error by 5 %, 5.55 to 5.86 µrad", strict=False
-)
 def test_no_step_of_a_ladder_raises_the_error_where_the_law_is_in_no_catalogue(tmp_path: Path) -> None:
     """A slope that waves in time: four effects together explain it, each alone is added from values of its own."""
     rng = np.random.default_rng([20261151, (*CLASSES, *BENCHES).index("clamped outside"), 6])

@@ -102,8 +102,8 @@ def test_friction_before_the_spring_is_the_published_coulomb_friction(name: str,
     (folder / "model.toml").write_text(head + friction + '[[effects]]\ntype = "backlash"\njoints = [1]\n', "utf-8")
     assert rms_mrad(folder) < with_both
     values = {entry["name"]: entry["value"] for entry in document_of(identify_campaign(folder))["parameters"]}
-    # published are means over three output positions, of which the file here holds the first: 2.46 of 1.87 N·m
-    assert values["friction-hysteresis.j1.coulomb"] == pytest.approx(PUBLISHED[name][1], rel=0.35)
+    # published are means over three output positions, of which the file here holds the first
+    assert values["friction-hysteresis.j1.coulomb"] == pytest.approx(PUBLISHED[name][1], rel=0.3)
 
 
 @pytest.mark.parametrize(("name", "falls"), [("base", (1.3, 1.4)), ("split", (2.0, 1.6))])
