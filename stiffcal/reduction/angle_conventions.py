@@ -1,4 +1,4 @@
-"""Joint angles that a controller counts together: the angle of a joint as it stands against the horizontal.
+"""Other ways to count joint angles than the robot file states: columns, directions, zeros, angles counted together.
 
 On FANUC's and some other controllers the angle of joint 3 stands still while joint 2 moves the forearm: it is the sum
 of two angles of the robot file, or the difference. Such axes are parallel; `logged` of robot.toml states the sum.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -21,9 +22,13 @@ from stiffcal.mechanics.kinematics import jacobians
 _PARALLEL = 1e-3
 
 
+# Of the joint before it: counted against it, not at all, or together with it.
+_COUNTED = (-1.0, 0.0, 1.0)
+
+
 @dataclass(frozen=True)
-class CoupledAngles:
-    """Angles of which one is counted together with the one before it."""
+class CountedAngles:
+    """Joint angles as they are if they were counted in another way than the robot file states."""
 
     joints: Floats
     """(n, L) rad, as they would be."""
@@ -35,8 +40,37 @@ class CoupledAngles:
     """What to write."""
 
 
-def coupled_angles(joints: Floats, chain: Chain) -> Iterator[CoupledAngles]:
-    """Yield the angles with each joint counted together with the one before it, where their axes are parallel.
+def counted_otherwise(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
+    """Yield the angles with two columns interchanged, with another direction or zero of a joint, or counted together.
+
+    Parameters
+    ----------
+    joints : (n, L) logged, rad; m of prismatic joints. chain : the robot.
+    """
+    names = chain.joint_names if len(chain.joint_names) == joints.shape[1] else tuple(map(str, range(joints.shape[1])))
+    for a, b in combinations(range(joints.shape[1]), 2):
+        angles = joints.copy()
+        angles[:, [a, b]] = joints[:, [b, a]]
+        pair = f"{names[a]} and {names[b]}"
+        words = f"joint columns {pair} interchanged"
+        yield CountedAngles(angles, f"joints {pair}", words, "name the joint columns from base to wrist")
+    for k, name in enumerate(names):
+        angles = joints.copy()
+        angles[:, k] = -angles[:, k]
+        words = f"joint {name} with opposite direction"
+        yield CountedAngles(angles, f"joint {name}", words, f"write direction = -1 (or 1) for {name}")
+        if chain.prismatic[k]:
+            continue
+        for degrees in (-180, -90, 90, 180):
+            angles = joints.copy()
+            angles[:, k] += np.radians(degrees)
+            words = f"{degrees:+d}° at joint {name}"
+            yield CountedAngles(angles, f"joint {name}", words, f"correct theta_deg of {name}")
+    yield from coupled_angles(joints, chain)
+
+
+def coupled_angles(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
+    """Yield the angles with each joint counted otherwise together with the one before it, where axes are parallel.
 
     Parameters
     ----------
@@ -53,13 +87,39 @@ def coupled_angles(joints: Floats, chain: Chain) -> Iterator[CoupledAngles]:
         if np.linalg.norm(np.cross(axes[:, first], axes[:, second])) > _PARALLEL:
             continue
         one, other = chain.joint_names[first], chain.joint_names[second]
-        for sign, symbol in ((1.0, "+"), (-1.0, "−")):
-            counted = joints.copy()
-            counted[:, second] += sign * joints[:, first]
-            yield CoupledAngles(
-                counted,
+        stated = float(chain.coupling[second, first] / chain.coupling[second, second])
+        for counted in _COUNTED:
+            share = counted - stated
+            if abs(share) not in (1.0, 2.0):  # nothing changes, or a gear between the two is stated
+                continue
+            angles = joints.copy()
+            angles[:, second] += share * joints[:, first]
+            amount = f"{'+' if share > 0.0 else '−'} {'2·' if abs(share) == 2.0 else ''}{one}"
+            yield CountedAngles(
+                angles,
                 f"joints {one} and {other}",
-                f"{other} {symbol} {one} in place of {other}",
-                f"the controller counts {other} together with {one}, as against the horizontal: write "
-                f"{toml_text.pair('logged', {one: int(sign), other: 1})} for joint {other} in the robot file",
+                f"{other} {amount} in place of {other}",
+                _mend(one, other, stated, counted, bool(chain.mechanical[second])),
             )
+
+
+def _mend(one: str, other: str, stated: float, counted: float, mechanical: bool) -> str:
+    """Return what to write where a robot file counts joint ``other`` with ``stated`` times joint ``one`` before it."""
+    if not stated:
+        return (
+            f"the controller counts {other} together with {one}, as against the horizontal: write "
+            f"{toml_text.pair('logged', {one: int(counted), other: 1})} for joint {other} in the robot file"
+        )
+    if counted:
+        return f"{one} counts with the other sign: change its sign in `logged` of joint {other} in the robot file"
+    if mechanical:
+        # its spring stays on the axis that the rod holds, which the robot file describes by `logged` as well
+        sign = "−" if stated > 0.0 else "+"
+        return (
+            f"the table counts {other} against the link before it, where the robot file has a rod that holds it: give "
+            f"the column of {other} as {other} {sign} {one}"
+        )
+    return (
+        f"the table counts {other} by itself, as against the link before it: remove {one} from `logged` of joint "
+        f"{other} in the robot file"
+    )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations, permutations, product
+from itertools import permutations, product
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
-from stiffcal.reduction.angle_conventions import coupled_angles
+from stiffcal.reduction.angle_conventions import counted_otherwise
 from stiffcal.reduction.kinematics_corrections import MUCH_BETTER, correcting_words
 from stiffcal.reduction.motion import mean_measured, motion_of
 
@@ -93,9 +93,12 @@ def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = 
         ],
         axis=1,
     )
-    torque = np.einsum("nij,ni->nj", jacobians(chain, angles, states.setup.wrench_point), wrench)
+    # springs sit at the drives
+    drives = jacobians(chain, angles, states.setup.wrench_point) @ chain.drive_axes
+    torque = np.einsum("nij,ni->nj", drives, wrench)
     motion = motion_of(states, chain)
-    columns, measured = motion.columns(states, chain) * torque[:, None, :], motion.measured
+    columns = motion.columns(states, chain) @ chain.drive_axes * torque[:, None, :]
+    measured = motion.measured
     if not states.deflection_given:
         for members in members_of(states.run):
             columns[members] -= columns[members].mean(axis=0)
@@ -307,27 +310,13 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
     for unit, name, other in (("deg", "degrees", np.radians(joints)), ("rad", "radians", np.degrees(joints))):
         angles = np.where(chain.prismatic, joints, other)
         yield f"joint angles in {name}", f"write {toml_text.pair('units', {'position': unit})}", angles, position
-    for a, b in combinations(range(joints.shape[1]), 2):
-        swapped = joints.copy()
-        swapped[:, [a, b]] = joints[:, [b, a]]
-        pair = f"joint columns {names[a]} and {names[b]} interchanged"
-        yield pair, "name the joint columns from base to wrist", swapped, position
-    for k, name in enumerate(names):
-        turned = joints.copy()
-        turned[:, k] = -turned[:, k]
-        yield f"joint {name} with opposite direction", f"write direction = -1 (or 1) for {name}", turned, position
-        if chain.prismatic[k]:
-            for unit, factor in (("mm", 1e-3), ("m", 1e3)):
-                scaled = joints.copy()
-                scaled[:, k] *= factor
-                yield f"joint {name} in {unit}", f"correct the unit of {name}", scaled, position
-            continue
-        for degrees in (-180, -90, 90, 180):
-            shifted = joints.copy()
-            shifted[:, k] += np.radians(degrees)
-            yield f"{degrees:+d}° at joint {name}", f"correct theta_deg of {name}", shifted, position
-    for coupled in coupled_angles(joints, chain):
-        yield coupled.words, coupled.mend, coupled.joints, position
+    for counted in counted_otherwise(joints, chain):
+        yield counted.words, counted.mend, counted.joints, position
+    for k in np.flatnonzero(chain.prismatic):
+        for unit, factor in (("mm", 1e-3), ("m", 1e3)):
+            scaled = joints.copy()
+            scaled[:, k] *= factor
+            yield f"joint {names[k]} in {unit}", f"correct the unit of {names[k]}", scaled, position
     tracker_from_base = inverse_transform(states.setup.base_from_tracker)
     own = position @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3]
     base_from_tracker = states.setup.base_from_tracker

@@ -16,9 +16,8 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quantities import unit
-from stiffcal.reduction.angle_conventions import coupled_angles
+from stiffcal.reduction.angle_conventions import counted_otherwise
 from stiffcal.reduction.consistency import FOLLOWS, explained_by_joints
-from stiffcal.reduction.kinematics_corrections import MUCH_BETTER
 
 # Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
 # shows is looked at, so that a stiff direction of a single pose is no matter.
@@ -29,6 +28,12 @@ LEAST_LOAD_N = 50.0
 # Angles of several poses, of several joints, all within ±2π "degrees": nobody calibrates a robot in one pose only.
 LEAST_POSES, LEAST_JOINTS, LEAST_MOVED_DEG = 4, 3, 0.2
 EXPLAINS_MORE = 0.25  # of the deflection, with the angles in radians: beyond what a better pose explains by chance
+# The size of the test of other ways to count angles: one sound campaign in ten thousand is refused.
+BY_CHANCE = 1e-4
+# Of the sum of squares: a millionth of the displacement, below what any instrument reads and above rounding.
+NOTHING_LEFT = 1e-12
+# Of more states so many are compared: a few hundred poses determine six springs.
+MOST_STATES = 300
 
 
 def check_displacement_unit(states: LoadStates, declared: str, place: str, file: str = "campaign.toml") -> list[Fault]:
@@ -107,30 +112,38 @@ def check_angle_unit(
 
 
 def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: str = "campaign.toml") -> list[Fault]:
-    """Return a fault where the deflections follow the loads with an angle counted together with the one before it.
+    """Return a fault where the displacements follow the loads only with joint angles counted in another way.
+
+    Both ways have as many springs: what they leave is compared by an F test, the three components of a pose as one
+    reading each, as the states of a pose share what the model lacks.
 
     Parameters
     ----------
-    states : load states with given deflections; others are let pass (kinematics shows how angles are counted).
+    states : load states; those with places are let pass (kinematics shows how their angles are counted).
     place : the key of the joints in the manifest.
     """
-    poses = len(np.unique(np.round(np.degrees(states.joints), 2), axis=0)) if len(states) else 0
-    if not states.deflection_given or poses < LEAST_POSES or not states.setup.targets or not np.any(states.wrench):
+    from scipy.special import fdtrc
+
+    places = states.has_poses and not states.deflection_given
+    if len(states) == 0 or places or not states.setup.targets or not np.any(states.wrench):
         return []
-    explained = explained_by_joints(states, chain)
-    if explained > FOLLOWS:
+    some = states.select(np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_STATES)).astype(np.int64)))
+    free = 3 * len(np.unique(np.round(np.degrees(some.joints), 2), axis=0)) - chain.n_joints
+    if free < 1:
         return []
     tried = [
-        (explained_by_joints(replace(states, joints=coupled.joints), chain), coupled)
-        for coupled in coupled_angles(states.joints, chain)
+        (explained_by_joints(replace(some, joints=counted.joints), chain), counted)
+        for counted in counted_otherwise(some.joints, chain)
     ]
-    share, best = max(tried, key=lambda entry: entry[0], default=(0.0, None))
-    if best is None or share <= FOLLOWS:
+    share, best = max(tried, key=lambda entry: entry[0])
+    explained = explained_by_joints(some, chain)
+    if share <= max(FOLLOWS, explained):
         return []
-    # most of what is left goes, or as much more is explained as by another unit of the angles
-    if 1.0 - share > MUCH_BETTER**2 * (1.0 - explained) and share - explained <= EXPLAINS_MORE:
+    ratio = max(1.0 - explained, NOTHING_LEFT) / max(1.0 - share, NOTHING_LEFT)
+    if float(fdtrc(free, free, ratio)) * len(tried) > BY_CHANCE:
         return []
     reason = (
-        f"joint springs explain {100 * explained:.0f} % of the deflection, and {100 * share:.0f} % with {best.words}"
+        f"joint springs explain {100.0 * explained:.3g} % of the deflection, and {100.0 * share:.3g} % with "
+        f"{best.words}: {np.sqrt(ratio):.3g} times as much is left as declared"
     )
     return [Fault(FaultCode.KINEMATICS_MISMATCH, file, f"{place}: {best.place}", reason, best.mend)]

@@ -9,6 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment
+from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from tests.laboratory.robots import shifted, six_axes, six_axis_joints
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, robot_text
@@ -35,17 +36,21 @@ xyz_m = [{", ".join(map(str, TOOL_M))}]
 
 
 def displacement_columns(
-    rows: int = 24, seed: int = 1, largest_N: float = 600.0, joints: Floats | None = None
+    rows: int = 24,
+    seed: int = 1,
+    largest_N: float = 600.0,
+    joints: Floats | None = None,
+    chain: Chain | None = None,
 ) -> Columns:
     """Return columns as they are written: degrees, N, mm; a pose, a load and its displacement a row.
 
-    ``joints``: (n, 6) rad, drawn within the robot's range where None.
+    ``joints``: (n, 6) rad, drawn within the robot's range where None. ``chain``: of six joints; None: six_axes.
     """
-    rng, chain = np.random.default_rng(seed), six_axes()
+    rng, chain = np.random.default_rng(seed), chain or six_axes()
     joints = six_axis_joints(rng, rows) if joints is None else joints
     force = rng.uniform(-largest_N, largest_N, (len(joints), 3))
     tool, angles = Attachment(chain.n_joints + 1, shifted(*TOOL_M)), chain.model_angles(joints)
-    jacobian = jacobians(chain, angles, tool)[:, :3]
+    jacobian = jacobians(chain, angles, tool)[:, :3] @ chain.drive_axes
     torque = np.einsum("nij,ni->nj", jacobian, force)
     displacement = 1e3 * np.einsum("nij,nj->ni", jacobian, torque / np.array(STIFFNESS))
     displacement += NOISE_MM * rng.standard_normal(displacement.shape)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -9,17 +10,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.loading import load_campaign
-from stiffcal.errors import InputError, no_progress
+import stiffcal.propose
+from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.errors import Fault, InputError, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.reduction.angle_conventions import coupled_angles
 from stiffcal.reduction.consistency import check_kinematics
-from tests.laboratory.displacement_table import displacement_columns, write_displacement_campaign
+from tests.laboratory.displacement_table import (
+    Columns,
+    displacement_columns,
+    write_displacement_campaign,
+    write_table,
+)
 from tests.laboratory.hidden_campaigns import folder_of, reduced
 from tests.laboratory.robots import six_axes
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "absolute" / "01"
+ROBOTS = Path(stiffcal.propose.__file__).parent / "robots"
 SIGNS = {1: "logged = { A2 = 1, A3 = 1 }", -1: "logged = { A2 = -1, A3 = 1 }"}
 
 
@@ -42,6 +51,73 @@ def test_in_a_table_of_displacements(sign: int, rows: int, tmp_path: Path) -> No
     robot = folder / "robot.toml"
     robot.write_text(robot.read_text().replace('name = "A3"', f'name = "A3"\n{SIGNS[sign]}'))
     assert reduce_campaign(load_campaign(folder), no_progress).result.n_states == rows
+
+
+def _of_bundled_robot(name: str, poses: int, folder: Path) -> tuple[Path, Columns]:
+    """Return a campaign's folder with a bundled robot and its columns: poses around one where J2 stands at zero."""
+    chain = chain_of(load_robot(ROBOTS / f"{name}.toml"), ROBOTS)
+    middle, spread = np.radians([0, 0, 20, 0, 40, 0]), np.radians([60, 20, 20, 60, 40, 90])
+    joints = middle + spread * np.random.default_rng(4).uniform(-1.0, 1.0, (poses, 6))
+    columns = displacement_columns(joints=joints, chain=chain)
+    folder = write_displacement_campaign(folder, columns)
+    text = (ROBOTS / f"{name}.toml").read_text(encoding="utf-8")
+    # the names of the table's columns
+    (folder / "robot.toml").write_text(re.sub(r"\bJ([1-6])\b", r"A\1", text), encoding="utf-8")
+    return folder, columns
+
+
+def _place_named(folder: Path) -> Fault:
+    with pytest.raises(InputError) as refused:
+        reduce_campaign(load_campaign(folder), no_progress)
+    (fault,) = refused.value.faults
+    assert fault.code is FaultCode.KINEMATICS_MISMATCH
+    return fault
+
+
+@pytest.mark.parametrize(("robot", "stated"), [("r2000ic", 1.0), ("irb4400", -1.0)])
+def test_a_table_that_counts_by_itself_what_the_robot_file_counts_together(
+    robot: str, stated: float, tmp_path: Path
+) -> None:
+    folder, columns = _of_bundled_robot(robot, 12, tmp_path / "cell")
+    assert reduce_campaign(load_campaign(folder), no_progress).result.n_states == 12
+    columns["A3"] += stated * columns["A2"]
+    write_table(folder / "raw" / "table.csv", columns)
+    assert _place_named(folder).place.endswith("joints A2 and A3")
+
+
+def test_what_the_robot_file_counts_together_is_removed_where_the_table_does_not(tmp_path: Path) -> None:
+    folder, columns = _of_bundled_robot("r2000ic", 12, tmp_path / "cell")
+    columns["A3"] += columns["A2"]
+    write_table(folder / "raw" / "table.csv", columns)
+    assert "remove A2 from `logged`" in _place_named(folder).mend
+    robot = folder / "robot.toml"
+    robot.write_text(robot.read_text().replace("logged = { A2 = 1, A3 = 1 }\n", ""))
+    assert reduce_campaign(load_campaign(folder), no_progress).result.n_states == 12
+
+
+@pytest.mark.parametrize("joint", ["A2", "A3", "A5"])
+@pytest.mark.parametrize("change", ["sign", "zero"])
+def test_the_sign_and_the_zero_of_a_joint_are_named(joint: str, change: str, tmp_path: Path) -> None:
+    columns = displacement_columns(12)
+    columns[joint] = -columns[joint] if change == "sign" else columns[joint] + 90.0
+    fault = _place_named(write_displacement_campaign(tmp_path / "cell", columns))
+    assert fault.place.endswith(f"joint {joint}")
+    assert ("direction" if change == "sign" else "theta_deg") in fault.mend
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_the_model_lacks_is_no_other_way_to_count(seed: int, tmp_path: Path) -> None:
+    columns = displacement_columns(8, seed)
+    # a foundation that gives: as much as a quarter of what the springs do
+    root = np.random.default_rng(seed).standard_normal((3, 3))
+    force = np.stack([columns[name] for name in ("Fx", "Fy", "Fz")], axis=1)
+    lacking = force @ root @ root.T
+    largest = max(np.abs(columns[name]).max() for name in ("dx", "dy", "dz"))
+    for k, name in enumerate(("dx", "dy", "dz")):
+        columns[name] += 0.25 * largest * lacking[:, k] / np.abs(lacking).max()
+    assert reduce_campaign(
+        load_campaign(write_displacement_campaign(tmp_path / "cell", columns)), no_progress
+    ).result.n_states == len(force)
 
 
 def test_a_sound_table_is_let_pass(tmp_path: Path) -> None:
