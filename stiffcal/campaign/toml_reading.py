@@ -11,7 +11,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable
-from itertools import islice
+from itertools import groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -39,19 +39,18 @@ _MANY = frozenset({"runs", "exclude", "rows", "campaigns", "parameters"})
 """Keys of lists and tables that grow with what was measured; all others are a robot's or an instrument's."""
 _SYNTAX_MEND = "correct that line: text in quotes, decimal points, each key and table once"
 _DEEP = "tables or lists are nested too deeply"
-_STRINGS = re.compile(
-    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)'
-    r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|\Z)"
-    r'|"(?:[^"\\\n]|\\[^\n])*+"?'
-    r"|'[^'\n]*+'?"
-    r"|#[^\n]*+",
-    re.DOTALL,
-)
-"""Strings and comments, in which a dot is no dot; one that is not closed reaches to where the parser refuses it."""
+_OPENING = re.compile(r"\"\"\"|'''|[\"'#]")
+_ENDS = {
+    '"""': re.compile(r'\\.|"{3,5}', re.DOTALL),
+    "'''": re.compile(r"'{3,5}"),
+    '"': re.compile(r'\\[^\n]|["\n]'),
+    "'": re.compile(r"['\n]"),
+    "#": re.compile(r"\n"),
+}
+"""What may end a string or comment with this opening, and in which strings a pair with a backslash ends nothing."""
 _DEEP_KEY = re.compile(rf"(?:\.[^.=,\[\]{{}}\n]*+){{{MOST_NESTED}}}")
 """More dots between two signs of TOML's grammar than a key has whose tables may be nested so deeply."""
 _DOTTED_KEY = re.compile(r"\.[^.=,\[\]{}\n]*+=")
-_EMPTY_LINES = re.compile(r"(?:[ \t\r]*+\n)++")
 
 _PLACE = re.compile(r"\s*\(at (?P<place>line \d+, column \d+|end of document)\)$")
 
@@ -158,8 +157,20 @@ def parse_toml(text: str, file: str) -> dict[str, Any]:
 
 
 def _without_strings(text: str) -> str:
-    """Return a text of TOML on the same lines without what its strings and comments hold."""
-    return _STRINGS.sub(lambda string: '"' + "\n" * string[0].count("\n"), text)
+    """Return a text of TOML on the same lines without what its strings and comments hold.
+
+    A dot in them is no dot; one that is not closed reaches to where the parser refuses it. One pattern for a whole
+    string would need a possessive group, which Python before 3.11.5 ends too early, or memory for each character.
+    """
+    kept = []
+    at = 0
+    while (opening := _OPENING.search(text, at)) is not None:
+        ends = _ENDS[opening[0]].finditer(text, opening.end())
+        end = next((sign for sign in ends if not sign[0].startswith("\\")), None)
+        past = len(text) if end is None else end.start() if end[0] == "\n" else end.end()
+        kept += [text[at : opening.start()], '"', "\n" * text.count("\n", opening.start(), past)]
+        at = past
+    return "".join([*kept, text[at:]])
 
 
 def parse_for_editing(text: str, file: str, check: Callable[[dict[str, Any]], object]) -> TOMLDocument:
@@ -181,7 +192,8 @@ def parse_for_editing(text: str, file: str, check: Callable[[dict[str, Any]], ob
     check(parse_toml(text, file))
     n_dotted = sum(1 for _ in _DOTTED_KEY.finditer(_without_strings(text)))
     ENTRIES.check(n_dotted, file, "keys with dots", "write tables, [a.b], in place of them")
-    n_empty = max((lines[0].count("\n") for lines in _EMPTY_LINES.finditer(text)), default=0)
+    in_a_row = groupby(text.split("\n")[:-1], key=lambda line: not line.strip(" \t\r"))
+    n_empty = max((len(list(lines)) for empty, lines in in_a_row if empty), default=0)
     ENTRIES.check(n_empty, file, "empty lines in a row", "delete empty lines")
     import tomlkit
 

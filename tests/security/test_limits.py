@@ -17,7 +17,7 @@ import pytest
 
 from stiffcal import limits
 from stiffcal.campaign.model_editing import add_effect, remove_effect
-from stiffcal.campaign.toml_reading import parse_toml, read_toml
+from stiffcal.campaign.toml_reading import parse_for_editing, parse_toml, read_toml
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -248,6 +248,11 @@ class TestToml:
                 edit(tmp_path, "backlash", joints=(2,), n_joints=6)
             assert refused.value.code is FaultCode.SIZE_EXCEEDED
         assert (tmp_path / "model.toml").read_bytes() == model.encode()
+
+    def test_the_parser_that_keeps_comments_gets_a_line_behind_spaces_in_linear_time(self) -> None:
+        begun = time.process_time()
+        parse_for_editing("a = 1\n" + " " * 100_000 + "b = 1\n", "x.toml", dict)
+        assert time.process_time() - begun < 1.0  # some 0.05; 5 where each space is a start of its own
 
     def test_all_of_it_is_parsed_in_one_place(self) -> None:
         package = Path(limits.__file__).parent
