@@ -24,6 +24,8 @@ JOINT_STEMS = (
     *("aiposa", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
     *("軸", "関節", "関節角", "角度", "轴", "关节", "关节角"),
 )
+MEASURED_AT = "headerstamp"
+"""The time of a message of ROS, which the driver of the instrument has written."""
 TIMES = (
     *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
     *("temps", "tiempo", "tempo", "時間", "時刻", "时间", "epochtime", "systemtime", "ipoc"),
@@ -81,7 +83,20 @@ STEMS: Mapping[Reading, tuple[str, ...]] = MappingProxyType(
             *("変位", "たわみ", "位移", "变形"),
             "t",
         ),
-        Reading.ROTATION: ("dr", "deltar", "drot", "rot", "rotation", "phi", "dphi", "verdrehung", "回転", "转角", "r"),
+        Reading.ROTATION: (
+            "dr",
+            "deltar",
+            "drot",
+            "rot",
+            "rotation",
+            "orientation",
+            "phi",
+            "dphi",
+            "verdrehung",
+            "回転",
+            "转角",
+            "r",
+        ),
         Reading.POSITION: (
             *("", "p", "pos", "position", "target", "point", "messpunkt", "measurement", "measured"),
             *("punkt", "koordinate", "posicion", "posizione", "位置", "座標", "坐标"),

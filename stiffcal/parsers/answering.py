@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from stiffcal.bounded_work.messages import Document
-from stiffcal.parsers.messages import LogRequest, batch_message, header_message
+from stiffcal.parsers.messages import LogRequest, batch_message, header_message, tables_message
 
 if TYPE_CHECKING:
     from stiffcal.parsers.open_log import Parser
@@ -23,8 +23,11 @@ def prepare(values: Document) -> None:
 
 
 def answers(values: Document) -> Generator[tuple[bytes, int], None, None]:
-    """Yield a log's header, or its rows, and the bytes that reading them has unpacked."""
+    """Yield a log's tables, its header, or its rows, and the bytes that reading them has unpacked."""
     request = LogRequest.of(values)
+    if request.asked == "tables":
+        yield tables_message(_module_of(values).tables(request.path, request.display_name)), 0
+        return
     open_log: Parser = _module_of(values).open_log
     with open_log(request.path, request.options, request.display_name) as log:
         if request.asked == "first rows" and request.wanted is not None:

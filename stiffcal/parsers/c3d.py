@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +95,15 @@ def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenC3
     if not (np.isfinite(rate) and rate > 0.0):
         raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", f"the rate is {rate} Hz", "export it again")
     yield OpenC3d(columns, values, rate, display_name)
+
+
+def tables(path: Path, display_name: str) -> list[Options]:
+    """Return the options that choose the markers and the channels, where there are both; errors as of `open_log`."""
+    found: list[Options] = []
+    for options in ({}, {"data": "analog"}):
+        with suppress(InputError), open_log(path, options, display_name) as log:
+            found += [options] if log.n_rows else []
+    return found or [{}]
 
 
 def _head(path: Path, display_name: str) -> bytes:

@@ -14,6 +14,9 @@ from stiffcal.log_columns import Batch, Options, WantedColumns
 from stiffcal.parsers import answering
 from stiffcal.parsers.messages import Asked, LogHeader, LogRequest, batch_of, header_of
 
+MOST_TABLES = 100
+"""Of a file: a bag of a whole robot holds some dozens of topics."""
+
 
 @dataclass(frozen=True)
 class ParsedFile:
@@ -29,6 +32,11 @@ class ParsedFile:
     path: Path
     options: Options
     display_name: str
+
+    def tables(self) -> tuple[Options, ...]:
+        """Return the tables in it, each as the options that choose it; of many the first ones."""
+        ((head, _),) = self._work(None, "tables").answers()
+        return tuple(dict(table) for table in head["tables"][:MOST_TABLES])
 
     def header(self, wanted: WantedColumns | None) -> LogHeader:
         """Return what it states; with `wanted`, check that these columns are there."""

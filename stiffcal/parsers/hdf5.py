@@ -99,6 +99,27 @@ def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenHd
         yield OpenHdf5(*_columns(file, options, display_name))
 
 
+def tables(path: Path, display_name: str) -> list[Options]:
+    """Return the options that choose each group, or dataset of two dimensions, that holds columns."""
+    with damaged_file_errors("HDF5 file", display_name, MEND), open_hdf5(path, display_name) as file:
+        found = [table for group in ("/", *_groups(file)) for table in _tables_of_group(file, group, display_name)]
+    return found if len(found) > 1 else [{}]
+
+
+def _tables_of_group(file: h5py.File, name: str, display_name: str) -> list[Options]:
+    group = member_of(file, name)
+    chosen = {} if name == "/" else {"group": name}
+    if not isinstance(group, h5py.Group):
+        return []
+    try:
+        if _columns_of_group(group, display_name).names:
+            return [chosen]
+    except InputError:  # a dataset whose columns have no names
+        return []
+    datasets = [name for name, item in members_of(group).items() if isinstance(item, h5py.Dataset) and item.ndim > 0]
+    return [{**chosen, "dataset": name} for name in datasets]
+
+
 def _columns(file: h5py.File, options: Options, display_name: str) -> tuple[Columns, str, str]:
     """Return the columns that the options point at, the file's name and the place of faults in them."""
     group_name = str(options.get("group") or "/")

@@ -55,6 +55,26 @@ def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenCo
         yield OpenColumns(_columns(tree, options, display_name), display_name, place, _unreadable(tree))
 
 
+def tables(path: Path, display_name: str) -> list[Options]:
+    """Return the options that choose each struct, or the file itself, that holds vectors; errors as of `open_log`."""
+    with damaged_file_errors("MAT file", display_name), _open_tree(path, display_name) as tree:
+        paths = list(_paths_with_vectors(tree, tree.top, "", _MOST_LEVELS))
+    return [{"variable": own} if own else {} for own in paths] if len(paths) > 1 else [{}]
+
+
+# Of structs in structs.
+_MOST_LEVELS = 4
+
+
+def _paths_with_vectors(tree: Tree, item: Any, path: str, levels: int) -> Iterator[str]:
+    members = tree.members(item) or {}
+    lengths = [vector.n_rows for member in members.values() for vector in tree.vectors(member).values()]
+    if any(n_rows > 1 for n_rows in lengths):
+        yield path
+    for name, member in members.items() if levels else ():
+        yield from _paths_with_vectors(tree, member, f"{path}.{name}".strip("."), levels - 1)
+
+
 def _open_tree(path: Path, display_name: str) -> AbstractContextManager[Tree]:
     if begins_like_hdf5(path):
         from stiffcal.parsers import mat73

@@ -6,9 +6,9 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from stiffcal.log_columns import Options
-from stiffcal.parsers.rosbag2 import LIBRARIES, OpenBag, open_bag
+from stiffcal.parsers.rosbag2 import LIBRARIES, OpenBag, open_bag, tables
 
-__all__ = ["LIBRARIES", "open_log"]
+__all__ = ["LIBRARIES", "open_log", "tables"]
 
 
 def open_log(path: Path, options: Options, display_name: str) -> AbstractContextManager[OpenBag]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -13,8 +13,8 @@ import numpy as np
 from stiffcal.bounded_work.messages import Document, joined
 from stiffcal.log_columns import Batch, Options, WantedColumns
 
-Asked: TypeAlias = Literal["header", "rows", "first rows"]
-"""Of a log: what it states, all rows, or the first ones of columns of unknown kind."""
+Asked: TypeAlias = Literal["tables", "header", "rows", "first rows"]
+"""Of a log: the tables in it, what it states, all rows, or the first ones of columns of unknown kind."""
 CODES, NUMBERS = np.dtype("<i4"), np.dtype("<f8")
 
 
@@ -88,6 +88,11 @@ def header_of(head: Document) -> LogHeader:
         dict(head["options"]),
         tuple(map(str, head["remarks"])),
     )
+
+
+def tables_message(tables: Sequence[Options]) -> bytes:
+    """Return the message of the tables in a log, each as the options that choose it."""
+    return joined({"kind": "tables", "tables": [dict(table) for table in tables]})
 
 
 def batch_message(batch: Batch) -> bytes:

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import IO
 
 from stiffcal.log_columns import Options
-from stiffcal.parsers.sheets import LIBRARIES, OpenSheet, open_sheet
+from stiffcal.parsers.sheets import LIBRARIES, OpenSheet, open_sheet, tables_of_sheets
 from stiffcal.parsers.sheets.outlines import Outline, Parts
 
-__all__ = ["LIBRARIES", "open_log"]
+__all__ = ["LIBRARIES", "open_log", "tables"]
 HIDDEN = ("collapse", "filter")
 MOST_ROWS, MOST_COLUMNS = 1 << 20, 1 << 14
 
@@ -18,6 +18,11 @@ MOST_ROWS, MOST_COLUMNS = 1 << 20, 1 << 14
 def open_log(path: Path, options: Options, display_name: str) -> AbstractContextManager[OpenSheet]:
     """Open a sheet of a document; the parameters and errors are those of `open_sheet`."""
     return open_sheet(path, options, display_name, "ods", outlines)
+
+
+def tables(path: Path, display_name: str) -> list[Options]:
+    """Return the options that choose each visible sheet that holds numbers."""
+    return tables_of_sheets(path, display_name, outlines)
 
 
 def outlines(file: IO[bytes], size: int, display_name: str) -> dict[str, Outline]:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from stiffcal.log_columns import Options
 from stiffcal.parsers.rosbag2 import LIBRARIES, OpenBag, open_ros1_bag
+from stiffcal.parsers.rosbag2 import ros1_tables as tables
 
-__all__ = ["LIBRARIES", "open_log"]
+__all__ = ["LIBRARIES", "open_log", "tables"]
 
 
 def open_log(path: Path, options: Options, display_name: str) -> AbstractContextManager[OpenBag]:

@@ -32,6 +32,20 @@ def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenCo
     InputError
         For a damaged file or one whose writer was interrupted, a group that is not there.
     """
+    with _opened(path, display_name) as file:
+        group = _group(file, options, display_name)
+        yield OpenColumns(_columns(group), display_name, f"group {group.name}")
+
+
+def tables(path: Path, display_name: str) -> list[Options]:
+    """Return the options that choose each group that has channels; the errors are those of `open_log`."""
+    with _opened(path, display_name) as file:
+        names = [group.name for group in file.groups() if group.channels()]
+    return [{"group": name} for name in names] if len(names) > 1 else [{}]
+
+
+@contextmanager
+def _opened(path: Path, display_name: str) -> Iterator[Any]:
     try:
         from nptdms import TdmsFile
         from nptdms.log import log_manager
@@ -46,8 +60,7 @@ def open_log(path: Path, options: Options, display_name: str) -> Iterator[OpenCo
         TdmsFile.open(raw) as file,
     ):
         _check_finished(file, display_name)
-        group = _group(file, options, display_name)
-        yield OpenColumns(_columns(group), display_name, f"group {group.name}")
+        yield file
 
 
 def _columns(group: Any) -> dict[str, NamedColumn]:

@@ -10,10 +10,10 @@ from typing import IO
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.log_columns import Options
-from stiffcal.parsers.sheets import LIBRARIES, SAVE_AS_XLSX, OpenSheet, open_sheet
+from stiffcal.parsers.sheets import LIBRARIES, SAVE_AS_XLSX, OpenSheet, open_sheet, tables_of_sheets
 from stiffcal.parsers.sheets.outlines import Outline, Parts, is_true, place_of_cell
 
-__all__ = ["LIBRARIES", "open_log"]
+__all__ = ["LIBRARIES", "open_log", "tables"]
 BINARY_BOOK = "xl/workbook.bin"
 BOOK, RELATIONS = "xl/workbook.xml", "xl/_rels/workbook.xml.rels"
 
@@ -21,6 +21,11 @@ BOOK, RELATIONS = "xl/workbook.xml", "xl/_rels/workbook.xml.rels"
 def open_log(path: Path, options: Options, display_name: str) -> AbstractContextManager[OpenSheet]:
     """Open a sheet of a workbook; the parameters and errors are those of `open_sheet`."""
     return open_sheet(path, options, display_name, "xlsx", outlines)
+
+
+def tables(path: Path, display_name: str) -> list[Options]:
+    """Return the options that choose each visible sheet that holds numbers."""
+    return tables_of_sheets(path, display_name, outlines)
 
 
 def outlines(file: IO[bytes], size: int, display_name: str) -> dict[str, Outline]:

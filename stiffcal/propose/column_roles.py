@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from stiffcal.campaign.column_names import (
+    MEASURED_AT,
     NUMBERED_QUATERNION,
     QUANTITY,
     QUATERNIONS,
@@ -84,6 +85,12 @@ class Roles:
     """Columns that were not recognised."""
 
 
+def holds_signals(roles: Roles) -> bool:
+    """Return whether any signal is recognised: joints, a load, a displacement or a place."""
+    signals = (roles.joints, roles.force, roles.mass, roles.deflection, roles.position)
+    return any(role is not None for role in signals)
+
+
 def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedColumn] = ()) -> Roles:
     """Recognise the columns of a table by their names.
 
@@ -123,7 +130,10 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
             triples[signal] = _with_sigma(triples[signal], plain, sigma, of_all=signal == "position")
     assigned |= set(sigma.values())
     run = _single([column for column in columns if column not in assigned], plain, _RUNS)
-    time = _single([column for column in columns if column.values and column not in assigned], plain, TIMES)
+    left = [column for column in columns if column.values and column not in assigned]
+    # when it was measured, rather than when a recorder took it: not every driver fills it in
+    stamps = [column for column in left if any(column.values)]
+    time = _single(stamps, plain, (MEASURED_AT,)) or _single(left, plain, TIMES)
     mass = _single([column for column in columns if column.values and column not in assigned], plain, _MASSES)
     further = [role for _, role in targets]
     # a rotation belongs to a displacement; next to a place it is written in too many ways to be taken
@@ -249,12 +259,15 @@ def _body(name: str) -> str:
 
 
 def _is_unit_length(role: Role) -> bool:
-    """Return whether the squares of four columns add up to 1 in each row, to the digits that are written."""
+    """Return whether the squares of four columns add up to 1 in each row, to the digits that are written.
+
+    Values that are not known yet, NaN, do not speak against it.
+    """
     n_rows = {len(column.values) for column in role.columns}
     if len(n_rows) != 1 or not next(iter(n_rows)):
         return False
     rows = zip(*(column.values for column in role.columns), strict=True)
-    return all(abs(sum(value * value for value in row) - 1.0) < _UNIT_LENGTH for row in rows)
+    return not any(abs(sum(value * value for value in row) - 1.0) >= _UNIT_LENGTH for row in rows)
 
 
 _NUMBERED: tuple[str, ...] = NUMBERED_QUATERNION

@@ -159,7 +159,7 @@ def are_logs(tables: Sequence[Path], urdf: Path | None = None, robot: str | None
     kinds = [log_kind(path, path.name, _frame_names(None), _joints_of(urdf, robot), chain) for path in tables]
     if any(kind.why_not for kind in kinds):
         return False
-    roles = together([LoggingDevice(kind) for kind in kinds])
+    roles = together([LoggingDevice(part) for kind in kinds for part in (kind, *kind.further)])
     lacking = _lacking(roles)
     # without times it may be a table of load states whose columns have other names, unless it is one instrument's alone
     over_time = all(kind.time is not None for kind in kinds)

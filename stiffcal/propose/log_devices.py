@@ -91,7 +91,7 @@ def sorted_files(
     devices: dict[tuple[object, ...], LoggingDevice] = {}
     for alike in by_shape.values():
         opened = {file: kind_of(file) for file in dict.fromkeys((alike[0], alike[len(alike) // 2], alike[-1]))}
-        if len({_layout(kind) for kind in opened.values()}) > 1:
+        if len({tuple(map(_layout, _parts(kind))) for kind in opened.values()}) > 1:
             opened = {file: opened.get(file) or kind_of(file) for file in alike}
         usual = next((kind for kind in opened.values() if not kind.why_not), next(iter(opened.values())))
         for file in alike:
@@ -101,19 +101,24 @@ def sorted_files(
             if kind.why_not:
                 found.unused.append(f"{file}: {kind.why_not}")
                 continue
-            device = devices.setdefault(_layout(kind), LoggingDevice(kind))
-            device.files.append(file)
-            device.kind = device.kind if device.kind.rows or not kind.rows else kind  # a target that is hidden at times
-    for device in devices.values():
-        found.devices.append(device)
-        found.devices.extend(LoggingDevice(part, device.files) for part in device.kind.further)
+            for part in _parts(kind):
+                device = devices.setdefault(_layout(part), LoggingDevice(part))
+                device.files.append(file)
+                if part.rows and not device.kind.rows:  # a target that is hidden at times
+                    device.kind = part
+    found.devices.extend(devices.values())
     return found
+
+
+def _parts(kind: LogKind) -> tuple[LogKind, ...]:
+    """Return the sources in a log, one or several."""
+    return (kind, *kind.further)
 
 
 def _layout(kind: LogKind) -> tuple[object, ...]:
     """Return what the files of one device have in common."""
     signals = (
-        tuple(line.toml for line in kind.signals) if are_numbered(kind.headers) else ()
+        tuple(line.toml for line in kind.signals) if are_numbered(kind.headers) else tuple(_signals(kind.roles))
     )  # columns without names hold what their values show
     return (kind.why_not, kind.format, kind.headers, signals, *sorted(kind.options.items()))
 

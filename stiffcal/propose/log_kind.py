@@ -29,9 +29,9 @@ from stiffcal.propose.lines import (
     signal_lines,
     time_line,
 )
-from stiffcal.propose.other_tables import TEXT, other_table
+from stiffcal.propose.other_tables import TEXT, tables_of
 from stiffcal.propose.own_rows import by_rows, rows_line
-from stiffcal.propose.table_sniffing import SniffedColumn, sniff_table
+from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.unnamed_columns import are_numbered, missing_names, roles_by_values
 from stiffcal.readers import find_reader
 
@@ -105,7 +105,7 @@ class LogKind:
     rows: ProposedLine | None = None
     """The condition on rows, where not every row has a reading."""
     further: tuple[LogKind, ...] = ()
-    """Other sources in the same log, where its signals lie in rows of their own."""
+    """Other sources in the same log: signals in rows of their own, and its further tables."""
 
     @property
     def options_line(self) -> list[ProposedLine]:
@@ -151,10 +151,36 @@ def log_kind(
     device, name = _maker(path.name.replace("_", " ") + "\n" + (text if found_format in (None, TEXT) else ""))
     try:
         reader = find_reader(path, found_format, display_name)
-        table = sniff_table(path) if reader.name == TEXT else other_table(reader, path, display_name)
+        tables = tables_of(reader, path, display_name)
     except InputError as error:
         fault = error.faults[0]
         return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
+    shown = text if reader.name == TEXT else ""
+    found = [kind for table in tables for kind in _kinds(table, reader.name, device, names, joints_of, chain, shown)]
+    understood = [kind for kind in found if not kind.why_not]
+    if not understood:
+        return found[0]
+    apart = [
+        replace(kind, name=name if name and len(understood) == 1 else source_name(kind.roles)) for kind in understood
+    ]
+    return replace(apart[0], further=tuple(apart[1:]))
+
+
+def _kinds(
+    table: SniffedTable,
+    log_format: str,
+    device: str,
+    names: FrameNames,
+    joints_of: Callable[[Sequence[SniffedColumn]], Sequence[SniffedColumn]],
+    chain: Chain | None,
+    text: str,
+) -> list[LogKind]:
+    """Return what a table of a log seems to be: an entry for each source in it, or one that says why there is none.
+
+    Parameters
+    ----------
+    text : the log's first lines, "" where it is no text. Others as in `log_kind`.
+    """
     unnamed = are_numbered([column.header for column in table.columns])
     roles = roles_by_values(table.columns, chain) if unnamed else recognise(table.columns, joints_of(table.columns))
     headers = tuple(column.header for column in table.columns)
@@ -166,17 +192,15 @@ def log_kind(
             why = (
                 f"it has no line of names: write one at its top, {missing_names(table.columns, roles)} (each ? is open)"
             )
-        return LogKind(
-            device, name, reader.name, headers=headers, columns=tuple(explained([table], roles)), why_not=why
-        )
-    kinds = [
+        return [LogKind(device, "", log_format, headers=headers, columns=tuple(explained([table], roles)), why_not=why)]
+    return [
         LogKind(
             device,
-            name if name and len(parts) == 1 else source_name(part),
-            reader.name,
+            "",
+            log_format,
             table.options,
             time_line(roles.time, table.rate_hz),
-            (*signal_lines(part, names), *_counts_lines(part, text if reader.name == TEXT else "")),
+            (*signal_lines(part, names), *_counts_lines(part, text)),
             part,
             headers,
             tuple(explained([table], part)),
@@ -184,7 +208,6 @@ def log_kind(
         )
         for part in parts
     ]
-    return replace(kinds[0], further=tuple(kinds[1:]))
 
 
 def source_name(roles: Roles) -> str:

@@ -5,21 +5,26 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 from stiffcal.campaign.column_names import header_parts, is_unit
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.propose.column_roles import recognise
+from stiffcal.propose.column_roles import holds_signals, recognise
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, sniff_table
-from stiffcal.readers import Reader, find_reader
+from stiffcal.readers import Options, Reader, find_reader
 
 TEXT = "csv"
+NO_OPTIONS: Options = MappingProxyType({})
 
 
 def table_of(path: Path) -> SniffedTable:
     """Read the columns of a table of any format, with proposals for their units.
+
+    Of several tables in one file that one is read whose columns alone are recognised.
 
     Raises
     ------
@@ -27,7 +32,34 @@ def table_of(path: Path) -> SniffedTable:
         Not there, empty, damaged, no table, or one of several that are in the file.
     """
     reader = reader_of(path)
-    return sniff_table(path) if reader is None else other_table(reader, path, path.name)
+    if reader is None:
+        return sniff_table(path)
+    found = [table for table in tables_of(reader, path, path.name) if holds_signals(recognise(table.columns))]
+    return found[0] if len(found) == 1 else other_table(reader, path, path.name)
+
+
+def tables_of(reader: Reader, path: Path, display_name: str) -> list[SniffedTable]:
+    """Read the columns of every table in a file; of several those that cannot be read are left out.
+
+    Raises
+    ------
+    InputError
+        Of a file with one table: as `other_table`, or as `sniff_table` where it is text.
+    """
+    tables = reader.tables(path, display_name)
+    if len(tables) == 1:
+        return [_table(reader, path, display_name, tables[0])]
+    found = []
+    for options in tables:
+        with suppress(InputError):
+            found.append(_table(reader, path, display_name, options))
+    return found or [_table(reader, path, display_name, {})]  # which says why
+
+
+def _table(reader: Reader, path: Path, display_name: str, options: Options) -> SniffedTable:
+    if reader.name == TEXT:
+        return sniff_table(path, str(options.get("section", "")))
+    return other_table(reader, path, display_name, options)
 
 
 def reader_of(path: Path) -> Reader | None:
@@ -39,14 +71,18 @@ def reader_of(path: Path) -> Reader | None:
     return None if reader.name == TEXT else reader
 
 
-def other_table(reader: Reader, path: Path, display_name: str) -> SniffedTable:
-    """Return the columns that a file names itself, with the first values of those that are used.
+def other_table(reader: Reader, path: Path, display_name: str, options: Options = NO_OPTIONS) -> SniffedTable:
+    """Return the columns that a table in a file names itself, with the first values of those that are used.
+
+    Parameters
+    ----------
+    options : that choose the table; none where the file holds one.
 
     Raises
     ------
     InputError : the file is damaged, or holds no columns that can be found without an option.
     """
-    header = reader.read_header(path, {}, display_name)
+    header = reader.read_header(path, options, display_name)
     count = Counter(header.columns)
     own = [name for name in header.columns if name and count[name] == 1]
     named = tuple(SniffedColumn(name, *_name_and_unit(name, header.units), (math.nan,)) for name in own)
@@ -55,7 +91,7 @@ def other_table(reader: Reader, path: Path, display_name: str) -> SniffedTable:
         raise InputError.at(FaultCode.LOG_PART_MISSING, display_name, "", reason, mend)
     unused = {column.header for column in recognise(named).unused}
     used = [column.header for column in named if column.header not in unused]
-    first = reader.first_rows(path, {}, used, display_name)
+    first = reader.first_rows(path, options, used, display_name)
     columns = []
     for column in named:
         values = first.get(column.header)
@@ -64,10 +100,11 @@ def other_table(reader: Reader, path: Path, display_name: str) -> SniffedTable:
         elif values is not None:
             column = replace(column, values=tuple(values.tolist()))
         columns.append(column)
-    options = {key: value for key, value in header.options.items() if isinstance(value, str | int | bool)}
+    understood = {**options, **header.options}
+    stated = {key: value for key, value in understood.items() if isinstance(value, str | int | bool)}
     n_rows = header.n_rows if header.n_rows is not None else max(map(len, first.values()), default=0)
     repeated = tuple((name, f'{n} columns have the name "{name}"') for name, n in count.items() if name and n > 1)
-    return SniffedTable(path, tuple(columns), n_rows, options, reader.name, left_out=repeated, remarks=header.remarks)
+    return SniffedTable(path, tuple(columns), n_rows, stated, reader.name, left_out=repeated, remarks=header.remarks)
 
 
 def _name_and_unit(header: str, units: Mapping[str, str]) -> tuple[str, str | None]:

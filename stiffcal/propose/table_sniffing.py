@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
+import io
 import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import IO
 
 from stiffcal.campaign.column_names import header_parts
 from stiffcal.errors import InputError
@@ -18,6 +21,7 @@ from stiffcal.measurements.timestamps import DAY_FIRST, seconds_of_times, unit_o
 from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
 from stiffcal.table_layout.cells import is_gap, is_time, number
 from stiffcal.table_layout.layout import Layout
+from stiffcal.table_layout.sections import first_table, title_line
 from stiffcal.table_layout.text import FIRST_BYTES, encoding_of, rows_of_lines, text_layout
 
 # So many rows show a column's unit by their size; a longer log is not read to its end.
@@ -76,8 +80,12 @@ class SniffedTable:
         return f"{self.log_format} = {{ {options} }}" if options else ""
 
 
-def sniff_table(path: Path) -> SniffedTable:
+def sniff_table(path: Path, section: str = "") -> SniffedTable:
     """Read the columns of a text table.
+
+    Parameters
+    ----------
+    section : the name of the table, where the text holds several; "" where it is one.
 
     Raises
     ------
@@ -85,7 +93,7 @@ def sniff_table(path: Path) -> SniffedTable:
         Not there, empty, no text, no table.
     """
     display_name = path.name
-    text, encoding = _decoded(path, display_name)
+    text, encoding = _decoded(path, display_name, section)
     layout = text_layout(text[: text.rfind("\n", 0, FIRST_BYTES) + 1] or text, encoding)
     lines = text.split("\n")[layout.first_data_line - 1 :][:ROWS_LOOKED_AT]
     if len(layout.columns) < _FEWEST_COLUMNS:
@@ -102,7 +110,8 @@ def sniff_table(path: Path) -> SniffedTable:
         mend = "give a table with one row per load state"
         raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", reason, mend)
     rows, _ = rows_of_lines(lines, layout.delimiter)
-    return sniffed_table(path, [row for row in rows if any(row)], layout.rows)
+    options = {"section": section} if section else {}
+    return sniffed_table(path, [row for row in rows if any(row)], layout.rows, options)
 
 
 # Of a table that a signal of three components, or a joint and what loads it, can be in.
@@ -155,10 +164,14 @@ def sniffed_table(
     return SniffedTable(path, tuple(columns), len(data), dict(options or {}), rate_hz=layout.rate_hz, left_out=repeated)
 
 
-def _decoded(path: Path, display_name: str) -> tuple[str, str]:
+def _decoded(path: Path, display_name: str, section: str) -> tuple[str, str]:
+    """Return the beginning of a text, or of one table in it, and its encoding."""
     try:
         with path.open("rb") as file:
-            content = unpacked_stream(file).read(BYTES_LOOKED_AT)
+            stream = unpacked_stream(file)
+            content = stream.read(BYTES_LOOKED_AT)
+            encoding = encoding_of(content[:FIRST_BYTES])
+            text = _from_title(content, stream, section, encoding) if section else content.decode(encoding, "replace")
     except FileNotFoundError:
         raise InputError.at(
             FaultCode.FILE_MISSING, str(path), "", "no such file", "correct the path after --from"
@@ -174,15 +187,30 @@ def _decoded(path: Path, display_name: str) -> tuple[str, str]:
         raise InputError.at(
             FaultCode.FILE_EMPTY, display_name, "", "the file is empty", "give a table with a header and rows"
         )
-    encoding = encoding_of(content[:FIRST_BYTES])
-    text = re.sub("\r\n?", "\n", content.decode(encoding, "replace").removeprefix("\ufeff"))
+    text = re.sub("\r\n?", "\n", text.removeprefix("\ufeff"))
     if "\0" in text[:4096]:
         raise InputError.at(
             FaultCode.FORMAT_UNKNOWN, display_name, "", "this is not a text file", "save the table as CSV"
         )
     if len(content) == BYTES_LOOKED_AT:  # a long log: whole lines of its beginning
         text = text[: text.rfind("\n") + 1]
-    return text, encoding
+    return first_table(text) if section else text, encoding
+
+
+def _from_title(content: bytes, stream: IO[bytes], section: str, encoding: str) -> str:
+    """Return the beginning of a table in a text, from the line that names it on."""
+    pattern = title_line(section)
+    decoder = codecs.getincrementaldecoder(encoding)("replace")
+    ends = io.IncrementalNewlineDecoder(None, translate=True)
+    text, is_there = b"", False
+    while content and len(text) < BYTES_LOOKED_AT:
+        text += ends.decode(decoder.decode(content)).encode("utf-8")
+        if not is_there:
+            found = pattern.search(text)
+            is_there = found is not None
+            text = text[text.rfind(b"\n") + 1 :][-FIRST_BYTES:] if found is None else text[found.start() :]
+        content = stream.read(BYTES_LOOKED_AT)
+    return text[:BYTES_LOOKED_AT].decode("utf-8", "replace")
 
 
 def _column(header: str, layout: Layout, cells: list[str]) -> SniffedColumn:

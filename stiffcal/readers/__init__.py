@@ -131,6 +131,8 @@ class Reader(ABC):
     """True where names and units are the first lines of a file, and need no library to be read."""
     has_remarks: ClassVar[bool] = False
     """True where a header may hold remarks, so that every file's is read."""
+    holds_tables: ClassVar[bool] = False
+    """True where a file may hold several tables: sheets, groups, topics."""
     in_files: ClassVar[bool] = True
     """False where the logs are no files: `file` of a source is then a table or a query; see `DatabaseReader`."""
     fuzz_inputs: ClassVar[tuple[FuzzInput, ...]] = ()
@@ -147,6 +149,10 @@ class Reader(ABC):
                 return file.read(len(self.first_bytes)) == self.first_bytes
         except OSError:
             return False
+
+    def tables(self, path: Path, display_name: str = "") -> tuple[Options, ...]:
+        """Return the tables in a file, each as the options that choose it: none where it holds one table."""
+        return ({},)
 
     @abstractmethod
     def read_header(
@@ -192,6 +198,16 @@ class Reader(ABC):
 
 class ParsedReader(Reader):
     """A binary format, whose files a module of its name in `stiffcal.parsers` parses, in a child process."""
+
+    def tables(self, path: Path, display_name: str = "") -> tuple[Options, ...]:
+        """Return the tables in a file, where the format may hold several.
+
+        Raises
+        ------
+        InputError
+            The file is damaged, or its parsing takes more than is allowed.
+        """
+        return self._file(path, {}, display_name or str(path)).tables() if self.holds_tables else ({},)
 
     def read_header(
         self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None

@@ -48,6 +48,7 @@ class C3dReader(ParsedReader):
     name = "c3d"
     endings = (".c3d",)
     options = C3dOptions
+    holds_tables = True
     fuzz_inputs = (FuzzInput(".c3d", _write_fuzz_input, ("time", "probe X")),)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:

@@ -51,6 +51,7 @@ class Hdf5Reader(ParsedReader):
     name = "hdf5"
     endings = (".h5", ".hdf5", ".hdf")
     options = Hdf5Options
+    holds_tables = True
     fuzz_inputs = (FuzzInput(".h5", _write_fuzz_input, ("t", "Fx"), ("run",)),)
 
     def recognises(self, path: Path) -> bool:

@@ -62,6 +62,7 @@ class MatReader(ParsedReader):
     endings = (".mat",)
     first_bytes = b"MATLAB "
     options = MatOptions
+    holds_tables = True
     fuzz_inputs = (
         FuzzInput(".mat", _write_fuzz_input, ("t", "Fx")),
         FuzzInput(".mat", _write_fuzz_input_73, ("t", "Fx")),

@@ -36,6 +36,7 @@ class Ros1Reader(ParsedReader):
     endings = (".bag",)
     first_bytes = b"#ROSBAG V2.0\n"
     options = Ros1Options
+    holds_tables = True
     fuzz_inputs = (fuzz_input_ros1(),)
 
     def place_of_row(self, path: Path, options: Options, row: int) -> str:

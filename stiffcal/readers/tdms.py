@@ -41,6 +41,7 @@ class TdmsReader(ParsedReader):
     endings = (".tdms",)
     first_bytes = b"TDSm"
     options = TdmsOptions
+    holds_tables = True
     fuzz_inputs = (FuzzInput(".tdms", _write_fuzz_input, ("t", "Fx")),)
 
 

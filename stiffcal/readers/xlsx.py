@@ -62,6 +62,7 @@ class XlsxReader(ParsedReader):
     endings: ClassVar[tuple[str, ...]] = (".xlsx", ".xlsm", ".xlsb")
     first_bytes = b"\xd0\xcf\x11\xe0"  # Excel 97 to 2003, which is refused by its name
     options = SheetOptions
+    holds_tables = True
     has_remarks = True
     fuzz_inputs = (FuzzInput(".xlsx", _write_fuzz_input, ("t", "Fx"), ("run",)),)
 

@@ -151,7 +151,7 @@ class _Kinds:
     def is_data(self, k: int) -> bool:
         """Return whether row k holds data: of its cells in columns of numbers most are numbers."""
         row, found = self._rows[k], self._readings[k]
-        if len(row) != self.width:
+        if len(row) != self.width or sum(map(bool, row)) < 2 < self.width:  # a rate alone stands above a table
             return False
         own = [found[c] for c in range(self.width) if self.numeric[c] and row[c]]
         return bool(own) and sum(own) >= _MOSTLY * len(own)

@@ -43,6 +43,8 @@ class TextLayout:
     """The number of the line with the names, from 1; 0 without a header."""
     first_data_line: int
     """The number of the first line that can hold data, from 1."""
+    section: str = ""
+    """The name of the table in the text, which a line that holds nothing ends; "" where the text is one table."""
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -57,6 +57,8 @@ class BrokenPromiseError(AssertionError):
 def read_log(path: Path, log_format: str | None, options: dict[str, object], wanted: WantedColumns) -> None:
     """Read a log from beginning to end, and hold the reader to what it promises of the numbers."""
     reader = find_reader(path, log_format, "raw/log")
+    if not all(isinstance(table, dict) for table in reader.tables(path, "raw/log")):
+        raise BrokenPromiseError("a table is not chosen by options")
     header = reader.read_header(path, options, "raw/log")
     if not all(isinstance(name, str) for name in header.columns):
         raise BrokenPromiseError("a column's name is no text")

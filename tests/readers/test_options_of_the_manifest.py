@@ -20,7 +20,7 @@ from stiffcal.reduction.logs import reader_options
         ("ods", {"sheet", "skip_rows", "unit_row", "decimal"}),
         ("rsi", set()),
         ("xlsx", {"sheet", "skip_rows", "unit_row", "decimal"}),
-        ("csv", {"delimiter", "decimal", "encoding", "skip_rows", "unit_row"}),
+        ("csv", {"delimiter", "decimal", "encoding", "skip_rows", "unit_row", "section"}),
         ("hdf5", {"group", "dataset"}),
         ("mat", {"variable", "columns"}),
         ("mcap", {"topic", "child_frame", "types"}),

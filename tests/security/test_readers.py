@@ -39,6 +39,7 @@ def read(path: Path, wanted: WantedColumns = FORCE, options: Options | None = No
     """Return the number of rows of a log."""
     reader = find_reader(path, display_name=path.name)
     options = options or {}
+    reader.tables(path, path.name)
     reader.read_header(path, options, path.name, wanted)
     return sum(len(batch) for batch in reader.read_batches(path, options, wanted, path.name))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, fields, is_dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -87,6 +88,12 @@ def open_log(path: Path, options: Options, display_name: str) -> AbstractContext
     return open_bag(path, options, display_name, "rosbag2")
 
 
+def tables(path: Path, display_name: str) -> list[Options]:
+    """Return the options that choose each topic of a bag; the errors are those of `open_bag`."""
+    with _ros2_bag(path, display_name, "rosbag2") as bag:
+        return bag.tables()
+
+
 @contextmanager
 def open_bag(path: Path, options: Options, display_name: str, option: str) -> Iterator[OpenBag]:
     """Open a topic of a bag.
@@ -101,42 +108,107 @@ def open_bag(path: Path, options: Options, display_name: str, option: str) -> It
     InputError
         For a damaged bag, a topic or release that is not there.
     """
+    with _ros2_bag(path, display_name, option) as bag:
+        yield OpenBag(bag.topic(options), display_name, bag.unpacked)
+
+
+@contextmanager
+def open_ros1_bag(path: Path, options: Options, display_name: str, option: str) -> Iterator[OpenBag]:
+    """Open a topic of a bag of ROS 1, which holds the definitions of its messages; else as `open_bag`."""
+    with _ros1_bag(path, display_name, option) as bag:
+        yield OpenBag(bag.topic(options), display_name, bag.unpacked)
+
+
+def ros1_tables(path: Path, display_name: str) -> list[Options]:
+    """Return the options that choose each topic of a bag of ROS 1; the errors are those of `open_bag`."""
+    with _ros1_bag(path, display_name, "rosbag1") as bag:
+        return bag.tables()
+
+
+# Of transforms so many messages show which frames were tracked.
+_TRANSFORMS_LOOKED_AT = 1000
+
+
+@dataclass(frozen=True)
+class _Bag:
+    """An open bag.
+
+    Attributes
+    ----------
+    reader : of the library. decoder : returns what decodes the messages of some connections, by the options.
+    unpacked : bytes that it unpacks to. option : the name of the options in the manifest.
+    """
+
+    reader: Any
+    decoder: Callable[[list[Any], Options], Callable[[bytes, str], Any]]
+    unpacked: int
+    display_name: str
+    option: str
+
+    def topic(self, options: Options) -> _Topic:
+        """Return the topic that the options name, or the only one."""
+        connections = _connections(self.reader, self.option, options, self.display_name)
+        return self._topic(connections, options)
+
+    def tables(self) -> list[Options]:
+        """Return the options that choose each topic, of transforms each frame that was tracked."""
+        found: list[Options] = []
+        for name in sorted({connection.topic for connection in self.reader.connections}):
+            connections = [connection for connection in self.reader.connections if connection.topic == name]
+            if connections[0].msgtype not in TRANSFORMS:
+                found.append({"topic": name})
+                continue
+            messages = islice(self._topic(connections, {}).decoded(), _TRANSFORMS_LOOKED_AT)
+            frames = {str(one.child_frame_id): None for _, message, _ in messages for one in message.transforms}
+            found += [{"topic": name, "child_frame": frame} for frame in frames]
+        return [{}] if len(found) == 1 and len(found[0]) == 1 else found
+
+    def _topic(self, connections: list[Any], options: Options) -> _Topic:
+        decode = self.decoder(connections, options)
+        return _Topic(self.reader, decode, connections, options, self.display_name, self.option)
+
+
+@contextmanager
+def _ros2_bag(path: Path, display_name: str, option: str) -> Iterator[_Bag]:
     try:
         from rosbags.rosbag2 import Reader
         from rosbags.typesys import Stores
     except ImportError:
         raise missing_library(option, display_name, "ros") from None
     releases = [store.value for store in Stores if store.value.startswith("ros2_")]
-    types = str(options.get("types") or UNKNOWN_AT_END)
-    if types not in releases:
-        place, near = f"{option}.types", nearest_name(types, releases)
-        raise InputError.at(FaultCode.OPTION_INVALID, display_name, place, f"no release {types!r}", near)
+
+    def decoder(connections: list[Any], options: Options) -> Callable[[bytes, str], Any]:
+        types = str(options.get("types") or UNKNOWN_AT_END)
+        if types not in releases:
+            place, near = f"{option}.types", nearest_name(types, releases)
+            raise InputError.at(FaultCode.OPTION_INVALID, display_name, place, f"no release {types!r}", near)
+        decode: Callable[[bytes, str], Any] = _type_store(bag, connections, types, display_name).deserialize_cdr
+        return decode
+
     with damaged_file_errors("bag", display_name, MEND):
         check_bag(path, display_name)
         with Reader(QuotedPath(path)) as bag:
-            unpacked = checked_chunks(bag, display_name)
-            topic = _connections(bag, option, options, display_name)
-            store = _type_store(bag, topic, types, display_name)
-            messages = _Topic(bag, store.deserialize_cdr, topic, options, display_name, option)
-            yield OpenBag(messages, display_name, unpacked)
+            yield _Bag(bag, decoder, checked_chunks(bag, display_name), display_name, option)
 
 
 @contextmanager
-def open_ros1_bag(path: Path, options: Options, display_name: str, option: str) -> Iterator[OpenBag]:
-    """Open a topic of a bag of ROS 1, which holds the definitions of its messages; else as `open_bag`."""
+def _ros1_bag(path: Path, display_name: str, option: str) -> Iterator[_Bag]:
     try:
         from rosbags.rosbag1 import Reader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise missing_library(option, display_name, "ros") from None
+
+    def decoder(connections: list[Any], _: Options) -> Callable[[bytes, str], Any]:
+        store = get_typestore(Stores.EMPTY)
+        types = store.fielddefs | parsed_types(connections, display_name)  # times are of no definition in ROS 1
+        store.register(checked_types(types, connections[0].msgtype, display_name))
+        decode: Callable[[bytes, str], Any] = store.deserialize_ros1
+        return decode
+
     with damaged_file_errors("bag", display_name, MEND_ROS1), Reader(path) as bag:
         unpacked = checked_ros1_chunks(bag, path.stat().st_size, display_name)
-        topic = _connections(bag, option, options, display_name)
-        store = get_typestore(Stores.EMPTY)
-        types = store.fielddefs | parsed_types(topic, display_name)  # times are of no definition in ROS 1
-        store.register(checked_types(types, topic[0].msgtype, display_name))
-        messages = _Topic(bag, store.deserialize_ros1, topic, options, display_name, option)
-        yield OpenBag(messages, display_name, unpacked)
+        yield _Bag(bag, decoder, unpacked, display_name, option)
 
 
 @dataclass(frozen=True)
@@ -165,14 +237,13 @@ class _Topic:
 
     def messages(self) -> Iterator[tuple[int, Any, int]]:
         """Yield (recorded ns, message, bytes that were read for it); of transforms those of the child frame."""
+        if self.child_frame is None:
+            yield from self.decoded()
+            return
         child_frames: set[str] = set()
         any_match, size = False, 0
-        for connection, recorded, raw in self.bag.messages(connections=self.connections):
-            message, size = self.decode(raw, connection.msgtype), size + len(raw)
-            if self.child_frame is None:
-                yield recorded, message, size
-                size = 0
-                continue
+        for recorded, message, n_bytes in self.decoded():
+            size += n_bytes
             for transform in message.transforms:
                 if transform.child_frame_id == self.child_frame:
                     any_match = True
@@ -180,12 +251,17 @@ class _Topic:
                     size = 0
                 elif len(child_frames) < 100:
                     child_frames.add(transform.child_frame_id)
-        if self.child_frame is not None and not any_match:
+        if not any_match:
             reason = f"no transform of frame {self.child_frame!r} in {self.name}"
             mend = nearest_name(self.child_frame, sorted(child_frames), "there are")
             raise InputError.at(
                 FaultCode.LOG_PART_MISSING, self.display_name, f"{self.option}.child_frame", reason, mend
             )
+
+    def decoded(self) -> Iterator[tuple[int, Any, int]]:
+        """Yield (recorded ns, message, its bytes) of every message."""
+        for connection, recorded, raw in self.bag.messages(connections=self.connections):
+            yield recorded, self.decode(raw, connection.msgtype), len(raw)
 
     def columns(self) -> tuple[str, ...]:
         """Return the columns of the first message."""

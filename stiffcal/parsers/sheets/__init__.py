@@ -298,6 +298,23 @@ def open_sheet(
     InputError
         For a damaged file, a sheet that is not there, several that may be meant.
     """
+    with _opened(path, display_name, outline_of) as (book, outlines, hidden):
+        sheet = _chosen(book, outlines, hidden, options, display_name, log_format)
+        yield OpenSheet(sheet, options, display_name, hidden)
+
+
+def tables_of_sheets(path: Path, display_name: str, outline_of: OutlineOf) -> list[Options]:
+    """Return the options that choose each visible sheet that holds numbers; errors as of `open_sheet`."""
+    with _opened(path, display_name, outline_of) as (book, outlines, hidden):
+        found = _with_numbers(book, outlines, hidden, display_name)
+    return [{"sheet": sheet.name} for sheet in found] if len(found) > 1 else [{}]
+
+
+@contextmanager
+def _opened(
+    path: Path, display_name: str, outline_of: OutlineOf
+) -> Iterator[tuple[CalamineWorkbook, dict[str, Outline], list[str]]]:
+    """Open a workbook: yield it, the outlines of its sheets by name, and the names of those that are hidden."""
     from python_calamine import CalamineWorkbook, SheetVisibleEnum
 
     mend = "open it in a spreadsheet program, and save it again"
@@ -310,8 +327,7 @@ def open_sheet(
         file.seek(0)
         with CalamineWorkbook.from_filelike(file) as book:
             hidden = [sheet.name for sheet in book.sheets_metadata if sheet.visible != SheetVisibleEnum.Visible]
-            sheet = _chosen(book, outlines, hidden, options, display_name, log_format)
-            yield OpenSheet(sheet, options, display_name, hidden)
+            yield book, outlines, hidden
 
 
 def _check_kind(first_bytes: bytes, display_name: str) -> None:
@@ -337,8 +353,7 @@ def _chosen(
             place = f"{log_format}.sheet"
             raise InputError.at(FaultCode.LOG_PART_MISSING, display_name, place, f"no sheet {requested!r}", mend)
         return _sheet(book, str(requested), outlines, display_name)
-    sheets = [_sheet(book, name, outlines, display_name) for name in outlines if name not in hidden]
-    with_numbers = [sheet for sheet in sheets if any(isinstance(cell, float) for row in sheet.rows for cell in row)]
+    with_numbers = _with_numbers(book, outlines, hidden, display_name)
     if len(with_numbers) == 1:
         return with_numbers[0]
     if not with_numbers:
@@ -349,6 +364,14 @@ def _chosen(
     raise InputError.at(
         FaultCode.LOG_PART_AMBIGUOUS, display_name, f"{log_format}.sheet", reason, f"state which: {listed}"
     )
+
+
+def _with_numbers(
+    book: CalamineWorkbook, outlines: dict[str, Outline], hidden: Sequence[str], display_name: str
+) -> list[Sheet]:
+    """Return the visible sheets that hold numbers."""
+    sheets = [_sheet(book, name, outlines, display_name) for name in outlines if name not in hidden]
+    return [sheet for sheet in sheets if any(isinstance(cell, float) for row in sheet.rows for cell in row)]
 
 
 def _sheet(book: CalamineWorkbook, name: str, outlines: dict[str, Outline], display_name: str) -> Sheet:

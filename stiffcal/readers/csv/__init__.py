@@ -8,6 +8,7 @@ decimal : "." or ",".
 encoding : of the file.
 skip_rows : lines before the line with the column names.
 unit_row : True where the line after the names holds units.
+section : where tables stand below each other, the line that names the one to be read (Vicon Nexus: "Trajectories").
 
 Lines are parsed by pyarrow in blocks, single-threaded, with every wanted column's type given, so that memory stays flat
 and no cell is guessed at. Faults are found again in a second, slow pass that tracks lines and columns.
@@ -36,7 +37,7 @@ from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.timestamps import seconds_of_times
 from stiffcal.readers import Batch, FuzzInput, Header, Options, RawRows, Reader, WantedColumns, first_not_finite
 from stiffcal.readers.csv.faults import check_last_line, find_fault
-from stiffcal.readers.csv.layout import CsvOptions, open_log
+from stiffcal.readers.csv.layout import CsvOptions, open_log, section_titles
 from stiffcal.readers.csv.lines import LogText
 from stiffcal.table_layout.cells import GAP_WORDS, is_gap, number
 from stiffcal.table_layout.text import FIRST_BYTES, TextLayout, text_layout
@@ -65,6 +66,11 @@ class CsvReader(Reader):
         """Return True for the usual endings, also packed (gzip, bzip2, xz, zstd), and for text that holds a table."""
         endings = [suffix.lower() for suffix in path.suffixes if suffix.lower() not in self.packed_endings]
         return (bool(endings) and endings[-1] in self.endings) or _is_table(path)
+
+    def tables(self, path: Path, display_name: str = "") -> tuple[Options, ...]:
+        """Return the tables in a file: several where each stands below a line that names it."""
+        titles = section_titles(path, {}, display_name or str(path))
+        return tuple({"section": title} for title in titles) or ({},)
 
     def read_header(
         self, path: Path, options: Options, display_name: str = "", wanted: WantedColumns | None = None
@@ -183,9 +189,11 @@ def _read(
         except pa.ArrowInvalid as error:
             if not wanted.unjudged <= as_words:
                 raise _WordError from None
-            raise _located_fault(path, layout, wanted, row, display_name, str(error)) from None
+            raise _located_fault(path, options, layout, wanted, row, display_name, str(error)) from None
         if row != text.n_lines:
-            raise _located_fault(path, layout, wanted, 0, display_name, "a quoted cell extends over several lines")
+            raise _located_fault(
+                path, options, layout, wanted, 0, display_name, "a quoted cell extends over several lines"
+            )
         if row == 0:
             place = f"line {layout.first_data_line}"
             raise InputError.at(
@@ -334,9 +342,20 @@ def _numbers_of_words(column: pa.Array, layout: TextLayout, name: str, wanted: W
 
 
 def _located_fault(
-    path: Path, layout: TextLayout, wanted: WantedColumns, rows_read: int, display_name: str, reason: str
+    path: Path,
+    options: Options,
+    layout: TextLayout,
+    wanted: WantedColumns,
+    rows_read: int,
+    display_name: str,
+    reason: str,
 ) -> InputError:
     """Return the fault with its line; where the slow pass finds none, with the row up to which all was well."""
+    titles = [] if layout.section else section_titles(path, options, display_name)
+    if titles:
+        listed = ", ".join(map(repr, titles))
+        reason, mend = f"{len(titles)} tables stand below each other", f"state which: {listed}"
+        return InputError.at(FaultCode.LOG_PART_AMBIGUOUS, display_name, "csv.section", reason, mend)
     fault = find_fault(path, layout, wanted, rows_read, display_name)
     return fault or InputError.at(
         FaultCode.SYNTAX_INVALID,

@@ -19,6 +19,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import WantedColumns
 from stiffcal.readers.csv.lines import TAIL, LogText
 from stiffcal.table_layout.cells import is_gap, number
+from stiffcal.table_layout.sections import GAP_LINE
 from stiffcal.table_layout.text import TextLayout
 
 CUT_OFF = "log again, or delete the last line in a copy of the file"
@@ -39,6 +40,8 @@ def find_fault(
         for line in lines:
             if text.line_number < layout.first_data_line:
                 continue
+            if layout.section and GAP_LINE.fullmatch(line + b"\n"):
+                break
             if not line:
                 empty_line = empty_line or text.line_number
                 continue

@@ -16,10 +16,11 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell, toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS
-from stiffcal.log_columns import single_character
+from stiffcal.log_columns import nearest_name, single_character
 from stiffcal.readers import Options, WantedColumns, check_columns, check_options
 from stiffcal.readers.csv.lines import LogText, find_codec
 from stiffcal.readers.csv.rewriting import rewriting_of
+from stiffcal.table_layout.sections import first_table, title_line, titles_of_sections
 from stiffcal.table_layout.text import FIRST_BYTES, TextLayout, text_layout
 
 LONGEST_HEADER = 100_000  # bytes: a thousand columns of long names; csv itself stops at 131072 a cell
@@ -33,6 +34,7 @@ class CsvOptions(TomlTable):
     delimiter : a single character, "tab", or " " for one blank or several. decimal : "." or ",".
     encoding : Python's name of it. skip_rows : lines before the header.
     unit_row : True where the line after the header holds units.
+    section : the name of one of several tables in the file, in the line above it.
     """
 
     delimiter: Name | None = None
@@ -40,10 +42,12 @@ class CsvOptions(TomlTable):
     encoding: Name | None = None
     skip_rows: Annotated[int, Field(ge=0)] | None = None
     unit_row: bool | None = None
+    section: Name | None = None
 
     look_alikes: ClassVar[dict[str, str]] = {
         "sep": "delimiter", "separator": "delimiter", "skiprows": "skip_rows", "header": "skip_rows",
         "header_lines": "skip_rows", "units_row": "unit_row",
+        "table": "section", "part": "section",
     }  # fmt: skip
 
 
@@ -81,11 +85,54 @@ def open_log(
         text.keep_empty_lines = len(layout.columns) == 1
         text.stray_quote = stray_quote(layout.delimiter)
         rewriting = rewriting_of(layout)
-        if rewriting is not None:
-            text.rewrite_lines(rewriting)
+        text.ends_at_gap = bool(layout.section)
+        if rewriting is not None or text.ends_at_gap:
+            text.rewrite_lines(rewriting or _as_they_are)
         yield text, layout
     finally:
         text.close()
+
+
+def _as_they_are(lines: bytes) -> bytes:
+    return lines
+
+
+def section_titles(path: Path, options: Options, display_name: str) -> list[str]:
+    """Return the names of the tables in a file that holds several; empty where it is one table.
+
+    Raises
+    ------
+    InputError
+        The file is unreadable, or not of the encoding that the options state.
+    """
+    encoding = options.get("encoding")
+    with LogText(path, None if encoding is None else str(encoding), display_name) as text:
+        titles = titles_of_sections(line.decode("utf-8", "replace") for line in text.lines())
+    return titles if len(titles) > 1 else []
+
+
+def _at_section(text: LogText, path: Path, options: Options, display_name: str) -> int:
+    """Go to the table that the options name; return the number of lines before it.
+
+    Raises
+    ------
+    InputError
+        There is none of the name.
+    """
+    section = options.get("section")
+    if section is None:
+        return 0
+    encoding = text.encoding if text.not_yet_decoded else "utf-8"
+    if not text.find_line(title_line(str(section), encoding)):
+        titles = section_titles(path, options, display_name)
+        raise InputError.at(
+            FaultCode.LOG_PART_MISSING,
+            display_name,
+            "csv.section",
+            f"no line that holds {section!r} alone",
+            nearest_name(str(section), titles),
+        )
+    return text.line_number
 
 
 def _read_layout(text: LogText, path: Path, options: Options, display_name: str, wanted: WantedColumns) -> TextLayout:
@@ -104,7 +151,10 @@ def _read_layout(text: LogText, path: Path, options: Options, display_name: str,
             f"{decimal!r} is not a decimal mark",
             'give "." or ","',
         )
+    before = _at_section(text, path, options, display_name)
     first = _first_lines(text, skip or 0, display_name)
+    section = str(options.get("section") or "")
+    first = first_table(first) if section else first
     if not any(line.strip() for line in first.split("\n")[skip or 0 :]):
         empty = path.stat().st_size == 0
         skipped = f"before its header (csv.skip_rows is {skip})" if skip else "without a line that holds anything"
@@ -142,7 +192,12 @@ def _read_layout(text: LogText, path: Path, options: Options, display_name: str,
             )
     for _ in range(layout.first_data_line - 1):
         text.next_line()
-    return layout
+    return replace(
+        layout,
+        header_line=layout.header_line + before if layout.header_line else 0,
+        first_data_line=layout.first_data_line + before,
+        section=section,
+    )
 
 
 def _first_lines(text: LogText, skip: int, display_name: str) -> str:

@@ -20,6 +20,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.limits import LINE, check_unpacked
 from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
+from stiffcal.table_layout.sections import GAP_LINE
 from stiffcal.table_layout.text import FIRST_BYTES, encoding_of
 
 CHUNK = 1 << 20
@@ -56,6 +57,7 @@ class LogText(io.RawIOBase):
 
     Attributes
     ----------
+    ends_at_gap : take a line that holds nothing for the end, once lines pass through `rewrite_lines`.
     keep_empty_lines : hand empty lines between data lines on (in a log of one column an empty line is an empty cell).
     line_number : number of the last line taken, from 1.
     n_lines : data lines that `read` has handed out.
@@ -71,7 +73,7 @@ class LogText(io.RawIOBase):
         self._reading = Lock()
         self._abandoned = False
         self.display_name = display_name
-        self.keep_empty_lines = False
+        self.keep_empty_lines = self.ends_at_gap = False
         self.line_number = self.n_lines = 0
         self.unfinished = False
         self.tail = b""
@@ -145,6 +147,20 @@ class LogText(io.RawIOBase):
         self._rewrite = rewrite
         self._unwritten, self._buffer = self._buffer, b""
         self._take_whole_lines()
+
+    def find_line(self, pattern: re.Pattern[bytes]) -> bool:
+        """Take the lines before the next one that a pattern finds; False where there is none."""
+        while True:
+            end = len(self._buffer) if self._ended else self._buffer.rfind(b"\n") + 1
+            found = pattern.search(self._buffer, 0, end)
+            before = end if found is None else found.start()
+            self.line_number += self._buffer.count(b"\n", 0, before)
+            self._buffer = self._buffer[before:]
+            if found is not None:
+                return True
+            LINE.check(len(self._buffer), self.display_name, f"line {self.line_number + 1}")
+            if not self._pull(CHUNK):
+                return False
 
     def lines(self) -> Iterator[bytes]:
         """Yield the remaining lines, empty ones included, `line_number` following; to find a place, not to parse."""
@@ -239,6 +255,8 @@ class LogText(io.RawIOBase):
         end = len(self._unwritten) if self._ended else self._unwritten.rfind(b"\n") + 1
         LINE.check(len(self._unwritten) - end, self.display_name, "a line")
         lines, self._unwritten = self._unwritten[:end], self._unwritten[end:]
+        if self.ends_at_gap and (gap := GAP_LINE.search(lines)) is not None:
+            lines, self._unwritten, self._ended = lines[: gap.start()], b"", True
         self._buffer += self._rewrite(lines)
         return bool(lines)
 

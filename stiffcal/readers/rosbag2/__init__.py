@@ -45,6 +45,7 @@ class RosReader(ParsedReader):
     name = "rosbag2"
     endings = (".db3",)
     options = RosOptions
+    holds_tables = True
     fuzz_inputs = (fuzz_input(".db3", "SQLITE3"),)
 
     def recognises(self, path: Path) -> bool:
