@@ -167,7 +167,8 @@ def unit(name: str, quantity: str) -> Unit:
 
     Parameters
     ----------
-    name : as the lab writes it: ``N*m``, ``Nm``, ``N m`` and ``N·m`` are one unit; ``µm`` is ``um``. Case counts.
+    name : as the lab writes it: ``N*m``, ``Nm``, ``N m``, ``N-m`` and ``N·m`` are one unit; ``µm`` is ``um``.
+        Case counts.
     quantity : one of `quantities()`.
 
     Raises
@@ -215,7 +216,11 @@ def _canonical(name: str, table: dict[str, float]) -> str:
         text = text.replace(product, "*")
     text = _ALIASES.get(id(table), {}).get(text, text)
     word = _WORDS.get(text.lower())
-    return word if word in table else text
+    if word in table:
+        return str(word)
+    factors = text.replace("-", "*").split("*")  # makers of force sensors write N-m, those of force plates mm.N
+    products = ("*".join(own) for own in (factors, factors[::-1]) if len(own) > 1)
+    return next((product for product in products if product in table), text)
 
 
 def _advice(name: str, quantity: str) -> str:

@@ -18,7 +18,7 @@ from stiffcal.quantities import is_known, quantities
 # Words that say where, not what; they are noted and taken off the name.
 PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "fts", "wrench", "mean", "avg")
 JOINT_STEMS = (
-    *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel"),
+    *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel", "achswinkel"),
     *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
     *("aiposa", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
@@ -28,6 +28,7 @@ MEASURED_AT = "headerstamp"
 """The time of a message of ROS, which the driver of the instrument has written."""
 TIMES = (
     *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
+    *("uhrzeit", "heure", "hora", "ora", "timeofday"),
     *("temps", "tiempo", "tempo", "時間", "時刻", "时间", "epochtime", "systemtime", "ipoc"),
 )
 QUATERNIONS = (*(("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz")),)
@@ -79,27 +80,19 @@ STEMS: Mapping[Reading, tuple[str, ...]] = MappingProxyType(
         ),
         Reading.DEFLECTION: (
             *("d", "delta", "u", "disp", "displacement", "defl", "deflection", "verschiebung", "def", "weg"),
-            *("durchbiegung", "deplacement", "fleche", "desplazamiento", "flecha", "spostamento", "freccia"),
+            *("durchbiegung", "auslenkung", "deplacement", "fleche", "desplazamiento", "flecha", "spostamento"),
+            "freccia",
             *("変位", "たわみ", "位移", "变形"),
             "t",
         ),
         Reading.ROTATION: (
-            "dr",
-            "deltar",
-            "drot",
-            "rot",
-            "rotation",
-            "orientation",
-            "phi",
-            "dphi",
-            "verdrehung",
-            "回転",
-            "转角",
+            *("dr", "deltar", "drot", "rot", "rotation", "orientation", "phi", "dphi", "verdrehung", "回転", "转角"),
             "r",
         ),
         Reading.POSITION: (
             *("", "p", "pos", "position", "target", "point", "messpunkt", "measurement", "measured"),
-            *("punkt", "koordinate", "posicion", "posizione", "位置", "座標", "坐标"),
+            *("punkt", "koordinate", "coordinate", "posicion", "posizione", "coordonnee", "coordenada", "coordinata"),
+            *("位置", "座標", "坐标"),
             *("m", "t"),
         ),
     }
@@ -294,11 +287,17 @@ _OTHER_QUANTITIES = frozenset(
 )
 
 
+_DIRECTION = ("方向", "向", "軸", "轴", "richtung", "direction")
+"""What may stand between an axis and what is measured along it."""
+
+
 def _stems_and_axes(word: str) -> Iterable[tuple[str, int]]:
     if word and word[-1] in XYZ:
         yield word[:-1], XYZ.index(word[-1])
-    if word and word[0] in XYZ and len(word) > _LEAST_AXIS_FIRST:
-        yield word[1:], XYZ.index(word[0])
+    if word and word[0] in XYZ:
+        rest = next((word[1 + len(own) :] for own in _DIRECTION if word.startswith(own, 1)), word[1:])
+        if len(word) > _LEAST_AXIS_FIRST or not rest.isascii():  # one sign is a word of other scripts
+            yield rest, XYZ.index(word[0])
 
 
 def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:

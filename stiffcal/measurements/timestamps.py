@@ -27,6 +27,26 @@ _LOCAL = re.compile(
     r"(?:(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second_of>\d{2})(?:[.,:](?P<fraction>\d+))?)?"
     r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?)?"
 )
+# Other ways to write a date or a time of day; each is rewritten to one above.
+_CLOCK = r"(?P<clock>\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d{1,9})?)?(?: ?[AaPp]\.?[Mm]\.?)?)"
+_MONTH = r"(?P<month>[^\W\d_]{3,9}\.?)"
+_DIGITS = r"(?P<year>\d{4})-?(?P<month>\d{2})-?(?P<day>\d{2})[ _T-]"
+_YEAR_LAST, _YEAR_FIRST = r"\g<day>-\g<month>-\g<year> \g<clock>", r"\g<year>-\g<month>-\g<day> \g<clock>"
+_OTHER_WAYS = tuple(
+    (re.compile(pattern), template)
+    for pattern, template in (
+        (rf"(?P<year>\d{{4}})年 ?(?P<month>\d{{1,2}})月 ?(?P<day>\d{{1,2}})日[ T]{{0,2}}{_CLOCK}?", _YEAR_FIRST),
+        (rf"(?P<day>\d{{1,2}})\. ?{_MONTH} (?P<year>\d{{4}}),? ?{_CLOCK}?", _YEAR_LAST),
+        (rf"{_MONTH} (?P<day>\d{{1,2}}),? (?P<year>\d{{4}}),? ?{_CLOCK}?", _YEAR_LAST),
+        (rf"[A-Za-z]{{3}} {_MONTH} {{1,2}}(?P<day>\d{{1,2}}) {_CLOCK} (?P<year>\d{{4}})", _YEAR_LAST),  # C, Unix
+        (rf"{_DIGITS}{_CLOCK}", _YEAR_FIRST),
+        # as names of files have it, in which there is no colon
+        (
+            rf"{_DIGITS}(?P<hour>\d{{2}})[-_.]?(?P<minute>\d{{2}})[-_.]?(?P<second>\d{{2}}(?:[.,]\d{{1,9}})?)",
+            r"\g<year>-\g<month>-\g<day> \g<hour>:\g<minute>:\g<second>",
+        ),
+    )
+)
 # The first letters of months' names, as loggers in English, German, French, Spanish and Italian write them.
 _MONTHS = {
     name: number
@@ -39,6 +59,20 @@ _MONTHS = {
     )
     for name in names.split()
 }
+
+
+def in_usual_form(text: str) -> str:
+    """Return a date or time of day as loggers write it, where it is written in another way.
+
+    Examples
+    --------
+    >>> [in_usual_form(text) for text in ("2026年11月20日 10:15:30", "Nov 20, 2026 1:15 PM", "20261120_101530", "x")]
+    ['2026-11-20 10:15:30', '20-Nov-2026 1:15 PM', '2026-11-20 10:15:30', 'x']
+    """
+    for pattern, template in _OTHER_WAYS:
+        if (match := pattern.fullmatch(text)) is not None:
+            return match.expand(template).strip()
+    return text
 
 
 def seconds_of_times(
@@ -81,7 +115,7 @@ def seconds_of_times(
             place = (display_name, f"row {first_row + index}, column {name}")
             if not follows and (follows is None or any(_numbers_of_date(text))):
                 follows = _order_in(texts, text, *place)
-            seconds[index] = _local_seconds(text.strip(), follows, *place)
+            seconds[index] = _local_seconds(in_usual_form(text.strip()), follows, *place)
     return seconds
 
 
@@ -98,7 +132,7 @@ def unit_of_times(texts: Sequence[str]) -> str:
     >>> unit_of_times(["20.11.2026 10:15:30,000"]), unit_of_times(["2026-11-20"]), unit_of_times(["11/20/2026"])
     ('day-first', 'iso8601', 'month-first')
     """
-    match = _LOCAL.fullmatch(texts[0].strip())
+    match = _LOCAL.fullmatch(in_usual_form(texts[0].strip()))
     if match is None or match["first"] is None or len(match["first"]) == 4 or not match["second"].isdigit():
         return "iso8601"
     return DAY_FIRST if match["mark"] == "." else _order_in(texts, texts[0], "", "")
@@ -160,7 +194,7 @@ def _order_in(texts: Sequence[str], text: str, display_name: str, place: str) ->
 
 def _numbers_of_date(text: str) -> tuple[int, int]:
     """Return the first two numbers of a date whose order they leave open; zeros of any other text."""
-    match = _LOCAL.fullmatch(text.strip())
+    match = _LOCAL.fullmatch(in_usual_form(text.strip()))
     if match is None or match["first"] is None or match["mark"] == "." or len(match["first"]) == 4:
         return 0, 0
     return (int(match["first"]), int(match["second"])) if match["second"].isdigit() else (0, 0)

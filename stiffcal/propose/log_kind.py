@@ -152,11 +152,13 @@ def log_kind(
     try:
         reader = find_reader(path, found_format, display_name)
         tables = tables_of(reader, path, display_name)
+        shown = text if reader.name == TEXT else ""
+        found = [
+            kind for table in tables for kind in _kinds(table, reader.name, device, names, joints_of, chain, shown)
+        ]
     except InputError as error:
         fault = error.faults[0]
         return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
-    shown = text if reader.name == TEXT else ""
-    found = [kind for table in tables for kind in _kinds(table, reader.name, device, names, joints_of, chain, shown)]
     understood = [kind for kind in found if not kind.why_not]
     if not understood:
         return found[0]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from stiffcal.measurements.timestamps import in_usual_form
+
 GAP_WORDS = frozenset(
     (
         *("", "nan", "-nan", "na", "n/a", "#n/a", "#nv", "null", "none", "missing", "lost", "-", "--", "---"),
@@ -22,10 +24,11 @@ _POINT = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
 _GROUPED = re.compile(rf"[+-]?\d{{1,3}}(?P<groups>(?:([{GROUP_MARKS}])\d{{3}})(?:\2\d{{3}})*)(?:(?P<decimal>[.,])\d+)?")
 _TIME = re.compile(
     r"'?(?:\d{1,4}([-./ ])(?:\d{1,2}|[^\W\d_]{3,9}\.?)\1\d{1,4}(?:[ T,]+\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?)?"
-    r"|\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?)"
+    r"|\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?)"
     r"(?: ?[AaPp][Mm])?(?:Z| ?[+-]\d{2}:?\d{2})?"
 )
 _LONGEST_GAP = 12
+_SHORTEST_DATE = 9  # 2026年1月2日
 _LONGEST = 60  # characters of a number or a time
 
 
@@ -102,10 +105,15 @@ def is_time(cell: str) -> bool:
 
     Examples
     --------
-    >>> [is_time(cell) for cell in ("20.11.2026 10:15:30,000", "10:15:30.5", "11/20/2026 1:15:30 PM", "1.5", "A1")]
+    >>> [is_time(cell) for cell in ("20.11.2026 10:15:30,000", "10:15:30.5", "Nov 20, 2026 1:15 PM", "1.5", "A1")]
     [True, True, True, False, False]
     """
-    return cell[:2].strip("'").isdigit() and len(cell) <= _LONGEST and _TIME.fullmatch(cell) is not None
+    if len(cell) > _LONGEST:
+        return False
+    if cell[:2].strip("'").isdigit() and _TIME.fullmatch(cell) is not None:
+        return True
+    # written in another way it is longer than any number of rows or names of columns
+    return len(cell) >= _SHORTEST_DATE and not cell.isdigit() and in_usual_form(cell) != cell
 
 
 def is_reading(cell: str, decimal: str, thousands: str) -> bool:

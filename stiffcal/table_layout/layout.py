@@ -254,7 +254,7 @@ def _units_below(
     """Return the first row below the names and the units, and these; empty where there are none."""
     if asked is False or header + 1 >= len(rows):
         return header + 1, []
-    row = [bare_unit(cell) for cell in rows[header + 1]]
+    row = [bare_unit(cell) for cell in without_comment_sign(rows[header + 1], len(names))]
     if asked or (
         is_unit_row(row)
         and len(row) <= len(names) + 1

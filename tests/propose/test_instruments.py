@@ -129,6 +129,10 @@ def thousands() -> str:
     return "t [s],Fx [N],Fy [N],Fz [N]\n" + lines_of(cells, ",")
 
 
+def commented() -> str:
+    return "# operator: N. N.\n# t,Fx,Fy,Fz\n# s,N,N,N\n" + lines_of(next_to(TIME, FORCE), ",")
+
+
 def of_words(time: str, x: str, y: str, z: str) -> str:
     return f"{time};{x};{y};{z}\n" + lines_of(next_to(TIME, FORCE), ";", ",")
 
@@ -147,6 +151,25 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
     "day first": (lambda: dated("20.11.2026 10:15:{comma}"), "scope.csv", "utf-16", WRENCH),
     "month first": (lambda: dated("11/20/2026 10:15:{seconds} AM"), "scope.log", "utf-8", WRENCH),
     "a time of day": (lambda: dated("10:15:{comma}"), "scope.csv", "utf-8-sig", WRENCH),
+    "C, Unix": (lambda: dated("Fri Nov 20 10:15:{seconds} 2026"), "scope.csv", "utf-8", WRENCH),
+    "month in words": (lambda: dated("Nov 20, 2026 10:15:{seconds} AM"), "scope.csv", "utf-8", WRENCH),
+    "a point after the day": (lambda: dated("20. Nov 2026 10:15:{comma}"), "scope.csv", "cp1252", WRENCH),
+    "date of Japan": (lambda: dated("2026年11月20日 10:15:{seconds}"), "scope.csv", "utf-16", WRENCH),
+    "date as in names of files": (lambda: dated("2026-11-20_10-15-{seconds}"), "scope.csv", "utf-8", WRENCH),
+    "digits alone": (lambda: dated("20261120 10:15:{seconds}"), "scope.csv", "utf-8", WRENCH),
+    "units behind the sign of a comment": (commented, "log.dat", "utf-8", WRENCH),
+    "an axis before what is measured": (
+        lambda: of_words("时间(s)", "X向力(N)", "Y向力(N)", "Z向力(N)"),
+        "f.txt",
+        "utf-8",
+        WRENCH,
+    ),
+    "direction in words": (
+        lambda: of_words("Uhrzeit", "X-Richtung Kraft", "Y-Richtung Kraft", "Z-Richtung Kraft"),
+        "f.txt",
+        "utf-8",
+        WRENCH,
+    ),
     "low resolution": (low_resolution, "plc.csv", "cp1252", WRENCH),
     "NDI capture": (ndi, "participant.csv", "utf-8", POSITION),
     "NDI Polaris": (polaris, "polaris.csv", "utf-8", POSITION),
@@ -246,6 +269,19 @@ def test_large_t_beside_forces_is_no_moment(tmp_path: Path) -> None:
     kind = proposed(tmp_path, "both.csv", "Time,Fx,Fy,Fz,Tx,Ty,Tz\n" + lines_of(rows, ","))
     assert kind.roles.moment is None
     assert kind.roles.position is not None
+
+
+@pytest.mark.parametrize(("written", "size"), [("N-m", 1.0), ("mm.N", 1e-3), ("N*mm", 1e-3), ("Nm", 1.0)])
+def test_moments_have_the_unit_that_stands_there(tmp_path: Path, written: str, size: float) -> None:
+    head = "t," + ",".join(f"F{axis} [N]" for axis in "xyz") + "," + ",".join(f"M{axis} [{written}]" for axis in "xyz")
+    kind = proposed(tmp_path, "log.csv", head + "\n" + lines_of(next_to(TIME, FORCE, FORCE), ","))
+    assert np.allclose(readings(tmp_path, "log.csv", kind)[1][WRENCH][3:], size * FORCE.T, rtol=1e-12)
+
+
+def test_a_unit_that_nobody_knows_hides_no_other_log(tmp_path: Path) -> None:
+    head = "t,Fx [N],Fy [N],Fz [N],Mx [kipft],My [kipft],Mz [kipft]\n"
+    kind = proposed(tmp_path, "log.csv", head + lines_of(next_to(TIME, FORCE, FORCE), ","))
+    assert "kipft" in kind.why_not
 
 
 def test_every_column_is_explained(tmp_path: Path) -> None:
