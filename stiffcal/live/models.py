@@ -18,7 +18,7 @@ from stiffcal.store.trial import TrialResults
 from stiffcal.view.content import ViewContent, ViewForecast, ViewLive, ViewModel
 from stiffcal.workflow.diagnose import current_diagnosis, diagnose_campaign, keep_diagnosis
 from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import up_to_date_fit, up_to_date_fit_at_hand
+from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import (
     Ingested,
     RunContext,
@@ -28,7 +28,7 @@ from stiffcal.workflow.steps import (
     open_store,
     up_to_date_states,
 )
-from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.workflow.validate import up_to_date_results
 from stiffcal.workflow.view_change import LastAdded
 from stiffcal.workflow.view_content import EarlierVerdict, view_content
 
@@ -303,8 +303,7 @@ class LiveModels:
     ) -> tuple[ViewContent, DiagnoseResult | None]:
         """Return what the page shows of the context's model, and the diagnosis of it that is stored."""
         data: Ingested = up_to_date_states(self._folder, context)
-        identified, fit = up_to_date_fit_at_hand(data, context)
-        validation = up_to_date_validation(data, identified, context, fit)
+        identified, validation = up_to_date_results(data, context)
         content = view_content(data, identified, validation, self._raw, earlier, drawn)
         return content, current_diagnosis(data, identified)[0]
 

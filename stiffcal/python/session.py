@@ -254,7 +254,7 @@ class CampaignSession:
         ------
         InputError : the campaign contains no load states.
         """
-        from stiffcal.workflow.identify import up_to_date_fit
+        from stiffcal.workflow.identify import up_to_date_fit_at_hand
         from stiffcal.workflow.residuals import residual_columns
         from stiffcal.workflow.validate import up_to_date_validation
 
@@ -263,9 +263,9 @@ class CampaignSession:
             if len(data.states) == 0:
                 reason, mend = "the campaign contains no load states", "see identify().result for the measurements"
                 raise InputError.at(FaultCode.DATA_MISSING, str(self.folder), "runs", reason, mend)
-            identified = up_to_date_fit(data, self._context)
+            identified, fit = up_to_date_fit_at_hand(data, self._context)
             if heldout:
-                up_to_date_validation(data, identified, self._context)
+                up_to_date_validation(data, identified, self._context, fit)
             import pandas as pd
 
             return pd.DataFrame(residual_columns(data, identified, HELDOUT_STATES if heldout else FIT_STATES))

@@ -239,11 +239,13 @@
     }
 
     function title(g, box, word, { model, heldout }) {
-      const text = `${word}: ${S.error(heldout ? model.heldout_rms : model.fit_rms)}, ${model.label}`;
+      const text = (name) => S.visible(`${word}: ${S.error(heldout ? model.heldout_rms : model.fit_rms)}, ${name}`);
       g.fillStyle = S.theme.ink;
       g.textAlign = "left";
       g.textBaseline = "bottom";
-      g.fillText(S.shortened(g, S.visible(text), box.w), box.x, box.y - 5);
+      // what a long name has last, what was added, must not be cut off
+      const shown = [model.label, model.short].map(text).find((words) => g.measureText(words).width <= box.w) ?? text(model.short);
+      g.fillText(S.shortened(g, shown, box.w), box.x, box.y - 5);
     }
 
     /** Run, row and values of a point. */

@@ -11,8 +11,9 @@
     const words = text.split(" ");
     let first = words.shift();
     while (words.length && g.measureText(`${first} ${words[0]}`).width <= width) first += ` ${words.shift()}`;
-    g.fillText(S.shortened(g, first, width), x, y - 6);
-    g.fillText(S.shortened(g, words.join(" "), width), x, y + 6);
+    // a smaller line may hold all of it
+    g.fillText(S.shortened(g, first, width), x, words.length ? y - 6 : y);
+    if (words.length) g.fillText(S.shortened(g, words.join(" "), width), x, y + 6);
     g.font = "12px system-ui, sans-serif";
   }
 

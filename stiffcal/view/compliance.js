@@ -143,9 +143,9 @@
             ]),
       );
       evidence.textContent = rows.length
-        ? `Measured in ${poses} ${whole() ? "poses" : "pieces"}. Where their angles are exchanged at random, the best of these ${pairs} ` +
-          `curves explains up to ${S.percent(chance)} in 95 of 100 cases: a share below that is no evidence, and one above it is to be ` +
-          `measured again in other poses.`
+        ? `Measured in ${poses} ${whole() ? "poses" : "pieces"}. Where their angles are exchanged at random, ` +
+          `${pairs === 1 ? "this curve" : `the best of these ${pairs} curves`} explains up to ${S.percent(chance)} in 95 of 100 cases: a share below that ` +
+          `is no evidence, and one above it is to be measured again in other poses.`
         : "";
     }
     const whole = () => data.runs.length > 2;

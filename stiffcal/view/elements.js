@@ -42,6 +42,8 @@
     return { element: S.make("label", {}, `${label} `, input), input };
   };
 
+  /** What a table shows of a number: counts and row numbers whole, all else in three digits. @param {number} value */
+  const cellText = (value) => (Number.isSafeInteger(value) ? String(value).replace("-", "−") : S.digits(value));
   /** Fill a table. @param {HTMLTableElement} table @param {string[]} head @param {any[][]} rows @param {string} caption */
   S.fill = function (table, head, rows, caption) {
     table.replaceChildren(
@@ -57,7 +59,7 @@
             ...row.map((cell, k) =>
               cell instanceof Node
                 ? S.make("td", {}, cell)
-                : S.make(k ? "td" : "th", k ? {} : { scope: "row" }, typeof cell === "number" ? S.digits(cell) : String(cell)),
+                : S.make(k ? "td" : "th", k ? {} : { scope: "row" }, typeof cell === "number" ? cellText(cell) : String(cell)),
             ),
           ),
         ),

@@ -8,7 +8,7 @@
           case "Digits":
             return S.digits(piece.value === null ? null : scale * piece.value);
           case "Interval":
-            return `${S.digits(scale * piece.value)} (${S.digits(scale * piece.low)} to ${S.digits(scale * piece.high)})`;
+            return S.estimate(scale * piece.value, scale * piece.low, scale * piece.high);
           case "Names":
             return piece.names.join(", ");
           default:

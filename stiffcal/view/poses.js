@@ -71,7 +71,8 @@
     function draw(canvas) {
       const { g, width, height: h } = S.begin(canvas),
         { rows, most: worst } = shown(),
-        left = Math.min(140, width - LEAST_COLUMN * words.length);
+        names = Math.max(...runs.map((run) => g.measureText(`▸ ● ${S.visible(data.runs[run].name)}`).width)) + 12,
+        left = Math.min(names, 140, width - LEAST_COLUMN * words.length);
       place = { left, w: (width - left - 8) / words.length, h: (h - HEAD - 8) / Math.max(runs.length, 1) };
       const every = Math.ceil(13 / place.h),
         [, most] = S.locked("errors by run", [0, worst]),

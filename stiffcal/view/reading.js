@@ -63,7 +63,7 @@
           S.button({ onclick: () => S.goTo(S.state.at + 1) }, "Next state"),
         ),
         about,
-        S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table),
+        S.make("div", { className: "scroll tall", tabIndex: 0, role: "region", "aria-label": "Reading and its neighbours" }, table),
         rawHead,
         rawLines,
         S.make("h3", {}, "Leave the selected states out"),

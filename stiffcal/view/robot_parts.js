@@ -46,9 +46,11 @@
     );
   };
 
-  /** Names of joints with their shares next to them, those of one place together, none over another. */
+  /** Names of joints with their shares next to them, those of one place together, none over another nor over another joint. */
   S.writeJointNames = function (g, points, shares, width) {
     const HIGH = 15,
+      ASIDE = 20,
+      DRIVE = 16,
       labels = [],
       placed = [];
     points.forEach(([x, y], k) => {
@@ -65,10 +67,15 @@
     g.strokeStyle = S.theme.ground;
     for (const { x, y, text } of labels) {
       const wide = g.measureText(text).width,
-        left = Math.max(4, x + 20 + wide > width ? Math.min(x - 20 - wide, width - 4 - wide) : x + 20);
-      const isFree = (up) =>
+        sides = [x + ASIDE, x - ASIDE - wide].filter((left) => left >= 4 && left + wide <= width),
+        lefts = sides.length ? sides : [Math.max(4, width - 4 - wide)];
+      const places = [0, -1, 1, -2, 2, -3, 3].flatMap((k) => lefts.map((left) => ({ left, up: y + HIGH * k, wide })));
+      const isApart = ({ left, up }) =>
         !placed.some((other) => Math.abs(other.up - up) < HIGH && left < other.left + other.wide + 4 && other.left < left + wide + 4);
-      const up = [0, -1, 1, -2, 2, -3, 3].map((k) => y + HIGH * k).find(isFree) ?? y;
+      const isBare = ({ left, up }) =>
+        !points.some(([px, py]) => px > left - DRIVE && px < left + wide + DRIVE && Math.abs(py - up) < HIGH / 2 + DRIVE && Math.hypot(px - x, py - y) >= 12);
+      const apart = places.filter(isApart),
+        { left, up } = apart.find(isBare) ?? apart[0] ?? places[0];
       placed.push({ left, up, wide });
       g.strokeText(text, left, up);
       g.fillStyle = S.theme.ink;

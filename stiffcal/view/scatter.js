@@ -65,18 +65,27 @@
     }
   }
 
-  /** What the band is, above the points. */
-  function nameBand(g, box, up, y, toY) {
-    const at = toY(2 * up.sigma);
-    if (!(up.sigma > 0) || at <= box.y + 14 || y[1] <= 2 * up.sigma) return;
-    g.textAlign = "right";
-    g.textBaseline = "bottom";
+  const BAND = "noise ± 2σ",
+    LINE = 15;
+  /** What the band is, above or below it, at that end or in the middle where it covers the fewest points. */
+  function nameBand(g, box, up, toY, px, py) {
+    if (!(up.sigma > 0)) return;
+    const wide = g.measureText(BAND).width,
+      [above, below] = [toY(2 * up.sigma) - LINE - 1, toY(-2 * up.sigma) + 1];
+    const lefts = [box.x + box.w - 4 - wide, box.x + 4, box.x + (box.w - wide) / 2];
+    const places = [above, below].filter((top) => top >= box.y && top + LINE <= box.y + box.h).flatMap((top) => lefts.map((left) => ({ left, top })));
+    if (!places.length) return;
+    const covered = ({ left, top }) => px.reduce((sum, x, p) => sum + (x > left - 4 && x < left + wide + 4 && py[p] > top - 2 && py[p] < top + LINE + 2), 0);
+    const counts = places.map(covered),
+      { left, top } = places[counts.indexOf(Math.min(...counts))];
+    g.textAlign = "left";
+    g.textBaseline = "top";
     g.lineJoin = "round";
     g.lineWidth = 4;
     g.strokeStyle = S.theme.ground;
-    g.strokeText("noise ± 2σ", box.x + box.w - 4, at - 1);
+    g.strokeText(BAND, left, top + 1);
     g.fillStyle = S.theme.quiet;
-    g.fillText("noise ± 2σ", box.x + box.w - 4, at - 1);
+    g.fillText(BAND, left, top + 1);
   }
 
   const placed = (values, levels, to) => {
@@ -156,7 +165,7 @@
     g.strokeStyle = theme.ink;
     for (let p = apart * S.state.at; p < apart * (S.state.at + 1); p++)
       if (Number.isFinite(px[p] + py[p])) g.strokeRect(px[p] - 7, py[p] - 7, 14, 14);
-    nameBand(g, box, up, ends.y, toY);
+    nameBand(g, box, up, toY, px, py);
     g.restore();
     return { px, py };
   };

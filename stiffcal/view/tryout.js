@@ -21,13 +21,13 @@
   S.modelChanged = false;
   S.canUndo = () => false;
 
-  /** Effects by name, each with its places. @param {string[]} names "effect place" @returns {[string, string[]][]} */
+  const effectOf = (name) => name.slice(0, name.indexOf(" "));
+  /** Effects by name, each with its places. @param {string[]} names @returns {[string, string[]][]} */
   function byEffect(names) {
     const groups = new Map();
     for (const name of names) {
-      const [effect, place] = [name.slice(0, name.indexOf(" ")), name.slice(name.indexOf(" ") + 1)];
-      if (!groups.has(effect)) groups.set(effect, []);
-      groups.get(effect).push(place);
+      const effect = effectOf(name);
+      groups.set(effect, [...(groups.get(effect) ?? []), name.slice(effect.length + 1)]);
     }
     return [...groups];
   }
@@ -165,7 +165,11 @@
     // an effect that is tried stands among the candidates; a diagnosis of the tried model offers it no more
     const offers = data.candidates.map((entry) => entry.name);
     const isTried = (name) => S.wanted.added.includes(name) && offers.includes(name);
-    const inModel = live ? [...new Set([...own.filter((name) => !isTried(name)), ...S.wanted.removed])] : own;
+    const removable = (name) => !data.effects.some((entry) => entry.name === name && !entry.removable);
+    // the effect that was added last stands first, and last what comes with what was measured: a line may not hold all
+    const added = (data.change?.added ?? []).map(effectOf);
+    const rank = (name) => (added.includes(effectOf(name)) ? 0 : removable(name) ? 1 : 2);
+    const inModel = [...new Set(live ? [...own.filter((name) => !isTried(name)), ...S.wanted.removed] : own)].sort((a, b) => rank(a) - rank(b));
     const key = JSON.stringify([
       inModel,
       ticked(),
@@ -188,7 +192,7 @@
           effect,
           ...places.map((place) => {
             const name = `${effect} ${place}`,
-              can = live ? !data.effects.some((entry) => entry.name === name && !entry.removable) : refits.includes(name);
+              can = live ? removable(name) : refits.includes(name);
             return chip(
               name,
               place === "setup" ? "" : place,

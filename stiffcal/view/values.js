@@ -1,11 +1,15 @@
 (function (S) {
-  /** The fit to compare with: the first one of these states, so that all steps count; of a refit the present fit. */
+  /**
+   * The fit to compare with: the first one of these states, so that all steps count; of the first fit, where an effect came
+   * back to it, the one without that effect; of a refit the present fit.
+   */
   function before(model) {
     const fits = S.data.models.filter((entry) => entry.kind === "fit");
     if (model.kind !== "fit") return fits.find((entry) => entry.present);
     const first = fits.findIndex(S.isDrawable),
       chosen = fits.indexOf(model);
-    return fits[first >= 0 && chosen > first ? first : chosen - 1];
+    const earlier = fits[first >= 0 && chosen > first ? first : chosen - 1];
+    return earlier ?? (model.present && S.data.change ? S.modelById.get(S.data.change.before) : undefined);
   }
 
   // lengths and angles in the units of the page; of a stiffness that is N·m/rad and the like
@@ -22,6 +26,7 @@
     return `${(100 * (b.value / a.value - 1))
       .toFixed(1)
       .replace(/^-0\.0$/, "0.0")
+      .replace(/^(?=[1-9]|0\.[1-9])/, "+")
       .replace("-", "−")} %`;
   }
 
@@ -74,6 +79,6 @@
       if (!earlier && all && model.present) fill(all, model);
       else fill(model, earlier);
     }
-    return { element: S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Parameters before and after" }, table), show };
+    return { element: S.make("div", { className: "scroll tall", tabIndex: 0, role: "region", "aria-label": "Parameters before and after" }, table), show };
   };
 })(stiffcal);

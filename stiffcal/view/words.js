@@ -1,4 +1,6 @@
 (function (S) {
+  /** A share below this is too small to matter on any picture. */
+  const LEAST_SHARE = 0.001;
   /** A number with three significant digits. @param {number|null} value @returns {string} */
   S.digits = function (value) {
     if (value === null || value === undefined || !Number.isFinite(value)) return "–";
@@ -8,7 +10,8 @@
       const power = Math.floor(Math.log10(size));
       return `${(value / 10 ** power).toPrecision(3).replace("-", "−")}·10${raisedTo(power)}`;
     }
-    return String(Number(value.toPrecision(3))).replace("-", "−");
+    const text = value.toPrecision(3);
+    return (size < 1000 && !text.includes("e") ? text : String(Number(text))).replace("-", "−");
   };
   const raisedTo = (power) => [...String(power)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");
   /**
@@ -67,12 +70,13 @@
       [own, judged] = [present?.heldout_rms?.translation, data.diagnosed?.translation];
     if (data.diagnosis_of || !(own > 0 && judged > 0) || S.length(own) === S.length(judged)) return "";
     return (
-      `The diagnosis states ${S.length(judged)} where this page has ${S.length(own)}: it leaves out single poses, and fits errors of the ` +
-      `robot's geometry too, within their tolerance.`
+      `The diagnosis states ${S.length(judged)}, this page ${S.length(own)}: it leaves out single poses, and fits the robot's ` +
+      `geometry too, within its tolerance.`
     );
   };
   /** @param {number|null} share */
-  S.percent = (share) => (Number.isFinite(share) ? `${S.digits(100 * share)} %` : "–");
+  S.percent = (share) =>
+    !Number.isFinite(share) ? "–" : share !== 0 && Math.abs(share) < LEAST_SHARE ? `< ${100 * LEAST_SHARE} %` : `${S.digits(100 * share)} %`;
 
   /** Hidden and direction-changing characters of names from files, made visible. @param {string} text */
   S.visible = function (text) {

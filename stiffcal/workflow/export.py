@@ -15,7 +15,7 @@ from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.revision import REVISION
 from stiffcal.trust.outputs import TABLES, chosen_output, write_output, written
 from stiffcal.workflow.command_results import ExportResult
-from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.identify import up_to_date_fit_at_hand
 from stiffcal.workflow.steps import HELDOUT_STATES, Ingested, RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 from stiffcal.workflow.workbook import ENDING, check_size, write_workbook
@@ -110,10 +110,10 @@ def export_campaign(
         robot = write_mujoco(folder, context, output)
         return ExportResult(warnings=robot.warnings, file=str(output), holds=robot.holds)
     data = up_to_date_states(folder, context)
-    identified = up_to_date_fit(data, context)
+    identified, fit = up_to_date_fit_at_hand(data, context)
     warnings: list[str] = []
     if ending in TABLES:
-        up_to_date_validation(data, identified, context)
+        up_to_date_validation(data, identified, context, fit)
         table = states_with_residuals(data) if len(data.states) else _readings(data)
         write_table(table, output, raw_text=raw_text, overwrite=context.overwrite)
         holds = f"{table.num_rows} readings with measured, predicted and residual"

@@ -94,13 +94,11 @@ def _of_rows(data: Ingested, missing: ProposedEffect, context: RunContext) -> Fo
     from stiffcal.experiments import all_kinds
     from stiffcal.model.campaign_effects import effects_with
     from stiffcal.workflow.experiments import runs_with_fits
-    from stiffcal.workflow.identify import up_to_date_fit
-    from stiffcal.workflow.validate import up_to_date_validation
+    from stiffcal.workflow.validate import up_to_date_results
 
     if not missing.where.joints:
         return None
-    identified = up_to_date_fit(data, context)
-    up_to_date_validation(data, identified, context)
+    identified, _ = up_to_date_results(data, context)
     effect, measured = effects_with(data.campaign, missing.effect)[missing.effect], runs_with_fits(data)
     for kind in all_kinds():
         rows, driver = kind.drawn_rows(measured, identified), kind.driver(measured, effect, missing.where.joints[0])

@@ -14,7 +14,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.trust.outputs import PICTURES, chosen_output, written
 from stiffcal.workflow.command_results import PlotResult
 from stiffcal.workflow.experiments import runs_with_fits
-from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.identify import up_to_date_fit_at_hand
 from stiffcal.workflow.steps import Ingested, RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 
@@ -69,7 +69,7 @@ def plot_campaign(
         raise InputError.at(
             FaultCode.RUN_UNKNOWN, "command line", "--run", f"unknown run {run}", f"runs: {', '.join(names)}"
         )
-    identified = up_to_date_fit(data, context)
+    identified, fit = up_to_date_fit_at_hand(data, context)
     from stiffcal.report.figures.canvas import save_figure
 
     kind = _kind_to_draw(data, against, run)
@@ -83,7 +83,7 @@ def plot_campaign(
         raise InputError.at(
             FaultCode.DATA_MISSING, "command line", "--against", "the campaign contains no load states", mend
         )
-    validation = up_to_date_validation(data, identified, context)
+    validation = up_to_date_validation(data, identified, context, fit)
     from stiffcal.workflow.report_content import report_states_of
 
     states = report_states_of(data)

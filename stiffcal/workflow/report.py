@@ -8,9 +8,8 @@ from pathlib import Path
 from stiffcal.trust.outputs import chosen_output, written
 from stiffcal.workflow.command_results import ReportResult
 from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
-from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.workflow.validate import up_to_date_results
 
 REPORT_FILE = "report.pdf"
 
@@ -37,8 +36,7 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
     context = context or RunContext()
     file = chosen_output(output, Path(folder) / REPORT_FILE, (".pdf",), context.overwrite)
     data = up_to_date_states(folder, context)
-    identified = up_to_date_fit(data, context)
-    validation = up_to_date_validation(data, identified, context)
+    identified, validation = up_to_date_results(data, context)
 
     from stiffcal.report.building import build_report
     from stiffcal.workflow.report_content import report_content

@@ -70,6 +70,17 @@ def validate_campaign(
     return replace(result, origin=data.store.origin_of(VALIDATE))
 
 
+def up_to_date_results(data: Ingested, context: RunContext) -> tuple[IdentifyResult, ValidateResult]:
+    """Return the fit of the present model and its validation, both made first where missing or stale, by one fit.
+
+    Raises
+    ------
+    InputError : the model cannot be fitted, or not be judged.
+    """
+    identified, fit = up_to_date_fit_at_hand(data, context)
+    return identified, up_to_date_validation(data, identified, context, fit)
+
+
 def up_to_date_validation(
     data: Ingested, identified: IdentifyResult, context: RunContext, fit: Fit | None = None
 ) -> ValidateResult:

@@ -9,9 +9,8 @@ from typing import cast
 from stiffcal.documents import Origin
 from stiffcal.trust.outputs import chosen_output, write_output
 from stiffcal.workflow.command_results import ViewResult
-from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
-from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.workflow.validate import up_to_date_results
 
 VIEW_FILE, PAGES = "view.html", (".html", ".htm")
 
@@ -64,8 +63,7 @@ class PageOfCampaign:
 def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampaign:
     """Return the page of a campaign; arguments and errors as of `view_campaign`."""
     data = up_to_date_states(folder, context)
-    identified = up_to_date_fit(data, context)
-    validation = up_to_date_validation(data, identified, context)
+    identified, validation = up_to_date_results(data, context)
 
     from stiffcal.view.page import build_page
     from stiffcal.workflow.view_content import view_content

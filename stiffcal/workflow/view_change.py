@@ -29,7 +29,10 @@ class LastAdded:
 
     @classmethod
     def of(cls, data: Ingested, identified: IdentifyResult) -> LastAdded:
-        """Compare the present fit with the nearest one before it whose effects are all in the present model.
+        """Compare the present fit with the last other one whose effects are all in the present model.
+
+        A model that was fitted earlier, lost an effect and got it back stands in the history where it was first fitted:
+        the fits after it were made before it became the present one again.
 
         Parameters
         ----------
@@ -38,7 +41,7 @@ class LastAdded:
         fits, states_key = stored_fits(data.store), key_of_table(data.table)
         at = next((number for number, fit in enumerate(fits) if fit.id == identified.fit_id), 0)
         present = _names(fits[at].model) if fits else []
-        for fit in reversed(fits[:at]):
+        for fit in reversed([*fits[:at], *fits[at + 1 :]]):
             earlier = _names(fit.model)
             if fit.states_key == states_key and {*earlier} < {*present}:
                 return cls(before=f"fit{fit.id}", names=[name for name in present if name not in earlier])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stiffcal.view.page import build_page
-from stiffcal.wording import estimate
+from stiffcal.wording import estimate, significant
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.view import view_campaign
 from tests.laboratory.browser import colours_of, opened, settled
@@ -326,7 +326,19 @@ def test_estimates_are_written_as_in_terminal_and_report(page: Any) -> None:
     ]  # fmt: skip
     shown = page.evaluate("(all) => all.map((one) => stiffcal.estimate(...one))", [list(one) for one in estimates])
     assert shown == [estimate(*one) for one in estimates]
-    assert page.evaluate("stiffcal.estimate(5, null, null)") == "5"
+    assert page.evaluate("stiffcal.estimate(5, null, null)") == "5.00"
+    numbers = [0.25, 0.0284, 4.1, 12.0, 99.96, 315.0, 999.6, 1234.0, 0.0]
+    assert page.evaluate("(all) => all.map(stiffcal.digits)", numbers) == [significant(number) for number in numbers]
+    # a share that is next to nothing; rows are counted, not rounded
+    assert page.evaluate("[stiffcal.percent(-6e-6), stiffcal.percent(0), stiffcal.percent(0.041)]") == [
+        "< 0.1 %",
+        "0 %",
+        "4.10 %",
+    ]
+    filled = """() => { const table = document.createElement("table");
+        stiffcal.fill(table, ["row", "rms"], [[12345, 0.25]], "");
+        return Array.from(table.tBodies[0].rows[0].cells, (cell) => cell.textContent); }"""
+    assert page.evaluate(filled) == ["12345", "0.250"]
 
 
 @pytest.mark.parametrize(

@@ -226,6 +226,11 @@ def test_the_page_opens_on_what_was_added_last(diagnosed: Path, tmp_path: Path) 
     model.write_text(whole.replace("4, 5, 6]", "4, 6]"), encoding="utf-8")
     view_campaign(folder)
     assert content_of((folder / "view.html").read_text("utf-8"))[0]["change"] is None
+    # what was in the model earlier, was taken out and came back is what was added last
+    model.write_text(whole, encoding="utf-8")
+    view_campaign(folder)
+    change = content_of((folder / "view.html").read_text("utf-8"))[0]["change"]
+    assert (change["before"], change["added"]) == ("fit3", ["joint-compliance j5"])
 
 
 def test_raw_rows_are_those_of_the_file(diagnosed: Path, text: str) -> None:

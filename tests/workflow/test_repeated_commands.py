@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +13,20 @@ import pytest
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.ingest import freshness
+from stiffcal.python.session import open_campaign
 from stiffcal.store import Store
 from stiffcal.trust import record
 from stiffcal.trust.record import open_record
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.export import export_campaign
 from stiffcal.workflow.history import read_history, restore_model
-from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.identify import fit_now, identify_campaign
 from stiffcal.workflow.ingest import ingest_campaign
+from stiffcal.workflow.plot import plot_campaign
+from stiffcal.workflow.report import report_campaign
 from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
+from stiffcal.workflow.view import view_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
 
@@ -55,6 +60,32 @@ def validated(made: Path, tmp_path: Path, state: Path) -> Path:
     shutil.copytree(made, folder, symlinks=True)
     validate_campaign(folder)
     return folder
+
+
+SHOWN: dict[str, Callable[[Path], object]] = {
+    "view": view_campaign,
+    "report": report_campaign,
+    "plot": plot_campaign,
+    "export": lambda folder: export_campaign(folder, output=folder / "states.csv"),
+    "residuals": lambda folder: open_campaign(folder).residuals(),
+}
+
+
+@pytest.mark.parametrize("show", SHOWN.values(), ids=SHOWN.keys())
+def test_a_changed_model_is_fitted_once(
+    show: Callable[[Path], object], validated: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fits: list[Path] = []
+
+    def counted(data: Any, loss: str, context: RunContext) -> Any:
+        fits.append(data.campaign.folder)
+        return fit_now(data, loss, context)
+
+    for module in ("identify", "validate"):
+        monkeypatch.setattr(f"stiffcal.workflow.{module}.fit_now", counted)
+    edit_model(validated, "remove", "joint-compliance", where={"joints": "6"})
+    show(validated)
+    assert len(fits) == 1
 
 
 @pytest.mark.parametrize("name", ["provenance", "ingest"])

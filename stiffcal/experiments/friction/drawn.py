@@ -88,7 +88,7 @@ def _variables(data: MeasuredRuns, rows: FrictionRows) -> list[DrawnVariable]:
     motion = rows.motion
     numbers = [
         DrawnVariable("velocity", "velocity of the drive, at the joint's side", "rad/s", rows.velocity),
-        DrawnVariable("speed", "speed, logarithm to base 10 of 1 rad/s", "", np.log10(np.abs(rows.velocity) + 1e-12)),
+        DrawnVariable("speed", "logarithm (base 10) of speed in rad/s", "", np.log10(np.abs(rows.velocity) + 1e-12)),
         DrawnVariable("torque", "measured torque", "N·m", rows.torque),
         DrawnVariable("angle", "angle of the joint", "°", DEGREES * rows.means(motion.angle)),
         DrawnVariable("load", "torque of the weight", "N·m", rows.means(motion.load)),

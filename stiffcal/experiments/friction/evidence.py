@@ -60,7 +60,7 @@ def _evidence_picture(
         _panel(
             title, f"{driver.label} [{driver.unit}]", driver.values[of_joint], values, rows.velocity[of_joint], reach
         )
-        for title, values in zip(("without it", f"with {effect.effect.name}"), left, strict=True)
+        for title, values in zip((f"without {effect.effect.name}", f"with {effect.effect.name}"), left, strict=True)
     )
     before, after = (float(np.sqrt(np.mean(values**2))) for values in left)
     caption: Words = (
