@@ -43,7 +43,8 @@
       g.fillRect(left, y + 4, end - left, height - 10);
       if (end < toX(row.value)) writeCut(g, end, y, height);
       g.fillStyle = S.theme.ink;
-      g.fillText(row.text, end + 5, middle);
+      // behind the frame too, where that is longer
+      g.fillText(row.text, Math.max(end, row.second > 0 ? toX(row.second) : 0) + 5, middle);
     } else {
       g.fillStyle = S.theme.quiet;
       g.fillText(row.text, left + 4, middle);

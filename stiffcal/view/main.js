@@ -126,6 +126,17 @@
     const words = data.live && !data.is_diagnosed ? "Not diagnosed yet: Diagnose, above, finds what is missing." : `${data.verdict} ${S.whyOther(data)}`;
     document.getElementById("verdict").textContent = S.visible(words.trim());
   }
+  const summary = document.getElementById("summary"),
+    whole = S.button({ className: "more", "aria-expanded": "false", "aria-controls": "summary" }, "all of it");
+  whole.onclick = () => {
+    const isOpen = summary.classList.toggle("open");
+    whole.setAttribute("aria-expanded", String(isOpen));
+    whole.textContent = isOpen ? "less" : "all of it";
+  };
+  summary.after(whole);
+  new ResizeObserver(() => {
+    whole.hidden = !summary.classList.contains("open") && summary.scrollHeight <= summary.clientHeight + 4;
+  }).observe(summary);
   const partOfHash = () => Number(new URLSearchParams(location.hash.slice(1)).get("part")) || 0;
 
   try {

@@ -316,6 +316,29 @@ def test_a_share_is_measured_by_what_chance_explains(page: Any) -> None:
     assert low <= page.evaluate(script, given) <= high
 
 
+def test_a_long_verdict_and_many_effects_leave_the_picture_in_a_small_window(
+    browser: Any, content: Any, tmp_path: Path
+) -> None:
+    long = replace(content[0], verdict="Torque over angle of joint 2: nothing is missing. " * 30)
+    path = tmp_path / "view.html"
+    path.write_text(build_page(long), encoding="utf-8")
+    page, complaints = opened(browser, path, viewport={"width": 800, "height": 600})
+    canvas = page.locator("#against-canvas")
+    assert canvas.bounding_box()["y"] + 100 < 600
+    # a place of an effect is shown whole, or not at all
+    cut = """() => { const line = document.getElementById("in-model").getBoundingClientRect();
+        return [...document.querySelectorAll("#in-model .check")].map((one) => one.getBoundingClientRect())
+            .filter((box) => box.top < line.bottom - 1 && box.bottom > line.bottom + 1).length; }"""
+    assert page.evaluate(cut) == 0
+    page.get_by_role("button", name="all of it").click()
+    page.wait_for_timeout(50)
+    assert canvas.bounding_box()["y"] > 600
+    page.get_by_role("button", name="less").click()
+    assert canvas.bounding_box()["y"] + 100 < 600
+    assert complaints == []
+    page.context.close()
+
+
 def test_estimates_are_written_as_in_terminal_and_report(page: Any) -> None:
     estimates = [
         (2.7e6, 2.69396e6, 2.70604e6), (65100.0, 65093.0, 65107.0), (-3.55e-4, -3.759e-4, -3.341e-4),
