@@ -16,7 +16,9 @@ import pytest
 PROPERTY = "processor_seconds"
 COLLECTING = "collecting_seconds"
 LONGEST_S = 2.0
-"""What takes longer and is not marked `long` is listed."""
+"""What takes longer and is quick by its marks is listed."""
+MARKS = ("docs", "browser", "long")
+"""Of what `make test` leaves out; a test with several of them counts to the first. All others are quick."""
 
 
 @dataclass
@@ -25,7 +27,7 @@ class _Spent:
 
     before: float = 0.0
     of_tests: defaultdict[str, float] = field(default_factory=partial(defaultdict, float))
-    long: set[str] = field(default_factory=set)
+    marks: dict[str, str] = field(default_factory=dict)
     collecting: float = 0.0
     not_sent: float = 0.0
 
@@ -62,20 +64,22 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     for name, seconds in report.user_properties:
         if name == PROPERTY and isinstance(seconds, float):
             _SPENT.of_tests[report.nodeid] += seconds
-            if "long" in report.keywords:
-                _SPENT.long.add(report.nodeid)
+            _SPENT.marks[report.nodeid] = next((mark for mark in MARKS if mark in report.keywords), "quick")
         if name == COLLECTING and isinstance(seconds, float):
             _SPENT.collecting += seconds
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print the sum, and the tests without the mark that took longest."""
+    """Print the sums, and the quick tests that took longest."""
     spent = _SPENT.of_tests
-    quick = {name: seconds for name, seconds in spent.items() if name not in _SPENT.long}
+    quick = {name: seconds for name, seconds in spent.items() if _SPENT.marks[name] == "quick"}
     if spent:
-        sums = f"{sum(spent.values()):.0f} s, of quick tests {sum(quick.values()):.0f} s"
-        sums += f"; {_SPENT.collecting:.0f} s more to collect them"
-        terminalreporter.write_line(f"processor time: {sums}")
+        sums: defaultdict[str, float] = defaultdict(float)
+        for name, seconds in spent.items():
+            sums[_SPENT.marks[name]] += seconds
+        listed = ", ".join(f"{mark} {seconds:.0f} s" for mark, seconds in sorted(sums.items()))
+        sentence = f"processor time: {sum(sums.values()):.0f} s ({listed}); {_SPENT.collecting:.0f} s more to collect"
+        terminalreporter.write_line(sentence)
     for name in sorted(quick, key=lambda name: -quick[name])[:20]:
         if quick[name] > LONGEST_S:
             terminalreporter.write_line(f"  {quick[name]:5.1f} s {name}")
