@@ -22,11 +22,11 @@ test: $(VENV)/test.stamp
 
 # whole campaigns, kills at random points, hidden robots: the tests marked `long`
 test-long: $(VENV)/test.stamp
-	$(PYTEST) -m "long and not browser and not docs"
+	$(PYTEST) -m "long and not practice and not browser and not docs"
 
-# all of them in one go, those of the documentation and in a browser included: each process collects once
+# all but those of `practice` in one go, those of the documentation and in a browser included: each process collects once
 test-all: $(VENV)/docs.stamp $(VENV)/browser.stamp
-	$(PYTEST)
+	$(PYTEST) -m "not practice"
 
 # the page of `view` in a browser; needs Debian's chromium (apt-get install chromium), or CHROMIUM=/path/to/chromium
 test-browser: $(VENV)/browser.stamp
@@ -64,11 +64,10 @@ coverage: $(VENV)/test.stamp
 	$(BIN)/python -m tests.benchmarks.coverage
 
 # the campaigns whose truth is known (campaigns/hidden, joints, absolute): what is named, is it right, error before, after;
-# then those of the tests, the ones that are left out of `make test-all` included
+# then the tests that repeat over more campaigns, seeds and sizes what others show: marked `practice`, not in `make test-all`
 practice: $(VENV)/test.stamp
 	$(BIN)/python -m tests.rates.practice
-	STIFFCAL_EVERY_CAMPAIGN=1 $(PYTEST) tests/whole_campaigns/test_hidden.py tests/whole_campaigns/test_hidden_robots.py \
-		tests/whole_campaigns/test_practice_absolute.py
+	$(PYTEST) -m practice
 
 # fresh campaigns from a seed and how often the right effect is named: `make rates SEED=7`, quicker with COUNT=10
 SEED ?= 1

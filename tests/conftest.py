@@ -83,6 +83,9 @@ LONG = (
     "workflow/test_suspects.py",
 )  # fmt: skip
 
+# Of `make practice`: what repeats over more campaigns, seeds or sizes what other tests show on one of each kind.
+PRACTICE: tuple[str, ...] = ()
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that judge numbers, and those that take long, where they do not do so themselves."""
@@ -93,6 +96,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             marks[item.path] = _marks_of_file(item.path.relative_to(here)) if here in item.path.parents else []
         for mark in marks[item.path]:
             item.add_marker(mark)
+        if "practice" in item.keywords:
+            item.add_marker(pytest.mark.long)
     # Files with tests that take long come first: the last ones of a session are short, and no process waits for long.
     first = {item.path for item in items if "long" in item.keywords or "docs" in item.keywords}
     items.sort(key=lambda item: item.path not in first)
@@ -103,7 +108,8 @@ def _marks_of_file(file: Path) -> list[pytest.MarkDecorator]:
     name = file.as_posix()
     above = {name, *(parent.as_posix() for parent in file.parents)}
     numerical = not above.isdisjoint(NUMERICAL) and name not in NO_KERNEL
-    return [pytest.mark.numerical] * numerical + [pytest.mark.long] * (not above.isdisjoint(LONG))
+    marks = {"numerical": numerical, "long": not above.isdisjoint(LONG), "practice": not above.isdisjoint(PRACTICE)}
+    return [getattr(pytest.mark, name) for name, marked in marks.items() if marked]
 
 
 @pytest.fixture(scope="session", autouse=True)

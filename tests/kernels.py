@@ -143,7 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if digest:
             digests[digest] = kernel
         began = time.monotonic()
-        words = ["-m", "pytest", "-q", "-m", "numerical", "-n", given.workers, "--dist", "worksteal"]
+        words = ["-m", "pytest", "-q", "-m", "numerical and not practice", "-n", given.workers, "--dist", "worksteal"]
         words += [f"tests/{place}" for place in NUMERICAL]
         code = subprocess.run([sys.executable, *words], cwd=ROOT, env=environment(kernel)).returncode
         print(f"{kernel}: {'passed' if code == 0 else 'FAILED'} in {time.monotonic() - began:.0f} s", flush=True)

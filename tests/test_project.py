@@ -18,7 +18,7 @@ from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 from stiffcal.extras import EXTRAS
-from tests.conftest import LONG, NO_KERNEL, NUMERICAL
+from tests.conftest import LONG, NO_KERNEL, NUMERICAL, PRACTICE
 
 ROOT = Path(__file__).parents[1]
 # Folders of tests that are no room's: what they hold, and whether modules that are no tests may stand in them.
@@ -189,7 +189,7 @@ def test_what_tests_share_stands_in_the_laboratory() -> None:
 
 def test_folders_and_files_with_marks_of_their_own_exist() -> None:
     """A file that is moved would lose its mark, and no kernels would be tried on it."""
-    assert [name for name in (*NUMERICAL, *NO_KERNEL, *LONG) if not (ROOT / "tests" / name).exists()] == []
+    assert [name for name in (*NUMERICAL, *NO_KERNEL, *LONG, *PRACTICE) if not (ROOT / "tests" / name).exists()] == []
 
 
 def test_package_data_goes_into_the_wheel(tmp_path: Path) -> None:
@@ -256,6 +256,11 @@ def test_make_test_and_ci_call_the_same() -> None:
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     for word in ("make --no-print-directory test", "ruff", "mypy", "lint-imports"):
         assert word in script
+
+
+def test_what_ci_leaves_to_make_practice_is_run_there() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert makefile.count("$(PYTEST) -m practice\n") == 1
 
 
 def test_bundled_example_is_the_campaign() -> None:

@@ -17,7 +17,7 @@ PROPERTY = "processor_seconds"
 COLLECTING = "collecting_seconds"
 LONGEST_S = 2.0
 """What takes longer and is quick by its marks is listed."""
-MARKS = ("docs", "browser", "long")
+MARKS = ("docs", "browser", "practice", "long")
 """Of what `make test` leaves out; a test with several of them counts to the first. All others are quick."""
 
 

@@ -1,13 +1,13 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from _pytest.mark import ParameterSet
 
 from stiffcal.cli.app import main
 from tests.laboratory import hidden_campaigns
@@ -16,13 +16,10 @@ from tests.laboratory.hidden_campaigns import copied
 SHARED = Path(__file__).parents[3] / "shared"
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
-EVERY = "STIFFCAL_EVERY_CAMPAIGN"
-"""Environment variable of `make practice`: also those campaigns are judged whose effects others here hide too."""
 
-
-def of_suite(names: Iterable[str], *elsewhere: str) -> list[str]:
-    """Return the campaigns to judge: without those of ``elsewhere``, unless every one is asked for."""
-    return [name for name in names if os.environ.get(EVERY) or name not in elsewhere]
+def with_practice(names: Iterable[str], *here: str) -> list[ParameterSet]:
+    """Return the campaigns to judge: those that are not one of each kind, ``here``, in `make practice` alone."""
+    return [pytest.param(name, marks=[pytest.mark.practice] * (name not in here)) for name in names]
 
 
 Command = Callable[..., dict[str, Any]]

@@ -27,7 +27,7 @@ from tests.laboratory.log_campaigns import IRREGULAR, SLOW, STATES_A_RUN, Hidden
 from tests.laboratory.mujoco_campaigns import measure_mujoco
 from tests.laboratory.mujoco_robot import Cable, Spring
 from tests.laboratory.robots import SIX_STIFFNESS as DRIVES
-from tests.whole_campaigns.conftest import Command, of_suite
+from tests.whole_campaigns.conftest import Command, with_practice
 
 Document = dict[str, Any]
 ROOT = Path(__file__).parents[2]
@@ -174,8 +174,8 @@ def check_values(truth: dict[str, float], fit: Document) -> None:
     assert chdtrc(len(off), off @ np.linalg.solve(covariance, off)) > 0.001, dict(zip(names, off, strict=True))
 
 
-# Of test_hidden 10 has a foundation that gives, 12 a turned sensor, 07 coupled axes.
-@pytest.mark.parametrize("name", of_suite([*EXACT, *MUJOCO], *EXACT, "tendon between two axes"))
+# Here two effects at once, in MuJoCo.
+@pytest.mark.parametrize("name", with_practice([*EXACT, *MUJOCO], "friction, and a ball joint that tilts"))
 def test_what_is_hidden_is_named_and_the_error_falls_to_the_noise(name: str, tmp_path: Path, command: Command) -> None:
     folder = tmp_path / "measured"
     if name in MUJOCO:

@@ -11,7 +11,7 @@ from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.steps import RunContext
 from tests.laboratory.once import once
 from tests.rates.practice import ABSOLUTE, Answer, ask, truth
-from tests.whole_campaigns.conftest import of_suite
+from tests.whole_campaigns.conftest import with_practice
 
 NAMES = sorted(truth(ABSOLUTE))
 
@@ -21,26 +21,27 @@ def answer_of(name: str) -> Answer:
     return once(ask, ABSOLUTE / name)
 
 
-@pytest.mark.parametrize("name", NAMES)
+# Here nothing is hidden, or an encoder that is not centred.
+@pytest.mark.parametrize("name", with_practice(NAMES, "01", "04"))
 def test_names_what_is_hidden(name: str) -> None:
     answer = answer_of(name)
     assert answer.right, f"{answer.hidden or 'nothing'} is hidden, {answer.named or 'nothing'} is named"
 
 
-@pytest.mark.parametrize("name", ["02", "03", "04", "05", "06"])
+@pytest.mark.parametrize("name", with_practice(["02", "03", "04", "05", "06"], "04"))
 def test_the_first_name_or_its_look_alike_is_hidden(name: str) -> None:
     answer = answer_of(name)
     assert answer.hidden in answer.named.split(" + ")[0]
 
 
-@pytest.mark.parametrize("name", ["01", "02", "03", "04", "05", "06"])
+@pytest.mark.parametrize("name", with_practice(["01", "02", "03", "04", "05", "06"], "01", "04"))
 def test_errors_in_regions_left_out_are_within_fifteen_percent_of_the_noise(name: str) -> None:
     """A refit of the true effects errs by at least the noise: this is closer than within 15 % of that refit."""
     assert answer_of(name).after < 1.15
 
 
-# Where something is outside the catalogue, joints/05 and joints/09 are improved.
-@pytest.mark.parametrize("name", of_suite(["01", "07"], "07"))
+# Where something is outside the catalogue, joints/05 is improved.
+@pytest.mark.parametrize("name", with_practice(["01", "07"], "01"))
 def test_nothing_is_added_or_removed_where_no_effect_of_the_catalogue_is_hidden(name: str, tmp_path: Path) -> None:
     """Frames to be estimated are no effects of the model file, and geometry belongs to every model of such places."""
     folder = shutil.copytree(ABSOLUTE / name, tmp_path / name, ignore=shutil.ignore_patterns("store"))

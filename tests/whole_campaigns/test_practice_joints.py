@@ -19,6 +19,7 @@ from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 from tests.laboratory.once import once
 from tests.rates.practice_joints import JOINTS, LEAST_P, JointAnswer, ask_joint, read_truths, series_of_p_form
+from tests.whole_campaigns.conftest import with_practice
 
 NAMES = sorted(read_truths())
 
@@ -29,7 +30,7 @@ def answer_of(name: str) -> JointAnswer:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", with_practice(NAMES, "02", "05"))
 def test_the_hidden_effects_are_added(name: str) -> None:
     answer = answer_of(name)
     assert answer.searched
@@ -46,12 +47,15 @@ def test_the_hidden_effects_are_added(name: str) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        *("01", "02", "03", "04", "06", "07"),
+        *with_practice(["01", "02", "03", "04", "06", "07"], "02"),
         pytest.param(
             "08",
-            marks=pytest.mark.xfail(
-                strict=True, reason="1.057: the fit of the true laws leaves 1.048, as 480 means scatter by 3 %"
-            ),
+            marks=[
+                pytest.mark.practice,
+                pytest.mark.xfail(
+                    strict=True, reason="1.057: the fit of the true laws leaves 1.048, as 480 means scatter by 3 %"
+                ),
+            ],
         ),
     ],
 )
