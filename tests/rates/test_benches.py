@@ -57,13 +57,14 @@ def test_draws_differ_by_seed_and_repeat(kind: str, tmp_path: Path) -> None:
     assert [path.read_bytes() for path in logs[0]] == [path.read_bytes() for path in logs[1]]
 
 
-@pytest.mark.parametrize("kind", ["clamped 3x", "friction 3x"])
+@pytest.mark.parametrize("kind", ["clamped 3x", pytest.param("friction 3x", marks=pytest.mark.practice)])
 def test_an_effect_of_three_times_the_noise_is_named(kind: str) -> None:
     verdict = judge_bench(kind, np.random.default_rng(8), "laws")
     assert verdict.outcome == "right"
     assert not verdict.firm_wrong
 
 
+@pytest.mark.practice
 def test_of_a_heavy_robot_with_two_joints_clamped_these_two_are_identified(tmp_path: Path) -> None:
     """The other four turn with the readings by nothing but what bends the chain: no compliance is made of it."""
     rng = np.random.default_rng(5)
@@ -108,6 +109,7 @@ def test_hinges_of_mujoco_turn_as_the_laws_say() -> None:
         assert np.abs(turned - expected).max() < 5e-4 * compliance * 100.0
 
 
+@pytest.mark.practice
 def test_a_clamped_robot_by_mujoco_reads_what_simulate_reads(tmp_path: Path) -> None:
     """Two ways to the fixture's wrench: ours closes the loop in the wrench, the other knows that no joint moves."""
     drawn = [
@@ -124,6 +126,7 @@ def test_a_clamped_robot_by_mujoco_reads_what_simulate_reads(tmp_path: Path) -> 
         assert np.abs(read[0] - read[1]).max() < 5e-3
 
 
+@pytest.mark.practice
 def test_no_step_of_a_ladder_raises_the_error_where_the_law_is_in_no_catalogue(tmp_path: Path) -> None:
     """A slope that waves in time: four effects together explain it, each alone is added from values of its own."""
     rng = np.random.default_rng([20261151, (*CLASSES, *BENCHES).index("clamped outside"), 6])

@@ -122,7 +122,7 @@ def test_nothing_is_missing_where_nothing_is(folder: Path, fitted: IdentifyResul
     assert diagnosis.adequate
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_errors_of_the_links_are_named_as_geometry(tmp_path: Path) -> None:
     """Next to springs alone, errors of lengths and angles would go into springs of links: here places show them."""
     write_campaign(tmp_path, 2)
