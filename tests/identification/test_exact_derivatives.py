@@ -103,8 +103,13 @@ def test_columns_are_derivatives_of_the_whole_prediction(name: str, absolute: bo
         robot = robot_with(EFFECTS[name], number, rng)
         data = fit_problem(states_of(robot, absolute, rng), robot).data
         columns = free_columns(robot)
+        # of the six springs next to an effect one, in turn: each stands next to seven effects, and all by themselves
+        turn = (sorted(EFFECTS).index(name) + number) % robot.chain.n_joints
+        left_out = [place != turn and one.effect.name != name for place, one in enumerate(robot.placed)]
         found = np.concatenate([block.columns for block in evaluate(robot, data, columns)], axis=2)
         for row, column in enumerate(columns):
+            if left_out[column.placed]:
+                continue
             of = type(robot.placed[column.placed].effect)
             if not absolute and of.geometry_terms is not Effect.geometry_terms:
                 assert not found[row].any()  # displacements depend on it by its square alone: its tolerance is a prior

@@ -15,7 +15,6 @@ from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 SEEDS, N_POSES = 50, 80
 
 
-@pytest.mark.long
 @pytest.mark.practice
 def test_reduced_chi_square_and_springs_over_fifty_seeds() -> None:
     """Issue 16: mean reduced χ² 1.00 ± 0.04. Poses, geometry and noise are drawn anew with each seed.
