@@ -12,6 +12,7 @@ import pytest
 from stiffcal.documents import document_of
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.improve import improve_campaign
+from tests.whole_campaigns.conftest import with_practice
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data" / "cycloidal-joint"
@@ -86,7 +87,7 @@ def test_base_with_friction_in_the_torque_is_as_published(reported: dict[str, di
 LADDER = {"base": (15.8, 6.9), "conic": (10.6, 4.2), "split": (12.1, 3.0)}
 
 
-@pytest.mark.parametrize("name", PUBLISHED)
+@pytest.mark.parametrize("name", with_practice(PUBLISHED, "base"))
 def test_friction_before_the_spring_is_the_published_coulomb_friction(name: str, tmp_path: Path) -> None:
     if not DATA.is_dir():
         pytest.skip("the real measurements (../shared/data) are not here")
@@ -106,7 +107,10 @@ def test_friction_before_the_spring_is_the_published_coulomb_friction(name: str,
     assert values["friction-hysteresis.j1.coulomb"] == pytest.approx(PUBLISHED[name][1], rel=0.3)
 
 
-@pytest.mark.parametrize(("name", "falls"), [("base", (1.3, 1.4)), ("split", (2.0, 1.6))])
+@pytest.mark.parametrize(
+    ("name", "falls"),
+    [pytest.param("base", (1.3, 1.4), marks=pytest.mark.practice), ("split", (2.0, 1.6))],
+)
 def test_improve_takes_the_friction_before_the_spring_and_goes_on(
     name: str, falls: tuple[float, float], tmp_path: Path
 ) -> None:

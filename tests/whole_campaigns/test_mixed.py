@@ -78,7 +78,7 @@ def test_the_ladder_ends_at_the_noise_with_true_values(folder: Path, begun: Iden
     assert agreement.dof == 3
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_from_compliances_alone_friction_comes_first_and_what_is_on_top_of_it_then(
     folder: Path, tmp_path: Path
 ) -> None:

@@ -37,8 +37,15 @@ def test_an_effect_of_the_set_up_has_no_place() -> None:
     assert not any(named_rival("seat-shift").where.values())
 
 
+@pytest.fixture
+def drawn_poses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave poses as they were drawn: which of them serve best is not the question."""
+    monkeypatch.setattr(plan_choice, "SPREADS", ())
+
+
+@pytest.mark.usefixtures("drawn_poses")
 def test_runs_for_two_effects_load_in_both_senses(irb4400: Path) -> None:
-    plan = plan_campaign(with_plan(irb4400, "runs = 6\n" + LOAD), request=PlanRequest(rivals=TWO))
+    plan = plan_campaign(with_plan(irb4400, "runs = 6\n" + LOAD, 16), request=PlanRequest(rivals=TWO))
     assert plan.criterion == "rivals"
     assert [(entry.truth, entry.rival) for entry in plan.separations or []] == [TWO[::-1], TWO]
     for run in plan.runs:
@@ -49,8 +56,8 @@ def test_runs_for_two_effects_load_in_both_senses(irb4400: Path) -> None:
     assert all(parameter.relative is not None for parameter in plan.parameters[:5])
 
 
-def test_more_runs_separate_more(irb4400: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan_choice, "SPREADS", ())
+@pytest.mark.usefixtures("drawn_poses")
+def test_more_runs_separate_more(irb4400: Path) -> None:
     few, many = (
         plan_campaign(with_plan(irb4400, f"runs = {n}\n" + LOAD, 20), request=PlanRequest(rivals=TWO)).separations or []
         for n in (2, 8)
@@ -60,9 +67,10 @@ def test_more_runs_separate_more(irb4400: Path, monkeypatch: pytest.MonkeyPatch)
         assert entry.distinguished == (entry.chi_square >= entry.needed)
 
 
+@pytest.mark.usefixtures("drawn_poses")
 def test_what_stays_alike_is_a_warning(irb4400: Path) -> None:
     text = "runs = 2\n[noise]\ntranslation_m = 1e-3\n" + LOAD
-    plan = plan_campaign(with_plan(irb4400, text), request=PlanRequest(rivals=TWO))
+    plan = plan_campaign(with_plan(irb4400, text, 16), request=PlanRequest(rivals=TWO))
     assert not any(entry.distinguished for entry in plan.separations or [])
     assert len([warning for warning in plan.warnings if all(name in warning for name in TWO)]) == 2
 
