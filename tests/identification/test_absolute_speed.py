@@ -96,7 +96,7 @@ def seconds(n: int) -> tuple[float, float]:
     return min(own for own, _ in times), min(other for _, other in times)
 
 
-@pytest.mark.parametrize("n", [1000, pytest.param(10_000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("n", [1000, pytest.param(10_000, marks=pytest.mark.practice)])
 def test_processor_seconds(n: int) -> None:
     own, other = seconds(n)
     print(f"{n} poses: {own:.2f} s, peer {other:.2f} s")
@@ -121,7 +121,7 @@ def test_orders_of_eccentricities_are_found_without_a_balance_for_every_paramete
     assert {p.value for p in fit.parameters if p.name.endswith(".order")} == {1.0}
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_seconds_grow_with_the_number_of_poses() -> None:
     assert seconds(10_000)[0] / 10_000 < STEEPEST * seconds(3000)[0] / 3000
 

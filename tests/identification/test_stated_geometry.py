@@ -76,7 +76,7 @@ def deviations(tmp_path_factory: pytest.TempPathFactory) -> list[float]:
     return away
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_stated_uncertainties_cover_the_truth(deviations: list[float]) -> None:
     """The mean square of 5 × 20 normal deviations lies between 0.6 and 1.5; those of one campaign hang together."""
     assert len(deviations) >= 5 * 18

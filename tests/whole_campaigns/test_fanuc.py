@@ -136,7 +136,7 @@ def test_what_may_be_small_is_let_pass(fanuc: Path) -> None:
     assert check_angle_unit(states, campaign.chain, "x") == ([], [])
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_the_answer_rests_on_no_single_pose(fanuc: Path) -> None:
     """Without any one pose as with all of them: something is missing, and no effect explains enough to be named.
 

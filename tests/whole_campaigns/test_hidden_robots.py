@@ -210,6 +210,7 @@ def test_what_the_catalogue_does_not_know(tmp_path: Path, command: Command) -> N
     assert diagnosis["structure"]
 
 
+@pytest.mark.practice
 def test_in_processes_of_their_own(tmp_path: Path) -> None:
     """As a user has it: two commands in a shell, no step asked for by name; every answer on standard output."""
 

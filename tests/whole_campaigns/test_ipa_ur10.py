@@ -93,7 +93,7 @@ def test_the_rows_are_nearly_the_makers_and_the_report_shows_them(folder: Path, 
     assert stiffness.not_claimed(content) >= {1, 3, 6}
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_far_above_the_noise_nothing_is_named(folder: Path, validated: ValidateResult) -> None:
     diagnosis = diagnose_campaign(folder, RunContext())
     assert diagnosis.missing == []
@@ -101,7 +101,7 @@ def test_far_above_the_noise_nothing_is_named(folder: Path, validated: ValidateR
     assert diagnosis.adequate is False
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_all_rows_show_joint_2s_spring_and_no_other(folder: Path, tmp_path: Path) -> None:
     """1495 rows in the regions of the other hands: within 5 % of theirs."""
     if not ALL_ROWS.is_file():

@@ -52,6 +52,7 @@ def test_play_that_is_crossed_within_the_noise_of_the_sensor(tmp_path: Path) -> 
         assert abs(value - true[name].value) < 3.0 * std, name
 
 
+@pytest.mark.practice
 def test_improve_adds_what_the_joint_has(folder: Path) -> None:
     result = improve_campaign(folder)
     added = {(step.effect, tuple(step.where.joints or ())) for step in result.steps if step.effect is not None}

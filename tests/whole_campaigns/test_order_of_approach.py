@@ -105,7 +105,7 @@ def test_friction_is_named_by_the_direction_of_the_last_motion(tmp_path: Path) -
     assert abs(width.value - 2.0 * 3e-7 * 200.0) < 3.5 * width.std < 2e-5
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_creep_is_named_where_the_rows_follow_each_other(tmp_path: Path) -> None:
     result = diagnose_campaign(campaign(tmp_path, CREEP, "direct"))
     assert not {"friction-hysteresis", "creep"} & {entry.effect for entry in result.not_tried}

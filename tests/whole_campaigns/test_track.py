@@ -62,6 +62,7 @@ def test_places_give_the_truth_within_their_noise(places: tuple[Path, Track, Ide
     assert np.sqrt(np.mean(np.sum(left**2, axis=1))) < 1.5 * SIGMA * np.sqrt(3.0 * N_NUMBERS / rows)
 
 
+@pytest.mark.practice
 @pytest.mark.parametrize(
     ("inclined", "seeds", "most"), [(None, (1, 2), 13.8), (60.0, (1, 2, 4, 5), 18.5)], ids=["track", "60°"]
 )
@@ -96,6 +97,7 @@ def test_nothing_is_named_where_nothing_is_hidden(places: tuple[Path, Track, Ide
     assert "X1 is prismatic: it has no angle" in reasons["joint-eccentricity"]
 
 
+@pytest.mark.practice
 def test_a_soft_drive_of_the_track_is_named(tmp_path: Path) -> None:
     """Three times what 0.02 mm of noise hides: 150 kg along an axis of 20° give 30 µm."""
     robot = Track.drawn(2)
@@ -111,6 +113,7 @@ def test_a_soft_drive_of_the_track_is_named(tmp_path: Path) -> None:
     assert {name[1:] for name in names - {("base-compliance",)}} == {(1,)}
 
 
+@pytest.mark.practice
 def test_loads_give_the_springs(tmp_path: Path) -> None:
     folder = write_loads(tmp_path / "loads", Track(np.zeros((7, 4))), 3)
     (folder / "robot.toml").write_text(

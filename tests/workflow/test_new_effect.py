@@ -70,7 +70,7 @@ def test_the_command_line_asks_for_what_is_missing(words: list[str], capsys: pyt
     assert "effects new NAME --from DIR" in capsys.readouterr().err
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_what_none_of_the_catalogue_explains_is_explained_by_the_effect_that_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -110,7 +110,7 @@ def test_a_change_of_the_set_up_is_no_wear(tmp_path: Path) -> None:
     assert result.cause.causes[0].effect == "load-point-offset"
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_a_bearing_that_gives_way_is_no_change_of_the_set_up(tmp_path: Path) -> None:
     """By the changes of the springs alone, a compliant base would be it (odds above 20 to 1)."""
     tilt = """
@@ -136,7 +136,7 @@ def following(folder: Path, manifests: list[str]) -> TrendResult:
     return trend_campaigns(write_series(folder, [1.0] * len(manifests), manifests))
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_an_unchanged_robot_raises_no_alarm(tmp_path: Path) -> None:
     folders = write_series(tmp_path, [1.0] * 6, [CAMPAIGN] * 6, stated=False)
     result = trend_campaigns(folders)
