@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from stiffcal.campaign.absolute_checks import absolute_faults
 from stiffcal.campaign.column_checks import column_faults
 from stiffcal.campaign.explain import key_path
-from stiffcal.campaign.file_patterns import RUN
+from stiffcal.campaign.file_patterns import ANY, RUN
 from stiffcal.campaign.frame_checks import frame_fault, frame_faults
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
@@ -305,6 +305,8 @@ def _format_faults(manifest: Manifest, name: str, source: Source) -> Iterator[Fa
     own = list(source.files.values()) or ([source.file] if source.file is not None else [])
     files = own + [run.files[name] for run in manifest.runs if name in run.files]
     for file in files:
+        if ANY in file.rpartition(".")[2]:  # a pattern of files in several formats, which each show their own
+            continue
         if source.format_for(file) is None:
             yield _fault(
                 FaultCode.FORMAT_UNKNOWN,

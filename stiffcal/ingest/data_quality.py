@@ -18,6 +18,7 @@ from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.ingest.constant_signals import constant_signals
 from stiffcal.ingest.header_units import conflict_warnings, declared_units, unit_conflicts
+from stiffcal.ingest.short_logs import short_logs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
@@ -193,7 +194,7 @@ class DataQuality:
     def remarks(self) -> list[str]:
         """Return warnings: doubts that are no faults."""
         remarks = [remark for log in self.logs.values() for remark in log.remarks()]
-        remarks += constant_signals(self.logs)[1]
+        remarks += constant_signals(self.logs)[1] + short_logs(self.logs)
         remarks += self._copies.warnings() + self._of_files
         remarks += conflict_warnings((file, found) for (_, file), found in self._unit_conflicts.items())
         dead = {key: log.dead() for key, log in self.logs.items()}

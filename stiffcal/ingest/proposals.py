@@ -95,7 +95,10 @@ def _frame_names(frames: set[str]) -> FrameNames:
 def _unnamed(campaign: Campaign) -> list[str]:
     from stiffcal.ingest.sources import manifest_data_files
 
-    named = {*manifest_data_files(campaign), "raw/README.txt"}  # the template's
+    # of a run that lacks another log it is said which: its files need no source
+    incomplete = () if campaign.found is None else campaign.found.unpartnered
+    partly = {file for entry in incomplete for file in entry.files.values()}
+    named = {*manifest_data_files(campaign), *partly, "raw/README.txt"}  # the template's
     unnamed = []
     for place, folders, names in os.walk(campaign.folder / "raw"):
         above = Path(place).relative_to(campaign.folder).as_posix()

@@ -318,7 +318,7 @@ def _source_lines(device: LoggingDevice) -> list[ProposedLine]:
         lines.append(ProposedLine(toml_text.pair("file", device.pattern)))
     if format_of(device.files[0]) != kind.format:
         lines.append(ProposedLine(toml_text.pair("format", kind.format)))
-    lines += kind.options_line
+    lines += [line for own in (kind, *device.also) for line in own.options_line]
     states = kind.roles.deflection is not None and kind.roles.time is None
     lines.append(ProposedLine('sampling = "states"') if states else kind.time or unfilled_time(device.name))
     lines += [kind.rows] if kind.rows is not None else []

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
+from stiffcal.campaign.file_formats import format_of
 from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, files_of_runs
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
@@ -35,6 +36,8 @@ class LoggingDevice:
 
     kind: LogKind
     files: list[str] = field(default_factory=list)
+    also: list[LogKind] = field(default_factory=list)
+    """What the files are that hold the same columns in another format."""
     name: str = ""
     pattern: str = ""
 
@@ -106,8 +109,31 @@ def sorted_files(
                 device.files.append(file)
                 if part.rows and not device.kind.rows:  # a target that is hidden at times
                     device.kind = part
-    found.devices.extend(devices.values())
+    found.devices.extend(_of_any_format(list(devices.values())))
     return found
+
+
+def _of_any_format(devices: list[LoggingDevice]) -> list[LoggingDevice]:
+    """Put devices together whose files differ in format alone: a log that was opened in a spreadsheet and saved."""
+    kept: list[LoggingDevice] = []
+    for device in sorted(devices, key=lambda device: -len(device.files)):
+        same = next((other for other in kept if _in_place_of(device, other)), None)
+        if same is None:
+            kept.append(device)
+        else:
+            same.also.append(device.kind)
+            same.files = sorted((*same.files, *device.files), key=lambda file: (natural_key(file), file))
+    return [device for device in devices if device in kept]
+
+
+def _in_place_of(device: LoggingDevice, other: LoggingDevice) -> bool:
+    """Return whether the files of a device are read as those of another one, and stand in place of some of them."""
+    columns, of_other = (
+        (one.kind.headers, [line.toml for line in one.kind.signals], one.kind.time) for one in (device, other)
+    )
+    by_ending = all(format_of(file) == one.kind.format for one in (device, other) for file in one.files)
+    stems = [{PurePosixPath(file).with_suffix("") for file in one.files} for one in (device, other)]
+    return columns == of_other and device.kind.format != other.kind.format and by_ending and not stems[0] & stems[1]
 
 
 def _parts(kind: LogKind) -> tuple[LogKind, ...]:

@@ -25,6 +25,8 @@ from stiffcal.reduction.ramps import MOST_STEPS, Integral, ramp_answers, robust_
 LEAST_OVERLAP = 0.3  # of the shorter log
 # Logs of one run begin and end within a part of it; a rate or unit that is wrong is so by more than this factor.
 MOST_APART = 3.0
+# Logs of one run that differ in length by more than this share do not hold the same loads.
+AS_LONG = 0.1
 MOST_GRID = 1 << 14  # points of the common grid on which every lag is tried
 LEAST_GAIN = 1.5  # the residual at the best lag against that at the next best one, in log-likelihood per 25 %
 SETTLED_S = 1e-6  # a lag that moves by less has settled: a fiftieth of the quickest logs' step
@@ -199,7 +201,11 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
     right = falls[falls > best].min(initial=gain.size)
     elsewhere = np.concatenate([gain[: left + 1], gain[right:]])
     if elsewhere.size and share[best] < 0.999 and gain[best] < 1.02 * elsewhere.max():
-        return f"the loads repeat: {second.source} matches {first.source} at more than one time offset"
+        found = f"the loads repeat: {second.source} matches {first.source} at more than one time offset"
+        lasts, other = float(np.ptp(second.time)), float(np.ptp(first.time))
+        if min(lasts, other) > (1.0 - AS_LONG) * max(lasts, other):
+            return found
+        return f"{found}, and lasts {lasts:.4g} s where that lasts {other:.4g} s: did the log of one end early?"
     return float(lags[best] * step + second.time[0] - first.time[0])
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.ingest.freshness import freshness_of, with_stored_runs
+from stiffcal.ingest.proposals import propose_sources
 from stiffcal.store import Store
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.ingest import ingest_campaign
@@ -57,3 +58,16 @@ def test_a_store_names_no_file_outside_the_patterns(tmp_path: Path) -> None:
     campaign = with_stored_runs(load_campaign(folder, check_files=False), store)
     assert campaign.manifest.runs == ()
     assert freshness_of(campaign, store).reason
+
+
+def test_a_file_of_a_run_that_lacks_another_log_needs_no_source(tmp_path: Path) -> None:
+    folder = campaign_of_files(tmp_path / "campaign")
+    holds = '[sources.holds]\nfile = "raw/{run}_holds.csv"\ntime = { column = "t", unit = "s" }\n'
+    holds += 'joints = { position = "A1..A6", units = { position = "deg" } }\n'
+    (folder / "campaign.toml").write_text(PATTERN + holds)
+    (folder / "raw/pose1_holds.csv").write_text("t,A1,A2,A3,A4,A5,A6\n0.0,1,2,3,4,5,6\n0.1,1,2,3,4,5,6\n")
+    (folder / "pose2_states.csv").rename(folder / "raw/pose2_states.csv")
+    campaign = load_campaign(folder, check_files=False)
+    assert campaign.found is not None
+    assert [entry.run for entry in campaign.found.unpartnered] == ["pose2"]
+    assert propose_sources(campaign) == []

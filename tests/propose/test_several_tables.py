@@ -182,3 +182,23 @@ def test_titles_and_remarks_are_no_tables(tmp_path: Path) -> None:
     rows = "".join(f"{k},1,2,{k}\n" for k in range(9))
     path.write_text(f"Hall 4\n\nOperator\n\nt,Fx,Fy,Fz\n{rows}\nmeans\n1,2\n")
     assert find_reader(path).tables(path) == ({},)
+
+
+def test_a_workbook_in_place_of_a_text_is_a_log_of_the_same_device(tmp_path: Path) -> None:
+    names = {"axes": "axes", "force": "force", "arm": "arm"}
+    for k in range(1, 5):
+        for table in names:
+            columns = TABLES[table]
+            head, rows = ",".join(columns), np.column_stack(list(columns.values()))
+            if (k, table) != (3, "force"):
+                lines = "".join(",".join(map(repr, row)) + "\n" for row in rows.tolist())
+                (tmp_path / f"p{k}_{table}.csv").write_text(f"{head}\n{lines}")
+                continue
+            with xlsxwriter.Workbook(tmp_path / f"p{k}_{table}.xlsx") as book:
+                sheet = book.add_worksheet("saved")
+                for column, (name, values) in enumerate(columns.items()):
+                    sheet.write_column(0, column, [name, *values])
+    draft = draft_from_folder(tmp_path)
+    assert draft.runs == ("p1", "p2", "p3", "p4")
+    assert 'file = "raw/{run}_force.*"' in draft.manifest
+    assert draft.remarks == ()
