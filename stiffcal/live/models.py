@@ -41,6 +41,7 @@ T = TypeVar("T")
 MOST_KEPT = 12
 """Models that were tried and stand on the ladder; each keeps its residuals in memory."""
 OF_FILE = "the model in model.toml"
+OF_EARLIER_LOGS = "the logs before"
 
 
 class SupersededError(Exception):
@@ -86,6 +87,7 @@ class LiveModels:
         self._tried: dict[str, _Tried] = {}
         self._forecasts: Forecasts | None = None
         self._base: tuple[str | None, tuple[ViewContent, DiagnoseResult | None]] | None = None
+        self._of_earlier_logs: EarlierVerdict | None = None
         self._text = self._text_now()
         self._doing: tuple[int, str, float | None] = (0, "", None)
 
@@ -191,6 +193,8 @@ class LiveModels:
     def take_runs(self, runs: frozenset[str], store: str) -> None:
         """Work with these runs from now on, once what is being computed is done; what was tried is forgotten.
 
+        The diagnosis of the runs before is shown until there is one of these, as long as the model is the same.
+
         Parameters
         ----------
         runs : their names. store : that holds what was read of them.
@@ -198,7 +202,11 @@ class LiveModels:
         with self._lock:
             # that other readings are fitted anew is what the page is there for
             self._context = replace(self._context, runs=runs, store=store, notify=ignore_note)
+            earlier, text = self._of_earlier_logs, self._text
+            if self._base is not None and self._base[1][1] is not None:
+                earlier = EarlierVerdict(diagnosis=self._base[1][1], of=OF_EARLIER_LOGS, same_states=False)
             self._begin_anew()
+            self._of_earlier_logs = earlier if text == self._text else None
 
     def stop(self) -> None:
         """Have what is being computed end at its next report of progress."""
@@ -230,6 +238,7 @@ class LiveModels:
 
     def _begin_anew(self) -> None:
         self._text, self._forecasts, self._base = self._text_now(), None, None
+        self._of_earlier_logs = None
         self._tried.clear()
 
     def _context_of(self, choice: ModelChoice, progress: Progress) -> RunContext:
@@ -262,7 +271,7 @@ class LiveModels:
         if choice.key == ModelChoice().key:
             return replace(base, models=with_tried(base.models, self._rungs(choice)), live=live)
         tried = self._tried_model(choice)
-        earlier = None
+        earlier = self._of_earlier_logs
         if judged is not None:
             earlier = EarlierVerdict(diagnosis=judged, of=OF_FILE, same_states=not choice.excluded)
         drawn = None if base.states is None or choice.excluded else base.states.index
@@ -282,7 +291,7 @@ class LiveModels:
         """Return what the page shows of model.toml; made again where the store has changed."""
         known = self._base
         if known is None or known[0] != open_store(self._folder, context).generation:
-            made = self._content_of(context, None)
+            made = self._content_of(context, self._of_earlier_logs)
             self._base = known = (open_store(self._folder, context).generation, made)
         return known[1]
 

@@ -135,6 +135,30 @@ def test_what_is_shown_is_what_the_commands_make(measuring: Measuring) -> None:
     assert tried.live.added == ["bearing-tilt j2"]
 
 
+def test_a_diagnosis_of_the_logs_before_stands_until_the_next_one(measuring: Measuring) -> None:
+    model = measuring.folder / "model.toml"
+    model.write_text(model.read_text("utf-8").replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
+    measuring.models.reload()
+    for run in ("pose1", "pose2"):
+        measuring.write(run, measuring.logs[run])
+    measuring.runs(SETTLED_S)
+    judged = measuring.models.diagnose(ModelChoice())
+    assert judged.candidates
+    assert judged.diagnosis_of == ""
+    measuring.write("pose3", measuring.logs["pose3"])
+    measuring.runs(SETTLED_S)
+    for choice in (ModelChoice(), ModelChoice(added=[judged.candidates[0].name])):
+        later = measuring.models.content(choice)
+        assert later.n_states > judged.n_states
+        assert later.diagnosis_of != ""
+        assert [one.name for one in later.candidates] == [one.name for one in judged.candidates]
+    # of another model it says nothing
+    model.write_text(model.read_text("utf-8").replace("4, 5]", "4]"), encoding="utf-8")
+    measuring.write("pose4", measuring.logs["pose4"])
+    measuring.runs(SETTLED_S)
+    assert measuring.models.content(ModelChoice()).diagnosis_of == ""
+
+
 def test_rows_that_are_appended_are_read_too(measuring: Measuring) -> None:
     for run in ("pose1", "pose2"):
         measuring.write(run, measuring.logs[run])
