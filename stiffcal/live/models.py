@@ -42,6 +42,7 @@ MOST_KEPT = 12
 """Models that were tried and stand on the ladder; each keeps its residuals in memory."""
 OF_FILE = "the model in model.toml"
 OF_EARLIER_LOGS = "the logs before"
+OF_EARLIER_MODEL = "the model before"
 
 
 class SupersededError(Exception):
@@ -87,7 +88,7 @@ class LiveModels:
         self._tried: dict[str, _Tried] = {}
         self._forecasts: Forecasts | None = None
         self._base: tuple[str | None, tuple[ViewContent, DiagnoseResult | None]] | None = None
-        self._of_earlier_logs: EarlierVerdict | None = None
+        self._earlier: EarlierVerdict | None = None
         self._text = self._text_now()
         self._doing: tuple[int, str, float | None] = (0, "", None)
 
@@ -158,6 +159,8 @@ class LiveModels:
     def write(self, choice: ModelChoice, to_changed_file: bool = False) -> None:
         """Write what is ticked into model.toml, as `stiffcal add` and `stiffcal remove` do; comments stay.
 
+        The diagnosis of the model before is shown until there is one of the new model.
+
         Parameters
         ----------
         to_changed_file : also where somebody else has changed model.toml: what is ticked is then added to that.
@@ -177,8 +180,9 @@ class LiveModels:
                 for name in names:
                     effect, where = placed_name(load_campaign(self._folder, check_files=False), name)
                     edit_model(self._folder, "add" if action == "add" else "remove", effect, where=where)
-            tried = self._tried.get(choice.key)
+            tried, earlier = self._tried.get(choice.key), self._judged(OF_EARLIER_MODEL, same_states=True)
             self._begin_anew()
+            self._earlier = None if is_changed else earlier
             if tried is not None and not is_changed:
                 context = replace(self._context, progress=progress)
                 data = up_to_date_states(self._folder, context)
@@ -202,11 +206,9 @@ class LiveModels:
         with self._lock:
             # that other readings are fitted anew is what the page is there for
             self._context = replace(self._context, runs=runs, store=store, notify=ignore_note)
-            earlier, text = self._of_earlier_logs, self._text
-            if self._base is not None and self._base[1][1] is not None:
-                earlier = EarlierVerdict(diagnosis=self._base[1][1], of=OF_EARLIER_LOGS, same_states=False)
+            earlier, text = self._judged(OF_EARLIER_LOGS, same_states=False) or self._earlier, self._text
             self._begin_anew()
-            self._of_earlier_logs = earlier if text == self._text else None
+            self._earlier = earlier if text == self._text else None
 
     def stop(self) -> None:
         """Have what is being computed end at its next report of progress."""
@@ -236,9 +238,14 @@ class LiveModels:
     def _text_now(self) -> str:
         return model_text(load_campaign(self._folder, check_files=False))
 
+    def _judged(self, of: str, *, same_states: bool) -> EarlierVerdict | None:
+        """Return the diagnosis that is shown of model.toml, as one that is shown next to something else."""
+        diagnosis = None if self._base is None else self._base[1][1]
+        return None if diagnosis is None else EarlierVerdict(diagnosis=diagnosis, of=of, same_states=same_states)
+
     def _begin_anew(self) -> None:
         self._text, self._forecasts, self._base = self._text_now(), None, None
-        self._of_earlier_logs = None
+        self._earlier = None
         self._tried.clear()
 
     def _context_of(self, choice: ModelChoice, progress: Progress) -> RunContext:
@@ -271,7 +278,7 @@ class LiveModels:
         if choice.key == ModelChoice().key:
             return replace(base, models=with_tried(base.models, self._rungs(choice)), live=live)
         tried = self._tried_model(choice)
-        earlier = self._of_earlier_logs
+        earlier = self._earlier
         if judged is not None:
             earlier = EarlierVerdict(diagnosis=judged, of=OF_FILE, same_states=not choice.excluded)
         drawn = None if base.states is None or choice.excluded else base.states.index
@@ -291,7 +298,7 @@ class LiveModels:
         """Return what the page shows of model.toml; made again where the store has changed."""
         known = self._base
         if known is None or known[0] != open_store(self._folder, context).generation:
-            made = self._content_of(context, self._of_earlier_logs)
+            made = self._content_of(context, self._earlier)
             self._base = known = (open_store(self._folder, context).generation, made)
         return known[1]
 

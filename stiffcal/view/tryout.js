@@ -266,7 +266,7 @@
     }
     error.textContent = S.visible(S.error(S.errorNow()));
     error.classList.toggle("waiting", Boolean(S.waitsFor));
-    noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; noise ${S.error(S.data.noise)}`);
+    noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; ${S.noiseWords()}`);
     fillHint();
     undo.disabled = !S.canUndo();
     const isDue = !S.data.is_diagnosed || Boolean(S.data.diagnosis_of);

@@ -16,9 +16,9 @@
   const scaleOf = (unit) => ({ m: S.units.length, rad: S.units.angle })[unit] || { factor: 1, unit };
   function words(entry) {
     if (!entry) return "not in the model";
-    if (entry.value === null) return "not identified";
     const { factor } = scaleOf(entry.unit),
       scaled = (end) => (end === null || !Number.isFinite(end) ? null : factor * end);
+    if (entry.value === null) return scaled(entry.low) === null ? "not identified" : `above ${S.digits(scaled(entry.low))}`;
     return S.estimate(factor * entry.value, scaled(entry.low), scaled(entry.high));
   }
   function change(a, b) {

@@ -64,6 +64,8 @@
     if (S.scalar) return S.size(S.main(rms));
     return S.length(rms.translation) + (S.data.rotation && rms.rotation !== null ? `, ${S.angle(rms.rotation)}` : "");
   };
+  /** The noise that a model's error is compared with. @param {string} [size] */
+  S.noiseWords = (size = S.error(S.data.noise)) => (S.data.noise ? `noise ${size}` : "noise not known");
   /** Why the diagnosis states another error of the present fit than the page, where what is printed differs; "" else. */
   S.whyOther = function (data) {
     const present = data.models.find((entry) => entry.present),

@@ -141,6 +141,15 @@ def test_what_was_diagnosed_is_diagnosed_once_it_is_written(models: LiveModels, 
     assert again.fit_id == written.fit_id
 
 
+def test_a_written_model_shows_the_diagnosis_of_the_one_before(models: LiveModels) -> None:
+    judged = models.diagnose(ModelChoice())
+    models.content(CHOICES["added"])
+    models.write(CHOICES["added"])
+    written = models.content(ModelChoice())
+    assert (judged.diagnosis_of, written.diagnosis_of != "") == ("", True)
+    assert written.verdict == judged.verdict
+
+
 def test_tried_models_stand_after_the_fits(models: LiveModels) -> None:
     models.diagnose(ModelChoice())
     models.content(CHOICES["added"])
