@@ -13,12 +13,13 @@ from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_se
 from stiffcal.campaign.gauges import metres_of_rods
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.robot_checks import unfilled_faults
 from stiffcal.campaign.source import Source
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
 from stiffcal.experiments import all_kinds
 from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.data_quality import DataQuality, ReadLog, check_load_states
+from stiffcal.ingest.data_quality import DataQuality, ReadLog, check_load_states, loads_of
 from stiffcal.ingest.logged_runs import log_files, logged_runs
 from stiffcal.ingest.logged_runs import of_run as rows_of_run
 from stiffcal.ingest.non_load_runs import NonLoadRuns
@@ -42,6 +43,7 @@ from stiffcal.reduction.registered_frames import Registration
 from stiffcal.reduction.registration import in_instrument_axes, register_frames
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
 from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
+from stiffcal.reduction.run_displacements import check_displacements
 from stiffcal.reduction.states import load_states
 from stiffcal.reduction.tabled_states import tabled_states
 from stiffcal.store import TableStream, Writing
@@ -318,6 +320,7 @@ def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, 
     if states.absolute.any():
         # before the frames are found, which wrong rows would draw away
         raise_faults(place_faults(states, campaign))
+    raise_faults(check_displacements(states.select(loads_of(states)[states.run] & states.used), MANIFEST_FILE))
     names = frames_to_estimate(manifest)
     if not names:
         return without_growth(states), None

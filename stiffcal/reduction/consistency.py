@@ -26,6 +26,7 @@ from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quatern
 from stiffcal.reduction.angle_conventions import counted_otherwise
 from stiffcal.reduction.kinematics_corrections import MUCH_BETTER, correcting_words
 from stiffcal.reduction.motion import mean_measured, motion_of
+from stiffcal.reduction.still_components import still_words
 
 # Physics, section 0: kinematics meets the measured target within some 20 mm in the reference states.
 MEETS_M = 0.02
@@ -290,7 +291,9 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
     text, mend = correcting_words(chosen, chain, estimated, min(MEETS_M, least))
     if not text and best[1]:
         text, mend = f"; with {best[1]} they agree within {1e3 * best[0]:.1f} mm", best[2]
-    mend = mend if text else "check the robot file, the frames of tracker and target, and the joint columns"
+    if not text:
+        text, first = still_words(chosen)
+        mend = f"{first}check the robot file, the frames of tracker and target, and the joint columns"
     return [Fault(FaultCode.KINEMATICS_MISMATCH, file, "kinematics", f"{reason}{text}", mend)]
 
 

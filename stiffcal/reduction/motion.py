@@ -18,7 +18,7 @@ class Motion:
     """Components of translation as measured: k of them in n states."""
 
     measured: Floats
-    """(n, k) m, NaN where not measured; an offset per run is without meaning."""
+    """(n, k) m, in the instrument's axes, NaN where not measured; an offset per run is without meaning."""
     axes: Floats
     """(n, k, 3) the direction that each component is counted along, base axes."""
     target: tuple[int, ...]
@@ -47,10 +47,12 @@ def motion_of(states: LoadStates, chain: Chain, all_targets: bool = False) -> Mo
     """
     n = len(states)
     if states.has_poses or not states.setup.gauges:
-        displacement = states.deflection[:, :, :3] if states.deflection_given else states.position
+        # in the instrument's own axes, in which one of its components may be dead
+        turn, place = states.setup.base_from_tracker[:3, :3], states.setup.base_from_tracker[:3, 3]
+        displacement = states.deflection[:, :, :3] if states.deflection_given else states.position - place
         count = displacement.shape[1] if all_targets else 1
-        measured = displacement[:, :count].reshape(n, 3 * count).copy()
-        axes = np.broadcast_to(np.tile(np.eye(3), (count, 1)), (n, 3 * count, 3))
+        measured = (displacement[:, :count] @ turn).reshape(n, 3 * count)
+        axes = np.broadcast_to(np.tile(turn.T, (count, 1)), (n, 3 * count, 3))
         return Motion(measured, axes, tuple(np.repeat(np.arange(count), 3).tolist()))
     return Motion(
         states.displacement.copy(), gauge_directions(states, chain), tuple(g.target for g in states.setup.gauges)

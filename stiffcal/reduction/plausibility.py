@@ -17,6 +17,7 @@ from stiffcal.campaign.row_filter import condition_text
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
+from stiffcal.quantities import unit
 from stiffcal.reduction.coarse_clock import coarse_clock
 from stiffcal.reduction.frozen import FrozenChannels
 from stiffcal.reduction.log_summary import SATURATED, ChannelRemark, LogSummary, column_of_channel
@@ -24,6 +25,7 @@ from stiffcal.reduction.reading_bounds import first_impossible
 
 GAP = 10.0  # times the usual interval
 MOST_GAPS = 3  # that are listed one by one
+WHOLE = -1  # in place of a channel: all of a position
 HOUR_S = 3600.0  # what daylight saving takes or gives
 
 
@@ -66,7 +68,7 @@ class LogQuality:
     gaps: list[tuple[float, float]] = field(default_factory=list)
     """Begin and end of gaps, s."""
     frozen: dict[tuple[str, int], FrozenChannels] = field(default_factory=dict)
-    """Signal and channel (-1: all of a position) to the rows over which it did not change."""
+    """Signal and channel (`WHOLE`: all of a position) to the rows over which it did not change."""
 
     def update(self, number: NDArray[np.int64], time: Floats, signals: dict[str, Floats]) -> None:
         """Look at a batch: rows' numbers (n,), time (n,) s, signals name to (c, n) in SI.
@@ -87,6 +89,7 @@ class LogQuality:
             self._update_extremes(name, values, low, high)
             self._check_bounds(name, number, values, low, high)
             if self.sampled:
+                self._check_lost(name, number, values)
                 self._update_frozen(name, number, values)
 
     def _update_time(self, number: NDArray[np.int64], time: Floats) -> None:
@@ -135,26 +138,38 @@ class LogQuality:
         slack = max(10.0 * self.interval, 1.0) if self.intervals else 10.0
         return np.asarray(self.by_the_wall & (np.abs(np.abs(step) - HOUR_S) < slack))
 
-    def _update_frozen(self, name: str, number: NDArray[np.int64], values: Floats) -> None:
-        """Look for readings that stop changing, and for a target that is given as zeros."""
-        kind = name.split(".")[0]
-        if kind in ("position", "marker"):
-            zeroed = (values == 0.0).all(axis=0)
-            if zeroed.any() and len(values) == 3:
-                row = int(number[int(zeroed.argmax())])
-                column = next(iter(self.columns.get(name, ("X",))), "X")
-                reason = (
-                    f"the position is zero in all columns ({int(zeroed.sum())} rows near here): the target was lost"
-                )
-                condition = toml_text.pair("rows", condition_text(column, "!=", 0))
-                self._fail(name, row, reason, f"exclude such rows: {condition} next to columns or position")
-            groups = [slice(None)]
-        elif kind in ("wrench", "lengths", "displacement"):
-            groups = [slice(k, k + 1) for k in range(len(values))]
-        else:
+    def _check_lost(self, name: str, number: NDArray[np.int64], values: Floats) -> None:
+        """Refuse a target whose three components are one number, as zero or -9999: filled in where it was lost.
+
+        Raises
+        ------
+        InputError
+            With the line of the first such reading.
+        """
+        if name.split(".")[0] not in ("position", "marker") or len(values) != 3:
             return
-        for k, group in enumerate(groups):
-            self.frozen.setdefault((name, k), FrozenChannels()).update(number, values[group])
+        filled = (values == values[0]).all(axis=0)
+        if not filled.any():
+            return
+        first = int(filled.argmax())
+        column = next(iter(self.columns.get(name, ("X",))), "X")
+        factor = unit(self.declared[column], "length").factor if column in self.declared else 1.0
+        number_read = float(f"{values[0, first] / factor:.12g}")
+        shown = "zero" if number_read == 0.0 else f"{number_read:g}"
+        reason = f"the position is {shown} in all columns ({int(filled.sum())} rows near here): the target was lost"
+        condition = toml_text.pair("rows", condition_text(column, "!=", number_read))
+        mend = f"exclude such rows: {condition} next to columns or position"
+        self._fail(name, int(number[first]), reason, mend)
+
+    def _update_frozen(self, name: str, number: NDArray[np.int64], values: Floats) -> None:
+        """Look for readings that stop changing: of a target all components together, then each by itself."""
+        kind = name.split(".")[0]
+        if kind not in ("position", "marker", "wrench", "lengths", "displacement"):
+            return
+        if kind in ("position", "marker"):
+            self.frozen.setdefault((name, WHOLE), FrozenChannels()).update(number, values)
+        for k in range(len(values)):
+            self.frozen.setdefault((name, k), FrozenChannels()).update(number, values[k : k + 1])
 
     def _update_extremes(self, name: str, values: Floats, low: Floats, high: Floats) -> None:
         """Widen the channels' extremes by those of a batch (c, n), and count readings in a row at one of them."""
@@ -234,6 +249,8 @@ class LogQuality:
                 remarks.append(ChannelRemark(file, text, is_stuck=True))
         ends = np.flatnonzero(self.at_high.get("wrench", np.zeros(0, dtype=np.int64)) >= SATURATED)
         stuck = {key: watch for key, watch in self.frozen.items() if watch.frozen}
+        # of a target that stopped as a whole each component did
+        stuck = {key: watch for key, watch in stuck.items() if key[1] == WHOLE or (key[0], WHOLE) not in stuck}
         remarks += [self._end_remark(int(k), stuck.pop(("wrench", int(k)), None)) for k in ends]
         return remarks + [self._frozen_remark(name, channel, watch) for (name, channel), watch in stuck.items()]
 
@@ -252,7 +269,7 @@ class LogQuality:
 
     def _frozen_remark(self, name: str, k: int, watch: FrozenChannels) -> ChannelRemark:
         file, place = self.elsewhere.get(name, (self.file, self.place_of_row))
-        target = name.split(".")[0] in ("position", "marker")
+        target = k == WHOLE
         position = f"the position ({', '.join(self.columns.get(name, ()))})"
         channel_text = position if target else column_of_channel(self.columns, name, k)
         end = "the target was lost, or the tracker stopped" if target else "the channel was stuck"

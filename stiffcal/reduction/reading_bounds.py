@@ -6,12 +6,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.errors import Fault
-from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.load_states import members_of
 
 # Twice around is more than any industrial joint turns, cable hoses allow ±400° at most; 90 rad are 14 turns.
 LARGEST_ANGLE_RAD = 4.0 * np.pi
@@ -93,7 +89,10 @@ def first_impossible(
         if not off.size:
             return None
         reason = f"quaternion of length {length[off[0]]:.4g}"
-        return ImpossibleReading(int(off[0]), reason, "name its four columns, w first")
+        mend = "name its four columns, w first"
+        if not length[off[0]]:
+            mend = "where the target was lost exclude the row with [[exclude]]; else " + mend
+        return ImpossibleReading(int(off[0]), reason, mend)
     if kind == "mass" and (negative := np.flatnonzero(values[0] < 0.0)).size:
         reason = f"a mass of {values[0, negative[0]]:.4g} kg"
         return ImpossibleReading(int(negative[0]), reason, "write the mass at the tool, positive")
@@ -129,29 +128,6 @@ def _impossible_position(
             mend = _ANOTHER_QUANTITY if declared.get(column) == "mm" else other_unit
             return ImpossibleReading(int(beyond[0]), reason, mend)
     return None
-
-
-def check_displacements(run_names: list[str], run: NDArray[np.int64], position: Floats, file: str) -> list[Fault]:
-    """Return a fault for each run in which the target moved by more than a loaded arm can: position (n, B, 3) m."""
-    faults = []
-    for name, members in zip(run_names, members_of(run, len(run_names)), strict=True):
-        run_positions = position[members]
-        if run_positions.size == 0 or not np.isfinite(run_positions).any():
-            continue
-        run_positions = run_positions[:, np.isfinite(run_positions).any(axis=(0, 2))]
-        largest = float(np.nanmax(np.nanmax(run_positions, axis=0) - np.nanmin(run_positions, axis=0)))
-        if largest > LARGEST_DEFLECTION_M:
-            faults.append(
-                Fault(
-                    FaultCode.READING_IMPLAUSIBLE,
-                    file,
-                    f"run {name}",
-                    f"the target moved by {largest:.3g} m under load",
-                    'millimetres read as metres? write units = { position = "mm" }; or two poses in one run; rows of a '
-                    'lost target (0, −9999): [[exclude]], or rows = "X > -1000" under the source',
-                )
-            )
-    return faults
 
 
 def _bounds_of_wrench() -> Floats:

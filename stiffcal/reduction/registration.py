@@ -32,6 +32,7 @@ from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
 from stiffcal.reduction.met_places import WORST_M
 from stiffcal.reduction.registered_frames import AXES, Registration
+from stiffcal.reduction.still_components import still_words
 
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
 WORST_POSITION_M = 0.02
@@ -373,13 +374,14 @@ class _RegistrationProblem:
                 "and that they are the target's in the axes of the frame",
             )  # fmt: skip
         if missed > WORST_M:
+            still, first = still_words(self.states)
             raise InputError.at(
                 FaultCode.KINEMATICS_MISMATCH,
                 _file_of_positions(self.manifest), "joint angles and positions",
                 f"joint angles and positions contradict each other: they differ by {1e3 * missed:.0f} mm rms whatever "
-                "the frames, and no single sign, zero, unit or interchange explains it",
-                "check that each position is next to its joint angles, that each column holds its joint, and the "
-                "lengths and angles of the robot file",
+                f"the frames, and no single sign, zero, unit or interchange explains it{still}",
+                f"{first}check that each position is next to its joint angles, that each column holds its joint, and "
+                "the lengths and angles of the robot file",
             )  # fmt: skip
         raise InputError.at(
             FaultCode.REGISTRATION_IMPOSSIBLE,

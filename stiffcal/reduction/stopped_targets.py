@@ -19,12 +19,11 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.motion import Motion, motion_of
 from stiffcal.reduction.rezeroed_tables import joint_springs
+from stiffcal.reduction.still_components import rounding_of
 
 SURE = 1e-3
 """Of the F test: one campaign in a thousand without such rows has a warning, as of `rezeroed_tables`."""
 MOST_NAMED = 10
-ROUNDED = 1e-11
-"""Share by which means of equal readings may differ in floating point."""
 
 
 def stopped_targets(states: LoadStates, chain: Chain) -> list[str]:
@@ -71,14 +70,14 @@ _Stretch: TypeAlias = tuple[Integers, Integers]
 def _stretches(states: LoadStates, motion: Motion) -> Iterator[_Stretch]:
     """Yield the stretches of whole targets, then those of single components next to others that change."""
     whole = np.zeros(motion.measured.shape, dtype=np.bool_)
-    targets = np.array(motion.target)
+    targets, rounding = np.array(motion.target), rounding_of(motion.measured)
     for target in dict.fromkeys(motion.target) if states.has_poses else ():
         group = np.flatnonzero(targets == target)
-        for rows in _alike(states, motion.measured[:, group], 1 if states.deflection_given else 2):
+        for rows in _alike(states, motion.measured[:, group], 1 if states.deflection_given else 2, rounding):
             whole[np.ix_(rows, group)] = True
             yield group, rows
     for k in range(len(targets)):
-        for rows in _alike(states, motion.measured[:, [k]], 2):
+        for rows in _alike(states, motion.measured[:, [k]], 2, rounding):
             if not whole[rows, k].any():
                 yield np.array([k]), rows
 
@@ -98,16 +97,16 @@ def _dead_sensor(states: LoadStates) -> list[Integers]:
     return stretches if len(loads) and len(np.unique(loads, axis=0)) == len(loads) else []
 
 
-def _alike(states: LoadStates, measured: Floats, least: int) -> Iterator[Integers]:
+def _alike(states: LoadStates, measured: Floats, least: int, rounding: float) -> Iterator[Integers]:
     """Yield the stretches of states with the very same readings (n, c), of zeros from `least` on, else of two."""
     n = len(states)
     with np.errstate(invalid="ignore"):
-        same = (np.abs(np.diff(measured, axis=0)) <= ROUNDED * np.abs(measured[1:])).all(axis=1)
+        same = (np.abs(np.diff(measured, axis=0)) <= rounding).all(axis=1)
     if not states.deflection_given:
         same &= np.diff(states.run) == 0
     ends = [0, *(np.flatnonzero(~same) + 1).tolist(), n]
     for start, end in pairwise(ends):
-        if end - start >= (2 if measured[start].any() else least):
+        if end - start >= (2 if (np.abs(measured[start]) > rounding).any() else least):
             yield np.arange(start, end)
 
 
@@ -176,11 +175,16 @@ class _Springs:
 
 def _words(states: LoadStates, measured: Floats, lost: Sequence[_Stretch], springs: _Springs) -> str:
     """Return the warning of all stretches."""
-    zero = not any(measured[np.ix_(rows, group)].any() for group, rows in lost)
+    zero = not any((np.abs(measured[np.ix_(rows, group)]) > rounding_of(measured)).any() for group, rows in lost)
     size = max(float(np.linalg.norm(springs.missed(rows, group)[0], axis=1).max()) for group, rows in lost)
+    components = sorted({int(group[0]) for group, _ in lost if len(group) == 1})
+    if states.has_poses and len(components) and all(len(group) == 1 for group, _ in lost):
+        what, end = " and ".join(f"{'XYZ'[k % 3]} of the target, as read," for k in components), "a dead channel"
+    else:
+        what, end = "the target", "it was lost"
     return (
-        f"{_places(states, [rows for _, rows in lost])}: the target reads {'zero' if zero else 'the same'} "
-        f"whatever the load, which by springs fitted to the other rows moves it by {1e3 * size:.2g} mm: it was lost, "
+        f"{_places(states, [rows for _, rows in lost])}: {what} reads {'zero' if zero else 'the same'} "
+        f"whatever the load, which by springs fitted to the other rows moves it by {1e3 * size:.2g} mm: {end}, "
         "or not measured; these rows are used as they are: exclude them with [[exclude]], or keep them"
     )
 

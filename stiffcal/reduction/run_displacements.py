@@ -1,0 +1,60 @@
+"""Targets that move by more under load than an arm gives: rows of a lost target, another unit, or another pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from stiffcal.errors import Fault
+from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.reduction.reading_bounds import LARGEST_DEFLECTION_M
+from stiffcal.reduction.still_components import lost_states, places_in_instrument, rounding_of
+
+MOST_NAMED = 10
+
+
+def check_displacements(states: LoadStates, file: str) -> list[Fault]:
+    """Return a fault for each run in which a target moved by more than a loaded arm can.
+
+    Parameters
+    ----------
+    states : of load runs, those that are used. file : the manifest.
+    """
+    runs = (states.select(members) for members in members_of(states.run, len(states.runs)))
+    return [fault for run in runs for fault in _of_run(run, file)]
+
+
+def _of_run(run: LoadStates, file: str) -> Iterator[Fault]:
+    largest = _moved(run)
+    if largest <= LARGEST_DEFLECTION_M:
+        return
+    lost = lost_states(run)
+    place = f"run {run.runs[int(run.run[0])].name}"
+    reason = f"the target moved by {largest:.3g} m under load"
+    mend = (
+        'millimetres read as metres? write units = { position = "mm" }; or two poses in one run; rows of a '
+        'lost target (−9999): [[exclude]], or rows = "X > -1000" under the source'
+    )
+    if lost.any() and not lost.all() and _moved(run.select(~lost)) <= LARGEST_DEFLECTION_M:
+        numbers = np.unique(run.row[lost])
+        stretches = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1)
+        named = [f"{rows[0]}" if len(rows) == 1 else f"{rows[0]}-{rows[-1]}" for rows in stretches]
+        more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+        zero = np.asarray(np.abs(places_in_instrument(run)) <= rounding_of(run.position)).any(axis=(1, 2))
+        reading = "zero" if (zero | ~lost).all() else "the same in every digit, far from the others,"
+        reason = (
+            f"the target's position, or a component of it, is {reading} in {len(numbers)} of {len(run)} states "
+            f"({', '.join(named[:MOST_NAMED])}{more}): the target was lost, or the channel is dead"
+        )
+        mend = "measure these states again, or exclude them with [[exclude]]"
+    yield Fault(FaultCode.READING_IMPLAUSIBLE, file, place, reason, mend)
+
+
+def _moved(run: LoadStates) -> float:
+    """Return the largest difference of two readings of a component, m; zero where none was measured."""
+    places = run.position[:, np.isfinite(run.position).any(axis=(0, 2))]
+    if places.size == 0:
+        return 0.0
+    return float(np.nanmax(np.nanmax(places, axis=0) - np.nanmin(places, axis=0)))
