@@ -19,6 +19,7 @@ from packaging.version import Version
 
 from stiffcal.extras import EXTRAS
 from tests.conftest import LONG, NO_KERNEL, NUMERICAL, PRACTICE
+from tests.laboratory.small_campaign import write_small_campaign
 
 ROOT = Path(__file__).parents[1]
 # Folders of tests that are no room's: what they hold, and whether modules that are no tests may stand in them.
@@ -39,6 +40,9 @@ ACROSS_ROOMS = {
     "whole_campaigns": "tests of campaigns through the command line",
 }
 WITHOUT_MODULES = {"contracts", "independent", "security", "whole_campaigns"}
+# What `stiffcal --help` may load: numpy and pyarrow are loaded inside functions there. Elsewhere a module may load what
+# it works with, but for libraries that most commands can do without (TID253 in pyproject.toml).
+LIGHT_FILES = ("__init__.py", "__main__.py", "errors.py", "quantities.py", "uncertainty.py", "cli/*.py")
 HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "h5py")
 LIGHT_CALLS: tuple[list[str], ...] = (
     [],
@@ -222,6 +226,23 @@ def test_help_version_and_usage_errors_load_nothing_heavy(arguments: list[str]) 
     modules, exit_code = loaded_by(arguments)
     assert not modules.intersection(HEAVY)
     assert exit_code == (2 if any("no-such" in word for word in arguments) else 0)
+
+
+def test_files_of_the_command_line_import_nothing_heavy_at_module_level() -> None:
+    files = [file for pattern in LIGHT_FILES for file in (ROOT / "stiffcal").glob(pattern)]
+    heavy = re.compile(rf"^(?:import|from) (?:{'|'.join(HEAVY)})\b", re.MULTILINE)
+    assert len(files) > len(LIGHT_FILES)
+    assert [file.name for file in files if heavy.search(file.read_text("utf-8"))] == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("command", ["check", "identify"])
+def test_commands_on_loads_and_displacements_do_not_load_scipy(command: str, tmp_path: Path) -> None:
+    """It takes a tenth of a short command's time to load."""
+    write_small_campaign(tmp_path / "campaign")
+    modules, exit_code = loaded_by([command, str(tmp_path / "campaign")])
+    assert not modules.intersection({"scipy", "matplotlib"})
+    assert exit_code == 0
 
 
 @pytest.mark.parametrize("arguments", LIGHT_CALLS, ids=" ".join)

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from scipy.linalg import lapack
 
 from stiffcal.arrays import Floats
 from stiffcal.compensation.chain_pair import ChainPair
@@ -187,11 +186,14 @@ class _Solver:
     """Joint offsets from a deflection: the least motion that takes it back, damped near singular poses."""
 
     def __init__(self, motion_and_damping: Floats) -> None:
+        from scipy.linalg import lapack
+
         self._motion = motion_and_damping
         self._columns = motion_and_damping.T
         self._normal = np.zeros((6, 6))
         # symmetric: its transpose is the same matrix in the order that LAPACK works in without a copy
         self._normal_there = self._normal.T
+        self._solve_positive = lapack.dposv
         self._right = np.zeros((6, 1))
         self._right_flat = self._right[:, 0]
         self._solved = np.zeros(len(self._columns))
@@ -201,7 +203,7 @@ class _Solver:
         """Write −J⁺ D into ``offsets`` (L,); False where there is none, and the offsets are zero."""
         np.dot(self._motion, self._columns, self._normal)
         np.copyto(self._right_flat, deflection)
-        info = lapack.dposv(self._normal_there, self._right, 0, 1, 1)[2]
+        info = self._solve_positive(self._normal_there, self._right, 0, 1, 1)[2]
         np.dot(self._right_flat, self._motion, self._solved)
         # a pivot that is no number, or a deflection that is none: the sum shows both
         if info == 0 and isfinite(self._solved.sum()):

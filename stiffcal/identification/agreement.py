@@ -11,7 +11,6 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from scipy.special import chdtrc
 
 from stiffcal.arrays import Booleans
 from stiffcal.errors import InputError
@@ -61,6 +60,8 @@ def _fit_alone(states: LoadStates, mask: Booleans, fit: Fit, settings: Settings)
 
 
 def _agreement(first: tuple[Experiment, Fit], second: tuple[Experiment, Fit]) -> Agreement | None:
+    from scipy.special import chdtrc
+
     (kind, fit), (other_kind, other) = first, second
     names = [
         name for name in fit.free_names if name in other.free_names and _is_known(fit, name) and _is_known(other, name)

@@ -223,10 +223,12 @@ def overstated_noise_in_words(noise: Noise, reduced_chi2: float, dof: float) -> 
     ----------
     reduced_chi2 : of the fit, ``dof`` its degrees of freedom.
     """
+    # without a degree of freedom it is not a number
+    if noise.source != "manifest" or not reduced_chi2 < 1.0 / MOST_CHI2:
+        return []
     from scipy.special import chdtr
 
-    # without a degree of freedom it is not a number
-    if noise.source != "manifest" or not reduced_chi2 < 1.0 / MOST_CHI2 or chdtr(dof, dof * reduced_chi2) >= LEAST_P:
+    if chdtr(dof, dof * reduced_chi2) >= LEAST_P:
         return []
     text = (
         f"residuals are {math.sqrt(reduced_chi2):.2g} times the noise that campaign.toml states: sigma is too large "

@@ -23,7 +23,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc, logsumexp, ndtri
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.fit import Fit
@@ -108,9 +107,11 @@ def moved_base(fit: Fit, states: LoadStates) -> MovedBase | None:
     squares, numbers = steps.drifts(left)
     of_drifts = _evidence(squares / unit, numbers, spread)
     # log odds of a drift over a move; all rows, and all courses of a drift, count alike
-    drift = float((logsumexp(of_drifts) - np.log(len(of_drifts))) - (logsumexp(of_rows) - np.log(len(of_rows))))
+    drift = _log_mean(of_drifts) - _log_mean(of_rows)
     if drift > DECIDED:
         return None
+    from scipy.special import ndtri
+
     low, high = (steps.looked_at[end] for end in _range(of_rows))
     index = np.append(np.full(steps.first, -1), data.index[rows])
     before, after = index[steps.first : k], index[k:]
@@ -260,8 +261,15 @@ def _from_here(values: Floats) -> Floats:
     return np.asarray(np.flip(np.cumsum(np.flip(values, axis=0), axis=0), axis=0))
 
 
+def _log_mean(logs: Floats) -> float:
+    """Return the logarithm of the mean of what these are the logarithms of."""
+    return float(np.logaddexp.reduce(logs) - np.log(len(logs)))
+
+
 def _by_chance(steps: _Steps, gain: float, most: float) -> float | None:
     """Return the probability of a larger gain by chance, of all rows; None where it exceeds ``most``."""
+    from scipy.special import chdtrc
+
     of_one = float(chdtrc(NUMBERS, gain))
     bound = len(steps.looked_at) * of_one
     if bound <= most:

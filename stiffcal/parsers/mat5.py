@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import loadmat, whosmat
 
 from stiffcal.parsers.mat import PLAIN_CLASSES
 from stiffcal.parsers.named_columns import NamedColumn
@@ -28,6 +27,8 @@ class Tree5:
     """A file of version 5 to 7, its variables read one by one when they are asked for."""
 
     def __init__(self, path: Path) -> None:
+        from scipy.io import loadmat, whosmat
+
         outline = whosmat(str(path), appendmat=False)
         self._outline = {name: (shape, kind) for name, shape, kind in outline}
         self.top: Any = None  # the file itself, whose members are its variables

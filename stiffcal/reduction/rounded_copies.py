@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 
 Layout: TypeAlias = tuple[tuple[str, int], ...]
 """Signals of a row and their numbers of channels."""
@@ -122,14 +122,18 @@ def _rounded_pairs(values: Floats, digits: Floats, layout: Layout) -> list[tuple
     ----------
     values, digits : (n, c), as of `_Rows`. layout : of the c columns.
     """
-    from scipy.spatial import cKDTree
-
     rows = np.flatnonzero(np.isfinite(values).all(axis=1))
     if len(rows) < 2:
         return []
     tolerance = _HALF * _of_zeros_too(values, digits, layout)
     coarse = np.array([np.quantile(own[own > 0.0], _COARSE) if np.any(own > 0.0) else 1.0 for own in digits[rows].T])
     scaled = values[rows] / coarse
+    near_others = _near_others(scaled)
+    rows, scaled = rows[near_others], scaled[near_others]
+    if not len(rows):
+        return []
+    from scipy.spatial import cKDTree  # takes longer to load than most tables take to be checked
+
     neighbours = min(_NEIGHBOURS, len(rows))
     _, near = cKDTree(scaled).query(scaled, k=neighbours, p=np.inf, distance_upper_bound=_HALF)
     alike: set[tuple[int, int]] = set()
@@ -143,6 +147,20 @@ def _rounded_pairs(values: Floats, digits: Floats, layout: Layout) -> list[tuple
             if copy not in copies and _is_coarser(digits[copy], digits[original], layout):
                 copies[copy] = original
     return list(copies.items()) if copies and not _is_chance(len(copies), len(alike)) else []
+
+
+def _near_others(scaled: Floats) -> Booleans:
+    """Return (n,) True where a row may have another one within `_HALF` in every column; rows without one are False.
+
+    Column by column, rows stay together that a chain of steps of at most `_HALF` connects: two rows that are near each
+    other are never parted, and of measured values few others are left.
+    """
+    group = np.zeros(len(scaled), dtype=np.int64)
+    for column in scaled.T:
+        order = np.lexsort((column, group))
+        parted = (np.diff(group[order]) != 0) | (np.diff(column[order]) > _HALF)
+        group[order] = np.concatenate([[0], np.cumsum(parted)])
+    return np.asarray(np.bincount(group)[group] > 1)
 
 
 def _of_zeros_too(values: Floats, digits: Floats, layout: Layout) -> Floats:

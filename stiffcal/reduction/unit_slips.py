@@ -122,8 +122,6 @@ def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: s
     states : load states; those with places are let pass (kinematics shows how their angles are counted).
     place : the key of the joints in the manifest.
     """
-    from scipy.special import fdtrc
-
     places = states.has_poses and not states.deflection_given
     if len(states) == 0 or places or not states.setup.targets or not np.any(states.wrench):
         return []
@@ -139,6 +137,8 @@ def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: s
     explained = explained_by_joints(some, chain)
     if share <= max(FOLLOWS, explained):
         return []
+    from scipy.special import fdtrc
+
     ratio = max(1.0 - explained, NOTHING_LEFT) / max(1.0 - share, NOTHING_LEFT)
     if float(fdtrc(free, free, ratio)) * len(tried) > BY_CHANCE:
         return []

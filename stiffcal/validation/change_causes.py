@@ -17,7 +17,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, logsumexp
 
 from stiffcal.arrays import Floats
 from stiffcal.validation.trend_result import Cause, ChangeCause, PossibleCause
@@ -69,6 +68,8 @@ def cause_of(
     since : number of the first campaign after the change.
     misfit_grew : whether the residuals have grown with it: then no change of the joints alone is named.
     """
+    from scipy.special import chdtrc
+
     weights, p_values = np.zeros(len(hypotheses)), np.zeros(len(hypotheses))
     for number, hypothesis in enumerate(hypotheses):
         logs = []
@@ -78,8 +79,8 @@ def cause_of(
             distance = float(np.sum(np.linalg.solve(factor, change) ** 2))
             logs.append(-0.5 * distance - float(np.sum(np.log(np.diag(factor)))))
             p_values[number] = max(p_values[number], float(chdtrc(len(change), distance)))
-        weights[number] = hypothesis.log_prior + float(logsumexp(logs))
-    weights = np.exp(weights - logsumexp(weights))
+        weights[number] = hypothesis.log_prior + float(np.logaddexp.reduce(logs))
+    weights = np.exp(weights - np.logaddexp.reduce(weights))
     order = np.argsort(-weights)
     causes = [
         PossibleCause(
