@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.errors import InputError
+from stiffcal.estimation.bounded_least_squares import least_squares_within
 
 
 @pytest.mark.parametrize("seed", range(200))

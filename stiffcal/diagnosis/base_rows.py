@@ -5,25 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.few_rows import AddedColumns, FewRows
-from stiffcal.diagnosis.folds import FoldProducts, fold_products
+from stiffcal.diagnosis.folds import FoldProducts, fold_products, inner_outside
 from stiffcal.diagnosis.normal_equations import quadratic, solve_within
 from stiffcal.diagnosis.scoring import Score, score_variants
 from stiffcal.diagnosis.thresholds import CHOICE_FOLDS
+from stiffcal.estimation.rows import RowSpace
+from stiffcal.estimation.unknowns import bounds_of
 from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
-from stiffcal.model.effect import ParameterRole
-
-
-class RowSpace(Protocol):
-    """Turns what was measured or predicted into independent rows of unit variance."""
-
-    def rows(self, stack: Floats) -> Floats:
-        """Return (k, m · n) whitened rows of (k, m, n), free constants eliminated."""
 
 
 def choice_groups(n_folds: int) -> Integers:
@@ -43,7 +36,11 @@ def sorted_by_fold(folds: Sequence[Integers]) -> tuple[Integers, list[slice]]:
 
 
 def of_folds(
-    rows: Floats, cuts: Sequence[slice], prior: Floats | None, few: FewRows | None = None
+    rows: Floats,
+    cuts: Sequence[slice],
+    prior: Floats | None,
+    few: FewRows | None = None,
+    outside: Floats | None = None,
 ) -> FoldProducts | AddedColumns:
     """Return what `score_variants` takes of rows (k + 1, m · n), sorted by fold, residual last.
 
@@ -52,11 +49,12 @@ def of_folds(
     cuts : the rows of each fold.
     prior : as in `fold_products`, which folds of few rows do not take.
     few : the first of these rows, where they are prepared already.
+    outside : as in `FoldProducts`, which folds of few rows do not take either.
     """
-    if few is None and not has_prior(prior):
+    if few is None and outside is None and not has_prior(prior):
         few = FewRows.of(rows[:-1], cuts)
     if few is None:
-        return FoldProducts.of(rows, cuts, prior)
+        return FoldProducts.of(rows, cuts, prior, outside)
     return AddedColumns(few, np.ascontiguousarray(rows[few.columns.shape[1] :].T))
 
 
@@ -68,13 +66,8 @@ def in_order(score: Score, order: Integers) -> Score:
 
 
 def amplitude_bounds(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
-    """Return the bounds of a candidate's amplitudes: what cannot be negative is not."""
-    low, high = [], []
-    for symbol in regressor.symbols:
-        spec = regressor.effect.spec(symbol)
-        low.append(0.0 if spec.inverse or (spec.lower >= 0.0 and spec.role is ParameterRole.AMPLITUDE) else -np.inf)
-        high.append(np.inf)
-    return np.array(low), np.array(high)
+    """Return the bounds of a candidate's amplitudes, those of a fit."""
+    return bounds_of([regressor.effect.spec(symbol) for symbol in regressor.symbols])
 
 
 @dataclass(frozen=True)
@@ -103,6 +96,8 @@ class BaseRows:
     """(p,) their upper bounds."""
     base: Score
     """Its score, of the sorted rows."""
+    outside: Floats
+    """(r, p + 1) rows of what is known of the base model's parameters before, in no fold; the residual last."""
     prior: Floats | None = None
     """(p,) precision of the base columns' parameters before the data; None: none."""
 
@@ -117,15 +112,18 @@ class BaseRows:
     @classmethod
     def of(
         cls, state: RegressorMaker, space: RowSpace, stack: Floats, folds: Sequence[Integers], low: Floats,
-        high: Floats, prior: Floats | None = None,
+        high: Floats, outside: Floats, prior: Floats | None = None,
     ) -> BaseRows:  # fmt: skip
         """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual, ``prior`` (p,) their precision."""
         order, cuts = sorted_by_fold(folds)
         rows = space.rows(stack)[:, order]
-        whole, groups = of_folds(rows, cuts, prior), choice_groups(len(folds))
+        known = inner_outside(outside, len(low))
+        whole, groups = of_folds(rows, cuts, prior, outside=known), choice_groups(len(folds))
         base, inner = score_variants([whole], low, high, groups), whole.total[:-1, :-1]
         few = whole.base if isinstance(whole, AddedColumns) else None
-        return cls(state, space, rows[:-1], rows[-1:], order, cuts, inner, groups, low, high, base, prior, few)
+        return cls(
+            state, space, rows[:-1], rows[-1:], order, cuts, inner, groups, low, high, base, outside, prior, few
+        )  # fmt: skip
 
     def rows_of(self, regressor: Regressor) -> Floats:
         """Return (q + 1, m · n): the candidate's columns and what is left of the residual, sorted by fold."""
@@ -133,8 +131,8 @@ class BaseRows:
         rows[-1] = self.residual[0] - rows[-1]
         return np.asarray(rows)
 
-    def products(self, mine: Floats) -> Floats:
-        """Return (F, k + 1, k + 1) inner products of base columns, the candidate's and the residual."""
+    def products(self, mine: Floats) -> FoldProducts:
+        """Return the inner products of base columns, the candidate's and the residual."""
         p, q = len(self.rows), len(mine)
         whole = np.concatenate([self.rows, mine])
         result = np.empty((len(self.cuts), p + q, p + q))
@@ -142,13 +140,13 @@ class BaseRows:
         for k, cut in enumerate(self.cuts):
             result[k, :, p:] = whole[:, cut] @ mine[:, cut].T
         result[:, p:, :p] = np.swapaxes(result[:, :p, p:], 1, 2)
-        return result
+        return FoldProducts(result, whole, self.cuts, inner_outside(self.outside, p + q - 1))
 
     def of_folds(self, mine: Floats) -> FoldProducts | AddedColumns:
         """Return what `score_variants` takes of base columns, the candidate's and the residual."""
         if self.few is not None:
             return AddedColumns(self.few, np.ascontiguousarray(mine.T))
-        return FoldProducts(self.products(mine), np.concatenate([self.rows, mine]), self.cuts)
+        return self.products(mine)
 
     def bounds(self, regressor: Regressor) -> tuple[Floats, Floats]:
         """Return the bounds of base and candidate."""
@@ -162,6 +160,11 @@ class BaseRows:
         total[:p, :p] = self.inner_sum
         total[:p, p:], total[p:, p:] = self.rows @ candidate_rows.T, candidate_rows @ candidate_rows.T
         total[p:, :p] = total[:p, p:].T
+        if len(self.outside):
+            # of the base columns with each other it is in there
+            target = self.outside[:, -1]
+            total[:p, -1] += self.outside[:, :-1].T @ target
+            total[-1, :p], total[-1, -1] = total[:p, -1], total[-1, -1] + target @ target
         solution = solve_within(total[:-1, :-1], total[:-1, -1], *self.bounds(regressor))
         return float(quadratic(total, solution))
 

@@ -16,7 +16,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import confidence, first_least
-from stiffcal.diagnosis.folds import fold_products
+from stiffcal.diagnosis.folds import fold_products, inner_outside
 from stiffcal.diagnosis.judge import possible_values, rms_reduction
 from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
 from stiffcal.diagnosis.scan import Scan, Trial, bounds_with
@@ -183,8 +183,8 @@ def _without_two(
     data : (k + 1, N) whitened rows, what the candidate leaves of the residual last.
     groups : (F,) group of each pose, here of its own. bounds : (k,) lower and upper. trial : the candidate.
     """
-    products = scan.products(data)
-    total, solutions = products.sum(axis=0), np.empty((len(groups), len(groups), len(data) - 1))
+    whole = scan.products(data)
+    products, total, solutions = whole.each, whole.total, np.empty((len(groups), len(groups), len(data) - 1))
     for group, product in enumerate(products):
         rest = without_rows(total, product)
         inner = np.stack([without_rows(rest, other) for other in products])
@@ -209,7 +209,8 @@ def _without_groups(
         prior[: len(scan.prior)] = scan.prior / len(groups)
         first = np.arange(len(prior))
         products[:, first, first] += np.bincount(groups)[:, None] * prior
-    rest = without_rows(products.sum(axis=0), products)
+    outside = inner_outside(scan.outside, len(prior))
+    rest = without_rows(products.sum(axis=0) + (0.0 if outside is None else outside), products)
     solutions = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], *bounds, trial.score.solution)
     errors = np.stack([scan.by_fold((data[-1] - x @ data[:-1]) ** 2) + prior @ x**2 for x in solutions])
     return solutions, errors

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.diagnosis.forecast import contribution_of, heldout_residual, lowest_step, scan_columns
+from stiffcal.diagnosis.forecast import contribution_of, heldout_residual
 from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.identification.observation import ParameterColumn
+from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
@@ -93,7 +93,7 @@ def evidence_for(
         In the order of the model; effects without free parameters are passed over.
     """
     state = Linearised.about(scan.fit.robot, scan.fit.data)
-    columns = scan_columns(scan)
+    columns = scan.fit.columns
     for number, placed_effect in enumerate(scan.fit.robot.placed):
         if f"{placed_effect.effect.name} {placed_effect.place.label}" in chosen and any(
             column.placed == number for column in columns
@@ -112,12 +112,9 @@ def _evidence(
     placed_effect, data = scan.fit.robot.placed[number], scan.fit.data
     added = contribution_of(state, placed_effect)
     other_columns = np.array([column.placed != number for column in columns], dtype=np.bool_)
-    low = np.array([lowest_step(scan.fit.robot.placed[column.placed], column) for column in columns])
-    pieces = [scan.own_columns[other_columns], *(regressor.columns for regressor in included)]
-    edges = [low[other_columns], *(np.zeros(len(regressor.columns)) for regressor in included)]
-    base, edge = np.concatenate(pieces), np.concatenate(edges)
-    before = heldout_residual(scan, base, scan.residual + added, edge, np.full(len(edge), np.inf))
-    after = heldout_residual(scan, scan.own_columns, scan.residual, low, np.full(len(low), np.inf))
+    more = [regressor.columns for regressor in included]
+    before = heldout_residual(scan, other_columns, more, scan.residual + added)
+    after = heldout_residual(scan, np.ones_like(other_columns), (), scan.residual)
     rows = _rows_with_largest_signal(scan, added, after)
     value, covariate, unit = _covariate(state, placed_effect)
     direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)

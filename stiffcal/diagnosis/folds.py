@@ -44,6 +44,18 @@ def fold_products(rows: Floats, folds: Sequence[Integers | slice], prior: Floats
     return products
 
 
+def inner_outside(outside: Floats, k: int) -> Floats | None:
+    """Return (k + 1, k + 1) inner products of rows (r, p + 1) that are in no fold, None where there are none.
+
+    Their p columns are the first of the k; their last column is the residual.
+    """
+    if not len(outside):
+        return None
+    rows = np.zeros((len(outside), k + 1))
+    rows[:, : outside.shape[1] - 1], rows[:, -1] = outside[:, :-1], outside[:, -1]
+    return np.asarray(rows.T @ rows)
+
+
 @dataclass(frozen=True)
 class FoldProducts:
     """Folds of many rows each, by their inner products."""
@@ -54,16 +66,25 @@ class FoldProducts:
     """(k + 1, N) the rows behind them."""
     folds: Sequence[Integers | slice]
     """F positions in the rows."""
+    outside: Floats | None = None
+    """(k + 1, k + 1) inner products of what is known before and stays when a fold is left out; None: nothing is."""
 
     @classmethod
-    def of(cls, rows: Floats, folds: Sequence[Integers | slice], prior: Floats | None = None) -> FoldProducts:
+    def of(
+        cls,
+        rows: Floats,
+        folds: Sequence[Integers | slice],
+        prior: Floats | None = None,
+        outside: Floats | None = None,
+    ) -> FoldProducts:
         """Prepare rows (k + 1, N), residual last; ``prior`` as in `fold_products`."""
-        return cls(fold_products(rows, folds, prior), rows, folds)
+        return cls(fold_products(rows, folds, prior), rows, folds, outside)
 
     @cached_property
     def total(self) -> Floats:
-        """(k + 1, k + 1) of all folds."""
-        return np.asarray(self.each.sum(axis=0))
+        """(k + 1, k + 1) of all folds, and of what is known before."""
+        of_folds = self.each.sum(axis=0)
+        return np.asarray(of_folds if self.outside is None else of_folds + self.outside)
 
     def left_out(self, lower: Floats, upper: Floats, near: Floats) -> tuple[LeftOutFolds, Floats]:
         """Leave each fold out in turn; return what is left and (F,) its squares in what was left out.

@@ -6,17 +6,15 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.base_rows import amplitude_bounds
 from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
 from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.identification.observation import ParameterColumn, free_columns
 from stiffcal.identification.regressors import Linearised
 from stiffcal.measurements.load_states import members_of
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import ParameterRole
 from stiffcal.validation.heldout import corrected_for_freedom
 
 
@@ -37,12 +35,11 @@ def forecast_residual(
     array or None
         None where effects are removed of which one has no free parameter: the fit holds it as it is.
     """
-    own = scan_columns(scan)
+    own = scan.fit.columns
     if not {column.placed for column in own} >= set(removed):
         return None
     kept = np.array([column.placed not in removed for column in own], dtype=np.bool_)
-    low = np.array([lowest_step(scan.fit.robot.placed[column.placed], column) for column in own])[kept]
-    high = np.full(len(low), np.inf)
+    low, high = (bound[: len(own)][kept] for bound in scan.bounds)
     pieces, rows, residual = [scan.own_columns[kept]], [scan.own_rows[kept]], scan.residual.copy()
     if removed:
         state = scan.source.state()
@@ -56,13 +53,8 @@ def forecast_residual(
         residual -= regressor.fixed
         lowest, highest = amplitude_bounds(regressor)
         low, high = np.append(low, lowest), np.append(high, highest)
-    return _left_out(scan, np.concatenate(pieces), np.concatenate(rows), residual, low, high, fold)
-
-
-def scan_columns(scan: LoadScan) -> list[ParameterColumn]:
-    """Return the free parameters of the present model, in the order of the scan's own columns."""
-    fixed = frozenset(scan.fit.left_at_neutral | {entry.name for entry in scan.fit.parameters if entry.fixed})
-    return free_columns(scan.fit.robot, fixed)
+    outside = scan.outside_of(kept, len(low))
+    return _left_out(scan, np.concatenate(pieces), np.concatenate(rows), residual, (low, high), outside, fold)
 
 
 def contribution_of(state: Linearised, placed_effect: PlacedEffect) -> Floats:
@@ -74,39 +66,47 @@ def contribution_of(state: Linearised, placed_effect: PlacedEffect) -> Floats:
     return np.asarray(np.where(state.data.measured_mask, total, 0.0))
 
 
-def lowest_step(placed_effect: PlacedEffect, column: ParameterColumn) -> float:
-    """Return how far down a parameter can go from where it is: what cannot be negative stops at zero."""
-    spec = placed_effect.effect.spec(column.symbol)
-    if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
-        return min(0.0, -placed_effect.amplitude(column.symbol))
-    return -np.inf
-
-
 def heldout_residual(
-    scan: LoadScan, columns: Floats, residual: Floats, low: Floats, high: Floats, fold: Integers | None = None
+    scan: LoadScan,
+    kept: Booleans,
+    more: Sequence[Floats],
+    residual: Floats,
+    fold: Integers | None = None,
 ) -> Floats:
     """Return (m, n) residuals, each fold (by default each pose) by a fit without it, its run's offset taken out.
 
     Parameters
     ----------
-    columns : (k, m, n) of what is fitted. residual : (m, n) before it.
-    low, high : (k,) how far each can go.
+    kept : (p,) which of the model's own parameters are fitted.
+    more : (q, m, n) columns of effects that cannot be negative, fitted with them. residual : (m, n) before all that.
     fold : (n,) number of what is left out with each state; None: the poses of the scan.
     """
-    return _left_out(scan, columns, scan.space.rows(columns), residual, low, high, fold)
+    columns = np.concatenate([scan.own_columns[kept], *more])
+    low, high = (bound[: len(kept)][kept] for bound in scan.bounds)
+    count = len(columns) - len(low)
+    low, high = np.append(low, np.zeros(count)), np.append(high, np.full(count, np.inf))
+    outside = scan.outside_of(kept, len(columns))
+    return _left_out(scan, columns, scan.space.rows(columns), residual, (low, high), outside, fold)
 
 
 def _left_out(
-    scan: LoadScan, columns: Floats, rows: Floats, residual: Floats, low: Floats, high: Floats, fold: Integers | None
+    scan: LoadScan,
+    columns: Floats,
+    rows: Floats,
+    residual: Floats,
+    bounds: tuple[Floats, Floats],
+    outside: Floats | None,
+    fold: Integers | None,
 ) -> Floats:
-    """Return the same where the columns' whitened rows (k, m · n) are known."""
+    """Return the same where the columns' whitened rows (k, m · n), bounds and what is known before are at hand."""
     remaining, fold = residual.copy(), scan.fold_of_state if fold is None else fold
     if len(columns):
         products = fold_products(
             np.concatenate([rows, scan.space.rows(residual[None])]), fold_rows(scan.fit.data, fold)
         )
         rest = products.sum(axis=0) - products if len(products) > 1 else products
-        step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, high)
+        rest = rest if outside is None else rest + outside
+        step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], *bounds)
         for number, members in enumerate(members_of(fold)):
             remaining[:, members] -= np.tensordot(step[number], columns[:, :, members], axes=1)
     return corrected_for_freedom(scan.space.centred(remaining[None])[0], scan.fit.data)

@@ -6,13 +6,13 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.choosing import choice_without_each_group
-from stiffcal.diagnosis.folds import FoldProducts
+from stiffcal.diagnosis.folds import FoldProducts, inner_outside
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated, ErrorInExperiment
 from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
 from stiffcal.diagnosis.scan import Trial, bounds_with
 from stiffcal.diagnosis.scoring import Score
+from stiffcal.estimation.unknowns import amplitudes, with_estimates
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.observation import free_columns
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
@@ -81,7 +81,9 @@ def residual_without_folds(scan: LoadScan, trial: Trial | None, fold: Integers) 
     residual = residual.copy()
     low, high = scan.bounds if trial is None else bounds_with(scan, trial.regressor)
     rows = scan.space.rows(np.concatenate([columns, residual[None]]))
-    left, _ = FoldProducts.of(rows, fold_rows(scan.fit.data, fold), scan.prior).left_out(low, high, score.solution)
+    outside = inner_outside(scan.outside, len(columns))
+    products = FoldProducts.of(rows, fold_rows(scan.fit.data, fold), scan.prior, outside)
+    left, _ = products.left_out(low, high, score.solution)
     own = _own_columns(scan, len(columns))
     assert left.without is not None  # folds of many rows keep the parameters
     for values, members in zip(left.without, members_of(fold), strict=True):
@@ -179,16 +181,9 @@ def errors_by_experiment(scan: LoadScan, trial: Trial) -> list[ErrorInExperiment
 def with_values_of(scan: LoadScan, trial: Trial) -> CompliantRobot:
     """Return the model with the candidate, both with the values that the scan found with all poses."""
     fit = scan.fit
-    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
-    columns = free_columns(fit.robot, fixed)
-    values: dict[str, float] = {}
-    for column, step in zip(columns, trial.score.solution, strict=False):
-        placed_effect = fit.robot.placed[column.placed]
-        amplitude = placed_effect.amplitude(column.symbol) + step
-        spec = placed_effect.effect.spec(column.symbol)
-        values[placed_effect.parameter_name(column.symbol)] = spec.value_of(float(amplitude))
     from stiffcal.diagnosis.judge import fitted_values
 
-    robot = fit.robot.with_values(values)
+    columns = fit.columns
+    robot = with_estimates(fit.robot, columns, amplitudes(fit.robot, columns) + trial.score.solution[: len(columns)])
     added = PlacedEffect(trial.candidate.effect, trial.candidate.place, fitted_values(trial))
     return CompliantRobot(robot.chain, (*robot.placed, added), robot.deformed)

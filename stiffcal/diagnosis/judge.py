@@ -293,7 +293,9 @@ def _not_reproduced(scan: Scan, trial: Trial, other_trial: Trial) -> float:
     normal = columns @ columns.T
     known = np.zeros(base) if scan.prior is None else scan.prior
     normal[range(base), range(base)] += known
+    normal[:base, :base] += scan.outside[:, :-1].T @ scan.outside[:, :-1]
     right = columns @ aim
     solution = solve_within(normal, right, *bounds_with(scan, other))
     left = float(solution @ (normal @ solution - 2.0 * right) + aim @ aim)
-    return max(left - float(known @ values[:base] ** 2), 0.0)
+    before = float(known @ values[:base] ** 2) + float(np.sum((scan.outside[:, :-1] @ values[:base]) ** 2))
+    return max(left - before, 0.0)

@@ -9,27 +9,22 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.base_rows import BaseRows, in_order
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.folds import FoldProducts
+from stiffcal.diagnosis.folds import inner_outside
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
 from stiffcal.diagnosis.thresholds import LINGERING
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import raw_whitening
-from stiffcal.identification.noise import Whitening, whiten
-from stiffcal.identification.observation import Observations, ParameterColumn, evaluate, free_columns
+from stiffcal.identification.noise import Whitening
+from stiffcal.identification.observation import Observations
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, RegressorSource
 from stiffcal.measurements.load_states import members_of
-from stiffcal.model.effect import ParameterRole
 from stiffcal.validation.heldout import pose_folds
-
-# A picometre, a picoradian: a fit that misses by less misses by rounding.
-LEAST_RMS = 1e-12
 
 
 @dataclass(frozen=True)
@@ -51,6 +46,11 @@ class LoadScan(Scan):
     def own_rows(self) -> Floats:
         """(p, m · n) whitened rows of the base model's free parameters alone, for one forecast after the other."""
         return self.space.rows(self.own_columns)
+
+    def outside_of(self, kept: Booleans, k: int) -> Floats | None:
+        """Return (k + 1, k + 1) as `inner_outside` of those of the model's own parameters (p,) that are fitted."""
+        own = np.append(np.flatnonzero(kept), self.outside.shape[1] - 1)
+        return inner_outside(self.outside[:, own], k)
 
     def drift(self) -> tuple[float, float, float]:
         """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals.
@@ -108,23 +108,6 @@ def _half_square(
     return total / (2.0 * max(n_pairs, 1)), n_pairs
 
 
-def weights_of(fit: Fit) -> Whitening:
-    """Return the whitening of the fit's data with the fit's noise (residuals' own size where none is known)."""
-    data = fit.data
-    if fit.noise is None:
-        squares = np.where(data.measured_mask, fit.residual**2, 0.0)
-        size = raw_whitening(data, None).scale.copy()
-        for kind in np.unique(data.kind):
-            rows = data.kind == kind
-            n_measured = max(1, int(np.count_nonzero(data.measured_mask[rows])))
-            rms = max(float(np.sqrt(np.sum(squares[rows]) / n_measured)), LEAST_RMS)
-            size[rows] = np.where(data.measured_mask[rows], 1.0 / rms, 0.0)
-        return Whitening(size)
-    pieces = [block.sensitivity for block in evaluate(fit.robot, data, (), with_sensitivity=True, rigid=True)]
-    sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)
-    return whiten(fit.noise, data, sensitivity)
-
-
 def fold_rows(data: Observations, fold: Integers) -> list[Integers]:
     """Return each fold's positions in whitened rows (m · n)."""
     m = len(data.measured)
@@ -148,28 +131,26 @@ class LoadGround:
         data = fit.data
         source = RegressorSource(fit.robot, data)
         state = source.state()
-        space = Projection.of(data, weights_of(fit) if whitening is None else whitening)
-        fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
-        columns = free_columns(fit.robot, fixed)
-        base_columns = np.concatenate([block.columns for block in evaluate(fit.robot, data, columns)], axis=2)
-        residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
+        about = fit.linearised(whitening)
+        space, base_columns, residual = about.space, about.derivative, about.residual
         fold = pose_folds(data)
         folds = fold_rows(data, fold)
-        low, high = _base_bounds(fit, columns)
-        prior = None
+        low, high = about.steps_within
+        prior, outside = None, about.prior
         if geometry is not None:
             nuisance = geometry.directions(space, base_columns)
             base_columns = np.concatenate([base_columns, nuisance])
             prior = np.repeat([0.0, 1.0], [len(low), len(nuisance)])
+            outside = np.insert(outside, [len(low)] * len(nuisance), 0.0, axis=1)
             free = np.full(len(nuisance), np.inf)
             low, high = np.append(low, -free), np.append(high, free)
         stack = np.concatenate([base_columns, residual[None]])
-        rows = BaseRows.of(state, space, stack, folds, low, high, prior)
-        dof = int(np.count_nonzero(data.measured_mask)) - space.n_offsets
+        rows = BaseRows.of(state, space, stack, folds, low, high, outside, prior)
         scan = LoadScan(
             fit=fit, base=in_order(rows.base, rows.order), trials=(), folds=tuple(folds), groups=rows.groups,
-            dof=dof, n_columns=len(columns), n_tried=1, space=space, columns=base_columns, residual=residual,
-            bounds=(rows.low, rows.high), fold_of_state=fold, source=source, prior=prior, geometry=geometry,
+            dof=about.dof, n_columns=len(about.values), n_tried=1, space=space, columns=base_columns, residual=residual,
+            bounds=(rows.low, rows.high), fold_of_state=fold, source=source, prior=prior, outside=outside,
+            geometry=geometry,
         )  # fmt: skip
         return cls(scan, rows, state)
 
@@ -214,31 +195,15 @@ def _slip(
         return None
     regressor = state.regressor(candidate.effect, candidate.place, {"state": float(data.order.number[first])})
     mine = ground.rows_of(regressor)
-    products, bounds = ground.products(mine), ground.bounds(regressor)
-    sorted_rows = np.concatenate([ground.rows, mine])
-    folds = FoldProducts(products, sorted_rows, ground.cuts)
+    folds, bounds = ground.products(mine), ground.bounds(regressor)
     score = in_order(score_variants([folds], *bounds, ground.groups, ground.base), ground.order)
-    rows = np.empty_like(sorted_rows)
-    rows[:, ground.order] = sorted_rows
+    rows = np.empty_like(folds.rows)
+    rows[:, ground.order] = folds.rows
     members = np.flatnonzero(data.run == data.run[first])
     stretches = [
         (np.arange(len(data.measured))[:, None] * data.n_states + stretch).ravel()
         for stretch in load_stretches(data, members)
     ]
     number = int(np.searchsorted(np.unique(fold), fold[first]))
-    score = score_in_run(score, ground.base, products, rows, stretches, number, ground.groups, *bounds)
+    score = score_in_run(score, ground.base, folds.each, rows, stretches, number, ground.groups, *bounds)
     return Trial(candidate, regressor, score, data.n_states)
-
-
-def _base_bounds(fit: Fit, columns: Sequence[ParameterColumn]) -> tuple[Floats, Floats]:
-    """Return how far the base model's parameters can go from where they are; only compliances have an edge at zero."""
-    low, high = [], []
-    for column in columns:
-        placed_effect = fit.robot.placed[column.placed]
-        spec = placed_effect.effect.spec(column.symbol)
-        edge = -np.inf
-        if column.role is ParameterRole.AMPLITUDE and (spec.inverse or spec.lower == 0.0):
-            edge = min(0.0, -placed_effect.amplitude(column.symbol))
-        low.append(edge)
-        high.append(np.inf)
-    return np.array(low), np.array(high)

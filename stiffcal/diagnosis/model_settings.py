@@ -20,7 +20,7 @@ import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.judge import f_tail, reduction_between
-from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates, weights_of
+from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.diagnosis.setting_results import ContradictedSetting, SettingKind
@@ -179,7 +179,7 @@ class _Changed:
 
 def _trials(scan: LoadScan, problem: Problem, robot: CompliantRobot, settings: Settings) -> Iterator[_Changed]:
     """Yield the model with each setting changed."""
-    whitening = weights_of(scan.fit)
+    whitening = scan.fit.whitening
     names = {parameter.name for parameter in scan.fit.parameters if parameter.fixed}
     for name in sorted(names & settings.fixed):
         freed = replace(settings, fixed=settings.fixed - {name})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.bounded_least_squares import least_squares_within
+from stiffcal.estimation.bounded_least_squares import least_squares_within
 
 # Rounds of exchanging all at once without getting better before one is exchanged at a time, and rounds per parameter.
 PATIENCE = 3

@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.diagnosis.judge import f_tail, possible_values, rms_reduction
 from stiffcal.diagnosis.scan import Scan, Trial, score_together
 from stiffcal.diagnosis.thresholds import FAMILY_P, LEAST_FALL, PAIRS_SCORED, STANDARD_ERRORS, WIDEST_PAIR
-from stiffcal.identification.least_squares import triangular_of_rows
+from stiffcal.estimation.triangular import triangular_of_rows
 from stiffcal.model.effect import ParameterRole
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.documents import Number
-from stiffcal.identification.reported import amplitude_bounds, student_95
+from stiffcal.estimation.parameters import student_95
+from stiffcal.estimation.unknowns import amplitude_bounds
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterSpec
 from stiffcal.uncertainty import NORMAL_95

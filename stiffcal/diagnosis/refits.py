@@ -18,7 +18,6 @@ from stiffcal.diagnosis.heldout_error import left_out_residual, residual_without
 from stiffcal.diagnosis.refit_values import RefitValue, refit_values
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.identification.observation import free_columns
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Place
@@ -159,8 +158,7 @@ def refit_with_all(diagnosis: DiagnoseResult, rms: Rms) -> RefitSummary:
 def _values_with(scan: LoadScan, trial: Trial) -> list[RefitValue]:
     """Return the values with a candidate, with the intervals of what the linear refit determines."""
     robot, fit = with_values_of(scan, trial), scan.fit
-    fixed = frozenset(fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed})
-    own = [fit.robot.placed[column.placed].parameter_name(column.symbol) for column in free_columns(fit.robot, fixed)]
+    own = [fit.robot.placed[column.placed].parameter_name(column.symbol) for column in fit.columns]
     return refit_values(robot, scan, trial, own)
 
 

@@ -31,6 +31,11 @@ class RowProjection:
         numbers = np.unique(fit.constant[fit.constant >= 0])
         return cls(fit.sigma, tuple(np.flatnonzero(fit.constant == number) for number in numbers))
 
+    @property
+    def n_constants(self) -> int:
+        """How many constants are free."""
+        return len(self.members)
+
     def rows(self, stack: Floats) -> Floats:
         """Return (q, k) whitened rows."""
         white = np.array(stack[:, 0] / self.sigma, dtype=np.float64)
@@ -74,8 +79,8 @@ def scan_row_candidates(
     space = RowProjection.of(fit if like is None or fit.noise is not None else like)
     folds = members_of(fit.fold)
     stack = np.concatenate([fit.columns, fit.residual[None]])[:, None]
-    ground = BaseRows.of(fit.maker, space, stack, folds, *fit.bounds)
-    dof = len(fit.residual) - len(space.members)
+    ground = BaseRows.of(fit.maker, space, stack, folds, *fit.bounds, np.zeros((0, len(stack))))
+    dof = len(fit.residual) - space.n_constants
     indistinct: list[Candidate] = []
 
     def try_one(candidate: Candidate) -> Trial | None:
@@ -89,7 +94,8 @@ def scan_row_candidates(
     return RowScan(
         fit=fit, base=in_order(ground.base, ground.order), trials=trials, folds=tuple(folds), groups=ground.groups,
         dof=dof, n_columns=len(fit.columns), n_tried=n_tried * n_searches, space=space, columns=fit.columns[:, None],
-        residual=fit.residual[None], bounds=fit.bounds, ground=ground, indistinct=tuple(indistinct),
+        residual=fit.residual[None], bounds=fit.bounds, outside=ground.outside, ground=ground,
+        indistinct=tuple(indistinct),
     )  # fmt: skip
 
 

@@ -10,12 +10,13 @@ from typing import Protocol
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.base_rows import BaseRows, RowSpace, amplitude_bounds, in_order, of_folds, sorted_by_fold
+from stiffcal.diagnosis.base_rows import BaseRows, amplitude_bounds, in_order, of_folds, sorted_by_fold
 from stiffcal.diagnosis.candidates import Candidate, variants
-from stiffcal.diagnosis.folds import fold_products
+from stiffcal.diagnosis.folds import FoldProducts, inner_outside
 from stiffcal.diagnosis.results import AgreementWithPlaces
 from stiffcal.diagnosis.scoring import Score, score_variants
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
+from stiffcal.estimation.rows import RowSpace
 from stiffcal.identification.regressors import Regressor, StoredRegressor
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole
@@ -102,6 +103,8 @@ class Scan:
     """(m, n) measured minus predicted, free constants not taken out."""
     bounds: tuple[Floats, Floats]
     """(p + q,) lower and upper, how far the base model's parameters and the nuisance errors can go."""
+    outside: Floats = field(default_factory=lambda: np.zeros((0, 1)), kw_only=True)
+    """(r, p + q + 1) rows of what is known of them before, in no fold, the residual last; without any (0, …)."""
     prior: Floats | None = field(default=None, kw_only=True)
     """(p + q,) precision of each before the data: zero of the model's own parameters; None without nuisance errors."""
 
@@ -122,15 +125,17 @@ class Scan:
         """Return (F,) sums of values (m · n) of whitened rows over each fold."""
         return np.bincount(self.fold_of_row, weights=values, minlength=len(self.folds)).astype(np.float64)
 
-    def products(self, rows: Floats) -> Floats:
-        """Return (F, k, k) inner products of rows (k, m · n) fold by fold, `columns` first, their prior included."""
-        return fold_products(rows, self.folds, self.prior)
+    def products(self, rows: Floats) -> FoldProducts:
+        """Return inner products of rows (k + 1, m · n) fold by fold, `columns` first, residual last."""
+        return FoldProducts.of(rows, self.folds, self.prior, inner_outside(self.outside, len(rows) - 1))
 
     def score_of(self, rows: Floats, low: Floats, high: Floats) -> Score:
         """Score rows (k + 1, m · n), `columns` first, residual last, as an addition to the model within bounds (k,)."""
         order, cuts = sorted_by_fold(self.folds)
         base = replace(self.base, left=replace(self.base.left, residual=self.base.left.residual[order]))
-        score = score_variants([of_folds(rows[:, order], cuts, self.prior)], low, high, self.groups, base)
+        known = inner_outside(self.outside, len(low))
+        whole = of_folds(rows[:, order], cuts, self.prior, outside=known)
+        score = score_variants([whole], low, high, self.groups, base)
         return in_order(score, order)
 
     def drift(self) -> tuple[float, float, float]:

@@ -16,7 +16,8 @@ from stiffcal.diagnosis.judge import f_tail
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P
-from stiffcal.identification.least_squares import run_edges, triangular_of_rows
+from stiffcal.estimation.triangular import triangular_of_rows
+from stiffcal.identification.least_squares import run_edges
 from stiffcal.identification.observation import Observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.varying import varies

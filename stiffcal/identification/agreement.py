@@ -14,8 +14,9 @@ import numpy as np
 
 from stiffcal.arrays import Booleans
 from stiffcal.errors import InputError
+from stiffcal.estimation.parameters import Parameter
 from stiffcal.identification.agreement_results import Agreement, CommonParameter
-from stiffcal.identification.fit import Fit, Parameter
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import with_geometry
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.not_fitted import is_not_fitted

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.observation import Observations, ParameterColumn, evaluate, free_columns
+from stiffcal.estimation.unknowns import ParameterColumn, free_columns
+from stiffcal.identification.observation import Observations, evaluate
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.identification.least_squares import Reduced
+from stiffcal.estimation.triangular import Reduced
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.weights import Weights, predict_observations, without_offsets
 from stiffcal.identification.wrench_correction import step_of, with_curvature, wrench_correction

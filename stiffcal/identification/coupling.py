@@ -13,7 +13,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stiffcal.errors import Progress, no_progress
-from stiffcal.identification.fit import Fit, Parameter
+from stiffcal.estimation.parameters import Parameter
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
 from stiffcal.identification.link_noise import spread_by_rods
 from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, CouplingWay, Way

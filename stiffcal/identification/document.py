@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.identification.fit import Ambiguity, Fit, Parameter
+from stiffcal.estimation.identifiability import Ambiguity
+from stiffcal.estimation.parameters import Parameter
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.fit_results import (
     CorrelatedParameters,
     IdentifiedParameter,
@@ -75,8 +77,7 @@ def included_by_convention(fit: Fit) -> dict[str, list[str]]:
     """Return name to the parameters that stay at 0 by convention and are included in its value; of absolute places."""
     if not fit.data.absolute.any():
         return {}
-    fixed = frozenset(parameter.name for parameter in fit.parameters if parameter.fixed)
-    fixed |= held_frames(fit.robot, fit.data, fixed)
+    fixed = fit.fixed | held_frames(fit.robot, fit.data, fit.fixed)
     return included_in(fit.robot, fit.data, fixed, redundant_geometry(fit.robot, fit.data, fixed))
 
 

@@ -16,11 +16,12 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.fit_results import ComplianceInTwoForms, DualQuaternionFit
 from stiffcal.identification.noise import Noise, whiten
-from stiffcal.identification.observation import Observations, evaluate, free_columns, lever_of
+from stiffcal.identification.observation import Observations, evaluate, lever_of
 from stiffcal.identification.rows import ROTATION, TRANSLATION
 from stiffcal.mechanics.dual_balance import dual_rest, joint_torques, reading_as_load, weights_of
 from stiffcal.mechanics.dual_quaternions import (

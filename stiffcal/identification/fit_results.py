@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.documents import NOT_PROMISED, KeyIf, Number, OrAbsent
+from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.identification.geometry_prior import GeometrySource
-from stiffcal.identification.undetermined import Undetermined
 from stiffcal.measurements.rms import Applicable
 from stiffcal.model.summary import Where
 

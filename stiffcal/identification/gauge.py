@@ -18,7 +18,7 @@ from typing import TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.distinguish import SAME_REGRESSOR, distinguish
+from stiffcal.estimation.distinguish import SAME_REGRESSOR, distinguish
 from stiffcal.identification.readings import Observations
 from stiffcal.mechanics.kinematics import StackedFrame, cross, stacked_bodies
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -17,19 +17,13 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.estimation.parameters import reported_parameters, student_95
+from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry_prior import GeometryPrior, GeometrySource
 from stiffcal.identification.least_squares import reduce_blocks
 from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import (
-    Observations,
-    ParameterColumn,
-    evaluate,
-    free_columns,
-    predicted,
-    rests,
-)
-from stiffcal.identification.reported import reported_parameters, student_95
+from stiffcal.identification.observation import Observations, evaluate, predicted, rests
 from stiffcal.identification.starting import starting_states
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
@@ -224,15 +218,10 @@ def with_geometry(fit: Fit, states: LoadStates) -> Fit:
     robot = fit.robot
     prior = geometry_prior(states, robot)
     sizes = prior.sizes(robot.chain.n_joints)
-    if fit.whitening is None or not sizes.any() or not fit.free_names:
+    if not sizes.any() or not fit.free_names:
         return replace(fit, geometry=prior)
-    fixed = frozenset(parameter.name for parameter in fit.parameters if parameter.fixed)
-    columns, names = [], []
-    for column in free_columns(robot, fixed):
-        name = robot.placed[column.placed].parameter_name(column.symbol)
-        if name not in fit.left_at_neutral:
-            columns.append(column)
-            names.append(name)
+    columns = fit.columns
+    names = [robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
     effect = geometry_effect(robot, fit.data, columns, fit.whitening)
     spread_by_geometry = effect[[names.index(name) for name in fit.free_names]] * sizes
     from_geometry = spread_by_geometry @ spread_by_geometry.T
@@ -244,7 +233,7 @@ def with_geometry(fit: Fit, states: LoadStates) -> Fit:
     shares = np.diag(from_geometry)[known] / np.maximum(variance[known], 1e-300)
     share = dict(zip(np.array(fit.free_names)[known].tolist(), shares.tolist(), strict=True))
     quantile = student_95(fit.dof) if fit.scaled else NORMAL_95
-    parameters = reported_parameters(robot, spread, quantile, fixed)
+    parameters = reported_parameters(robot, spread, quantile, fit.fixed)
     return replace(
         fit,
         parameters=tuple(replace(p, from_geometry=share.get(p.name)) for p in parameters),

@@ -19,8 +19,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.identification.least_squares import triangular
-from stiffcal.identification.observation import Observations, ParameterColumn
+from stiffcal.estimation.triangular import triangular
+from stiffcal.estimation.unknowns import ParameterColumn
+from stiffcal.identification.observation import Observations
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import Inputs, joint_nodes

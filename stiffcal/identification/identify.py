@@ -15,26 +15,24 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Progress, no_progress
+from stiffcal.estimation.identifiability import Ambiguity
+from stiffcal.estimation.parameters import reported_parameters, student_95
+from stiffcal.estimation.solve import Settled, settle
+from stiffcal.estimation.step import solve_step
+from stiffcal.estimation.undetermined import Undetermined
+from stiffcal.estimation.unknowns import OpenBefore, Unknowns, amplitudes, free_columns, with_estimates
 from stiffcal.identification.base_load import loaded_by_tilt
-from stiffcal.identification.bounded_step import solve_step
-from stiffcal.identification.fit import Ambiguity, Fit
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.gauge import held_frames, redundant_geometry
-from stiffcal.identification.gauss_newton import Settled, settle, with_estimates
 from stiffcal.identification.least_squares import reduce_blocks
 from stiffcal.identification.load_scale import common_scale, redundant_gains
+from stiffcal.identification.load_source import LoadSource, LoadWeights
 from stiffcal.identification.noise import Noise, noise_of_clamped, rms_by_measure, rms_length, stated_noise
 from stiffcal.identification.noise_dominated import noise_dominated_parameters
 from stiffcal.identification.nonlinear_start import lacks_nonlinear_value, start_nonlinear
-from stiffcal.identification.observation import (
-    Observations,
-    ParameterColumn,
-    evaluate,
-    free_columns,
-    observe,
-)
+from stiffcal.identification.observation import Observations, evaluate, observe
 from stiffcal.identification.problem import Problem
 from stiffcal.identification.repeated_places import repeated_places
-from stiffcal.identification.reported import amplitudes, reported_parameters, student_95
 from stiffcal.identification.rows import MOTOR
 from stiffcal.identification.settings import Settings
 from stiffcal.identification.starting import starting_runs, starting_states
@@ -54,7 +52,7 @@ from stiffcal.reduction.load_cycles import find_load_cycles, repeat_groups
 from stiffcal.uncertainty import NORMAL_95
 
 __all__ = [
-    "Problem", "Settings", "amplitudes", "fit_observations", "fit_problem", "fit_rms", "identify_parameters",
+    "Problem", "Settings", "fit_observations", "fit_problem", "fit_rms", "identify_parameters",
     "offset_free_residual", "predict_observations", "raw_whitening",
 ]  # fmt: skip
 
@@ -145,23 +143,40 @@ def fit_observations(
 ) -> Fit:
     """Identify from prepared observations; see `identify_parameters`."""
     first = _starting_problem(problem)
-    held = held_frames(robot, first.data, settings.fixed)
-    settings = replace(
-        settings,
-        undriven=undriven_parameters(robot, problem.data),
-        redundant=redundant_gains(robot, first.data, settings.fixed),
-        one_orientation=held,
-        same_motion=redundant_geometry(robot, first.data, settings.fixed | held),
-        tilt_loaded=loaded_by_tilt(robot, first.data, settings.fixed),
-        common_scale=common_scale(robot, first.data, settings.fixed),
-    )
+    open_before = _open_before(problem, first, robot, settings)
     progress("first-order fit", 0.1)
     # of thinned sweeps only what begins the fit is wanted, not where their own wrenches are corrected to
     near = first is not problem and first.data.clamped is not None
-    settled = settle(first, _initial_estimate(first, robot, settings), settings, None, progress, near)
+    start = _initial_estimate(first, robot, settings, open_before)
+    source = LoadSource.of(first, start, settings, open_before)
+    settled = settle(source, amplitudes(start, source.columns), None, progress, near)
     if first is not problem:
-        settled = settle(problem, settled.robot, settings, settled, progress)
-    return _summarise(problem, settled, settings)
+        source = LoadSource.of(problem, start, settings, open_before, settled.weights.weights)
+        settled = settle(source, settled.values, settled, progress)
+    return _summarise(source, settled)
+
+
+def _open_before(problem: Problem, first: Problem, robot: CompliantRobot, settings: Settings) -> OpenBefore:
+    """Return what no reading determines; of the causes of one parameter the first that is listed counts.
+
+    Parameters
+    ----------
+    problem : all observations. first : of them those that the fit starts from.
+    """
+    data, fixed = first.data, settings.fixed
+    held = held_frames(robot, data, fixed)
+    causes = (
+        (redundant_gains(robot, data, fixed), Undetermined.GAIN_OF_LOAD),
+        (redundant_geometry(robot, data, fixed | held), Undetermined.SAME_MOTION),
+        (held, Undetermined.ONE_ORIENTATION),
+        (undriven_parameters(robot, problem.data), Undetermined.UNDRIVEN),
+        (loaded_by_tilt(robot, data, fixed), Undetermined.TILT_LOADED),
+        (settings.noise_dominated, Undetermined.WRENCH_NOISE),
+    )
+    found = OpenBefore(common_scale=common_scale(robot, data, fixed))
+    for names, cause in causes:
+        found = found.with_causes(names, cause)
+    return found
 
 
 def _starting_problem(problem: Problem) -> Problem:
@@ -175,7 +190,9 @@ def _starting_problem(problem: Problem) -> Problem:
     return Problem(data.subset(chosen), groups, problem.stated)
 
 
-def _initial_estimate(problem: Problem, robot: CompliantRobot, settings: Settings) -> CompliantRobot:
+def _initial_estimate(
+    problem: Problem, robot: CompliantRobot, settings: Settings, open_before: OpenBefore
+) -> CompliantRobot:
     """Return where Gauss–Newton starts: amplitudes by least squares on the rigid chain, which is linear in them.
 
     Nonlinear parameters without a value are then profiled: for each of their values on a grid the amplitudes are
@@ -193,7 +210,8 @@ def _initial_estimate(problem: Problem, robot: CompliantRobot, settings: Setting
     first_columns = [c for c in columns if robot.placed[c.placed] not in without_values]
     present = amplitudes(robot, first_columns)
     reduced = reduce_blocks(evaluate(robot, data, first_columns, rigid=True), data, whitening)
-    start = with_estimates(robot, first_columns, solve_step(reduced, robot, first_columns, present, settings)[0])
+    first_step, _ = solve_step(reduced, Unknowns.of(robot, first_columns, open_before), present)
+    start = with_estimates(robot, first_columns, first_step)
     if not without_values:
         return start
     blocks = list(evaluate(start, data, (), with_sensitivity=needs_wrench_sensitivity(settings.noise)))
@@ -201,9 +219,9 @@ def _initial_estimate(problem: Problem, robot: CompliantRobot, settings: Setting
     return start_nonlinear(start, data, weights.whitening, settings.fixed)
 
 
-def _summarise(problem: Problem, settled: Settled, settings: Settings) -> Fit:
-    data, robot, weights = settled.data, settled.robot, settled.weights
-    columns, reduced, checked = settled.columns, settled.reduced, settled.checked
+def _summarise(source: LoadSource, settled: Settled[LoadWeights]) -> Fit:
+    data, robot, weights = settled.weights.data, source.robot_at(settled.values), settled.weights.weights
+    names, settings, reduced, checked = source.unknowns.names, source.settings, settled.reduced, settled.checked
     # The last step was a small share of a standard uncertainty: what it moved in the predictions is invisible.
     predicted = reduced.predicted if robot.deformed else predict_observations(robot, data)
     residual = without_offsets(data, predicted, weights.whitening)
@@ -218,11 +236,10 @@ def _summarise(problem: Problem, settled: Settled, settings: Settings) -> Fit:
     inverse = np.linalg.pinv(factor / scale, rcond=1e-13) / scale[:, None]
     covariance = inverse @ inverse.T * variance
     quantile = NORMAL_95 if noise_known else student_95(dof)
-    names = tuple(robot.placed[c.placed].parameter_name(c.symbol) for c in columns)
     free_names = tuple(name for name, is_known in zip(names, known_ones, strict=True) if is_known)
     solved = [name for name, is_free in zip(names, free, strict=True) if is_free]
     ambiguities = tuple(
-        _with_value(ambiguity, robot, columns, names, solved, covariance) for ambiguity in checked.ambiguities
+        _with_value(ambiguity, names, settled.values, solved, covariance) for ambiguity in checked.ambiguities
     )
     identified = known_ones[free]
     covariance = covariance[np.ix_(identified, identified)]
@@ -257,9 +274,8 @@ def _summarise(problem: Problem, settled: Settled, settings: Settings) -> Fit:
 
 def _with_value(
     ambiguity: Ambiguity,
-    robot: CompliantRobot,
-    columns: Sequence[ParameterColumn],
     names: Sequence[str],
+    values: Floats,
     solved: Sequence[str],
     covariance: Floats,
 ) -> Ambiguity:
@@ -267,7 +283,7 @@ def _with_value(
     if not ambiguity.coefficients:
         return ambiguity
     weight = dict(zip(ambiguity.names, ambiguity.coefficients, strict=True))
-    value = amplitudes(robot, columns) @ [weight.get(name, 0.0) for name in names]
+    value = values @ [weight.get(name, 0.0) for name in names]
     share = np.array([weight.get(name, 0.0) for name in solved])
     return replace(ambiguity, value=float(value), std=float(np.sqrt(share @ covariance @ share)))
 

@@ -12,11 +12,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.measured_links import MeasuredLink
-from stiffcal.identification.noise import whiten
-from stiffcal.identification.observation import evaluate, free_columns
-from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.weights import raw_whitening
 from stiffcal.links.compliance import LinkCompliance, carried_to_target
 
 
@@ -29,30 +25,19 @@ def spread_by_rods(fit: Fit, links: tuple[MeasuredLink, ...], observations: Obse
     links : measured links whose motion was subtracted.
     observations : the observations before the subtraction.
     """
-    data = fit.data
-    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
-    columns = free_columns(fit.robot, fixed)
-    blocks = list(evaluate(fit.robot, data, columns, with_sensitivity=fit.noise is not None))
-    model_columns = np.concatenate([piece.columns for piece in blocks], axis=2)
-    if fit.noise is None:
-        whitening = raw_whitening(data, None)
-    else:
-        sensitivity = [piece.sensitivity for piece in blocks if piece.sensitivity is not None]
-        whitening = whiten(fit.noise, data, np.concatenate(sensitivity, axis=2))
-    projection = Projection.of(data, whitening)
-    rows = projection.rows(model_columns)
+    model = fit.linearised()
+    rows = model.white[:-1]
     size = np.linalg.norm(rows, axis=1)
     scaled = (rows / np.where(size > 0.0, size, 1.0)[:, None]).T
-    variance = np.zeros(len(columns))
+    variance = np.zeros(len(rows))
     for link in links:
         errors = np.stack(
             [_motion_of_link_error(error, link, fit, observations) for error in _directions(link.compliance)]
         )
-        solution = np.linalg.lstsq(scaled, projection.rows(errors).T, rcond=1e-12)[0]
+        solution = np.linalg.lstsq(scaled, model.space.rows(errors).T, rcond=1e-12)[0]
         change = solution / np.where(size > 0.0, size, 1.0)[:, None]
         variance += np.sum(change**2, axis=1)
-    names = [fit.robot.placed[column.placed].parameter_name(column.symbol) for column in columns]
-    return dict(zip(names, np.sqrt(variance).tolist(), strict=True))
+    return dict(zip(model.unknowns.names, np.sqrt(variance).tolist(), strict=True))
 
 
 def _directions(compliance: LinkCompliance) -> Floats:

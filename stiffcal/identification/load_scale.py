@@ -16,7 +16,8 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.identification.observation import Observations, evaluate, free_columns, predicted, rests
+from stiffcal.estimation.unknowns import free_columns
+from stiffcal.identification.observation import Observations, evaluate, predicted, rests
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Kind, ParameterRole
 

@@ -26,8 +26,6 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.observation import evaluate, free_columns
-from stiffcal.identification.projection import Projection
 from stiffcal.identification.rows import ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 
@@ -142,16 +140,12 @@ def _as_measured(states: LoadStates, index: Integers) -> Integers:
 
 def _steps(fit: Fit, states: LoadStates, rows: Integers) -> tuple[_Steps, Floats]:
     """Return what steps between rows make, and the whitened residual (m, N), readings of other runs first."""
-    assert fit.whitening is not None
-    data = fit.data
-    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
-    model = np.concatenate(
-        [block.columns for block in evaluate(fit.robot, data, free_columns(fit.robot, fixed))], axis=2
-    )
+    data, about = fit.data, fit.linearised()
+    model = about.derivative
     stack = np.concatenate([model, _rigid_motions(states, fit), fit.residual[None]])
     # load runs show nothing of the tracker's place, and keep the model's parameters where they are
     others = np.setdiff1d(np.arange(data.n_states), rows)
-    white = Projection.of(data, fit.whitening).rows(stack).reshape(stack.shape)[:, :, np.append(others, rows)]
+    white = about.space.rows(stack).reshape(stack.shape)[:, :, np.append(others, rows)]
     basis = _basis(white[: len(model)].reshape(len(model), -1).T).reshape(*white.shape[1:], -1)
     return _Steps.of(np.moveaxis(white[len(model) : -1], 0, -1), basis, len(others)), white[-1]
 

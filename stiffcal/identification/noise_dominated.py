@@ -14,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.estimation.unknowns import ParameterColumn, free_columns
 from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import Noise, Whitening
-from stiffcal.identification.observation import Observations, ParameterColumn, evaluate, free_columns
+from stiffcal.identification.observation import Observations, evaluate
 from stiffcal.identification.weights import raw_whitening
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole

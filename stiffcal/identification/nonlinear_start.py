@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.least_squares import triangular
+from stiffcal.estimation.triangular import triangular
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import Observations, evaluate, free_columns
+from stiffcal.identification.observation import Observations, evaluate
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

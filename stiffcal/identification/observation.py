@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.finite_columns import check_finite
 from stiffcal.identification.geometry_terms import geometry_terms
 from stiffcal.identification.observation_shift import STEP, observation_shift, observation_slopes
@@ -42,9 +43,7 @@ from stiffcal.model.held_at_rest import held_at_rest, second_order_turn
 __all__ = [
     "Evaluation",
     "Observations",
-    "ParameterColumn",
     "evaluate",
-    "free_columns",
     "lever_of",
     "observe",
     "predicted",
@@ -55,18 +54,6 @@ __all__ = [
 
 # 5 nrad is 15 nm at three metres: a thousandth of the best tracker's noise, and a millionth of a deflection.
 FIT_TOLERANCE = 5e-9
-
-
-@dataclass(frozen=True)
-class ParameterColumn:
-    """One free parameter of a fit."""
-
-    placed: int
-    """Number of the placed effect in the robot's list."""
-    symbol: str
-    """The parameter's symbol."""
-    role: ParameterRole
-    """Amplitude, nonlinear or set-up."""
 
 
 @dataclass(frozen=True)
@@ -369,13 +356,3 @@ def _shape_slopes(
             if moved is not None:
                 columns[term.symbol] = columns.get(term.symbol, 0.0) + moved * term.value
     return columns
-
-
-def free_columns(robot: CompliantRobot, fixed: frozenset[str] = frozenset()) -> list[ParameterColumn]:
-    """Return the robot's free parameters in order; ``fixed`` holds full names that keep their values."""
-    return [
-        ParameterColumn(number, spec.symbol, spec.role)
-        for number, placed_effect in enumerate(robot.placed)
-        for spec in placed_effect.effect.parameters
-        if placed_effect.parameter_name(spec.symbol) not in fixed and not spec.discrete
-    ]

@@ -52,7 +52,7 @@ class Projection:
         return cls(data, whitening, edges, counts, precision, np.linalg.pinv(sums, hermitian=True), offsets)
 
     @property
-    def n_offsets(self) -> int:
+    def n_constants(self) -> int:
         """How many components of runs' offsets are estimated: those that a run measured."""
         measured = np.add.reduceat(self.data.measured_mask.astype(np.int64), self.edges, axis=1) > 0
         return int(np.count_nonzero(measured & self.data.carries_offset[self.edges]))

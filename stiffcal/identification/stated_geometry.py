@@ -122,8 +122,7 @@ def _geometry_parameters(fit: Fit) -> list[str]:
         moved = effect.adjusted_chain(placed.place, chain, {spec.symbol: 1e-3 for spec in effect.parameters})
         if not np.array_equal(moved.fixed, chain.fixed):
             names += [placed.parameter_name(spec.symbol) for spec in effect.parameters]
-    fixed = {parameter.name for parameter in fit.parameters if parameter.fixed}
-    return [name for name in names if name not in fixed]
+    return [name for name in names if name not in fit.fixed]
 
 
 def _stated(

@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
-from stiffcal.diagnosis.forecast import forecast_residual, scan_columns
+from stiffcal.diagnosis.forecast import forecast_residual
 from stiffcal.diagnosis.load_scan import LoadGround
 from stiffcal.diagnosis.refits import Refit, RefitSummary
 from stiffcal.diagnosis.row_context import RowSearchContext
@@ -111,7 +111,7 @@ class ForecastedStates(Forecasted):
         catalogue, _ = all_effects(data.campaign)
         listed, _ = list_candidates(fit.robot, data.states, catalogue)
         ground = LoadGround.of(fit)
-        free = {column.placed for column in scan_columns(ground.scan)}
+        free = {column.placed for column in ground.scan.fit.columns}
         placed = {_name(one): one for number, one in enumerate(fit.robot.placed) if number in free}
         _, fold = validation_folds(fit.data)
         candidates = {candidate.name: candidate for candidate in listed}

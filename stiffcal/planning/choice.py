@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.identification.identifiability import check_identifiability
+from stiffcal.estimation.identifiability import check_identifiability
+from stiffcal.estimation.unknowns import Unknowns
 from stiffcal.planning.design import (
     VAGUE,
     Criterion,
@@ -151,12 +152,9 @@ def identifiable(factors: Floats, known: Floats | None, nonlinear: Booleans | No
         more = factors[first : first + RUNS_AT_ONCE].reshape(-1, p)
         rows = np.asarray(np.linalg.qr(np.concatenate([rows, more]), mode="r"))
     rows = np.concatenate([rows, np.zeros((max(0, p - len(rows)), p))])
-    checked = check_identifiability(
-        rows,
-        tuple(f"{column}" for column in range(p)),
-        np.full(p, LARGEST_RELATIVE),
-        nonlinear,
-    )
+    largest = np.full(p, LARGEST_RELATIVE)
+    unknowns = Unknowns.plain([f"{column}" for column in range(p)], -largest, largest, nonlinear)
+    checked = check_identifiability(rows, unknowns)
     return ~checked.left_at_neutral, checked.identifiable
 
 

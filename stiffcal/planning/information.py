@@ -15,8 +15,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.noise import Noise, whiten
-from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
+from stiffcal.identification.observation import Observations, evaluate, observe
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses

@@ -20,9 +20,10 @@ from functools import partial
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.least_squares import reduce_blocks
+from stiffcal.estimation.unknowns import free_columns
+from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Noise, Whitening
-from stiffcal.identification.observation import Observations, evaluate, free_columns, predicted, rests
+from stiffcal.identification.observation import Observations, predicted, rests
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.planning.design import VAGUE, Criterion, Design, best_design, compressed
@@ -60,10 +61,8 @@ class RivalModel:
         cls, robot: CompliantRobot, data: Observations, whitening: Whitening, fixed: frozenset[str]
     ) -> RivalModel:
         """Return a model with what observations would fix of its parameters at its present values."""
-        columns = free_columns(robot, fixed)
-        names = tuple(robot.placed[column.placed].parameter_name(column.symbol) for column in columns)
-        factor = reduce_blocks(evaluate(robot, data, columns), data, whitening).factor
-        return cls(robot, names, factor.T @ factor)
+        rows = LoadRows.about(robot, data, free_columns(robot, fixed), whitening)
+        return cls(robot, rows.unknowns.names, rows.white[:-1] @ rows.white[:-1].T)
 
 
 @dataclass(frozen=True)

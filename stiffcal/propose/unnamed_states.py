@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.bounded_least_squares import least_squares_within
+from stiffcal.estimation.bounded_least_squares import least_squares_within
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians

@@ -13,9 +13,9 @@ from itertools import permutations, product
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.errors import Fault
 from stiffcal.escapes import toml_text
+from stiffcal.estimation.bounded_least_squares import least_squares_within
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain

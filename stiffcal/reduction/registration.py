@@ -22,8 +22,8 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.transforms import placement_matrix
-from stiffcal.distinguish import distinguish, held_for
 from stiffcal.errors import InputError
+from stiffcal.estimation.distinguish import distinguish, held_for
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.identification.fit_results import UnidentifiedParameters
-from stiffcal.identification.undetermined import Undetermined
 from stiffcal.wording import listing
 
 MOST_NAMED = 24

@@ -25,7 +25,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.documents import Number
-from stiffcal.identification.fit import Fit, Parameter
+from stiffcal.estimation.parameters import Parameter
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.load_scale import common_scale
 from stiffcal.identification.rows import TRANSLATION
@@ -166,11 +167,10 @@ class _Judge:
         self.states, self.fit = states, fit
         self.folds: Integers = region_folds(fit.data)
         self.n_regions = len(np.unique(self.folds))
-        fixed = frozenset(parameter.name for parameter in fit.parameters if parameter.fixed)
-        self.settings = Settings(noise=fit.noise, fixed=fixed)
+        self.settings = Settings(noise=fit.noise, fixed=fit.fixed)
         self.present = self._squares(fit)
         self.waves: dict[tuple[int, ...], tuple[Fit, Floats]] = {}
-        self.of_unknown_scale = frozenset(common_scale(fit.robot, fit.data, fixed))
+        self.of_unknown_scale = frozenset(common_scale(fit.robot, fit.data, fit.fixed))
 
     def verdict(self, parameter: Parameter) -> JointVerdict:
         """Judge one joint's compliance."""

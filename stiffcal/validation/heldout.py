@@ -15,17 +15,16 @@ from typing import Self
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.bounded_least_squares import column_scale
+from stiffcal.estimation.bounded_least_squares import column_scale
+from stiffcal.estimation.triangular import Reduced, triangular
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, fit_problem, offset_free_residual, raw_whitening
-from stiffcal.identification.least_squares import Reduced, run_edges, take_out_offsets, triangular
+from stiffcal.identification.least_squares import run_edges, take_out_offsets
+from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Whitening, whiten
-from stiffcal.identification.observation import Observations, ParameterColumn, evaluate, free_columns
-from stiffcal.identification.priors import prior_rows
+from stiffcal.identification.observation import Observations, evaluate
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.like_poses import pose_groups
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import ParameterRole
 from stiffcal.validation.clamped_folds import with_clamped_folds
 from stiffcal.validation.region_folds import region_folds
 from stiffcal.validation.schemes import BY_REGION, BY_REGION_AND_POSE, HOLDOUT_RUNS, LEAVE_ONE_POSE_OUT
@@ -98,9 +97,8 @@ def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
         return holdout_run_residuals(states, fit)
     scheme, fold = validation_folds(fit.data)
     if fold.max(initial=0) == 0:
-        whitening = _weights(fit, fit.data, fit.robot)
-        residual = corrected_for_freedom(offset_free_residual(fit.robot, fit.data, whitening), fit.data)
-        return HeldoutResiduals("none", residual, _without_model(fit.data, whitening), fit.data, fold)
+        residual = corrected_for_freedom(fit.residual, fit.data)
+        return HeldoutResiduals("none", residual, _without_model(fit.data, fit.whitening), fit.data, fold)
     return replace(left_out_residuals(fit, fold), scheme=scheme)
 
 
@@ -109,7 +107,7 @@ def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     all_data = fit_problem(_all_runs(states), fit.robot).data
     in_holdout = np.array([info.holdout for info in states.runs], dtype=np.bool_)[all_data.run]
     data = all_data.subset(in_holdout)
-    whitening = _weights(fit, data, fit.robot)
+    whitening = _weights(fit, data)
     residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
     return HeldoutResiduals(HOLDOUT_RUNS, residual, _without_model(data, whitening), data, pose_folds(data))
 
@@ -117,7 +115,7 @@ def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
 def residuals_of_model(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     """Judge every run by a model that was fitted elsewhere (``validate --model``)."""
     data = fit_problem(_all_runs(states), fit.robot).data
-    whitening = _weights(fit, data, fit.robot)
+    whitening = _weights(fit, data)
     residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
     return HeldoutResiduals("other campaign's model", residual, _without_model(data, whitening), data, pose_folds(data))
 
@@ -126,11 +124,11 @@ def _all_runs(states: LoadStates) -> LoadStates:
     return replace(states, runs=tuple(replace(info, holdout=False) for info in states.runs))
 
 
-def _weights(fit: Fit, data: Observations, robot: CompliantRobot) -> Whitening:
-    """Weigh observations with the fit's noise, the wrench's share included."""
+def _weights(fit: Fit, data: Observations) -> Whitening:
+    """Weigh other observations with the fit's noise, the wrench's share included."""
     if fit.noise is None:
         return raw_whitening(data, None)
-    pieces = [block.sensitivity for block in evaluate(robot, data, (), with_sensitivity=True, rigid=True)]
+    pieces = [block.sensitivity for block in evaluate(fit.robot, data, (), with_sensitivity=True, rigid=True)]
     sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)
     return whiten(fit.noise, data, sensitivity)
 
@@ -163,13 +161,13 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     """
     data = fit.data
     about = _About.of(fit, fold)
-    residual = about.stack[-1].copy()
-    p = len(about.columns)
+    centred = about.rows.space.centred(about.rows.stack)
+    residual = centred[-1].copy()
     for members, reduced in zip(about.folds, about.without_each(), strict=True):
-        step = _solve_without_fold(reduced, about.lower - about.amplitude)
-        residual[:, members] -= np.einsum("pmn,p->mn", about.stack[:p][:, :, members], step)
+        step = _solve_without_fold(reduced, *about.rows.steps_within)
+        residual[:, members] -= np.einsum("pmn,p->mn", centred[:-1][:, :, members], step)
     residual = corrected_for_freedom(residual, data)
-    return HeldoutResiduals(LEAVE_ONE_POSE_OUT, residual, _without_model(data, about.whitening), data, fold)
+    return HeldoutResiduals(LEAVE_ONE_POSE_OUT, residual, _without_model(data, fit.whitening), data, fold)
 
 
 def estimates_without_each(fit: Fit, fold: Integers, name: str) -> Floats:
@@ -187,14 +185,14 @@ def estimates_without_each(fit: Fit, fold: Integers, name: str) -> Floats:
     ValueError : no free parameter has this name.
     """
     about = _About.of(fit, fold)
-    number = [fit.robot.placed[c.placed].parameter_name(c.symbol) for c in about.columns].index(name)
-    lower = about.lower.copy()
-    lower[number] = -np.inf
+    number = about.rows.unknowns.names.index(name)
+    lowest, highest = about.rows.steps_within
+    lowest[number], highest[number] = -np.inf, np.inf
     steps = [
-        _solve_without_fold(reduced, lower - about.amplitude)[number] if _determines(reduced.factor, number) else np.nan
+        _solve_without_fold(reduced, lowest, highest)[number] if _determines(reduced.factor, number) else np.nan
         for reduced in about.without_each()
     ]
-    return np.asarray(about.amplitude[number] + np.array(steps), dtype=np.float64)
+    return np.asarray(about.rows.values[number] + np.array(steps), dtype=np.float64)
 
 
 def _determines(factor: Floats, number: int) -> bool:
@@ -208,49 +206,24 @@ def _determines(factor: Floats, number: int) -> bool:
 class _About:
     """A fit's data about its estimates, where they are linear, with the triangular factor of each fold."""
 
-    whitening: Whitening
-    columns: Sequence[ParameterColumn]
-    """p free parameters."""
-    amplitude: Floats
-    """(p,) their estimates."""
-    lower: Floats
-    """(p,) how low each can be."""
-    stack: Floats
-    """(p + 1, m, n) what each moves, and the residuals last."""
+    rows: LoadRows
+    """Readings about the estimates of p free parameters."""
     folds: Sequence[Integers]
     """Members of each fold."""
     factors: Sequence[Floats]
     """(p + 1, p + 1) of each fold."""
-    outside: Floats | None
-    """The factor of what is known of the parameters beforehand."""
 
     @classmethod
     def of(cls, fit: Fit, fold: Integers) -> Self:
-        data = fit.data
-        whitening = _weights(fit, data, fit.robot)
-        # What was held or not estimated is not estimated without a fold either.
-        fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
-        columns = free_columns(fit.robot, fixed)
-        blocks = list(evaluate(fit.robot, data, columns))
-        stack = np.concatenate([block.columns for block in blocks], axis=2)
-        difference = data.measured - np.concatenate([block.predicted for block in blocks], axis=1)
-        stack = np.concatenate([stack, np.where(data.measured_mask, difference, 0.0)[None]])
-        if data.free_offset:
-            stack, _ = take_out_offsets(stack, data.run, whitening, data.carries_offset)
-        stack = np.where(data.measured_mask, stack, 0.0)
-        white = whitening.apply(stack)
+        rows = fit.linearised()
+        white = rows.white.reshape(rows.stack.shape)
         folds = members_of(fold)
-        factors = [triangular(white[:, :, members].reshape(len(white), -1).T) for members in folds]
-        amplitude = np.array([fit.robot.placed[c.placed].amplitude(c.symbol) for c in columns])
-        lower = np.array([_lowest(fit.robot, c.placed, c.symbol) for c in columns])
-        known_before = prior_rows(fit.robot, columns, data)
-        outside = triangular(known_before) if len(known_before) else None
-        return cls(whitening, columns, amplitude, lower, stack, folds, factors, outside)
+        return cls(rows, folds, [triangular(white[:, :, members].reshape(len(white), -1).T) for members in folds])
 
     def without_each(self) -> Iterator[Reduced]:
         """Yield the problem without each fold."""
-        p = len(self.columns)
-        for factor in factors_without_each(self.factors, self.outside):
+        p, prior = len(self.rows.values), self.rows.prior
+        for factor in factors_without_each(self.factors, triangular(prior) if len(prior) else None):
             yield Reduced(factor[:p, :p], factor[:p, p], 0.0, 0)
 
 
@@ -274,20 +247,15 @@ def factors_without_each(factors: Sequence[Floats], outside: Floats | None = Non
         yield from factors_without_each(half, shared)
 
 
-def _solve_without_fold(reduced: Reduced, lowest: Floats) -> Floats:
+def _solve_without_fold(reduced: Reduced, lowest: Floats, highest: Floats) -> Floats:
     """Solve for the step without a fold; directions that only the fold measured stay where the full fit has them."""
     if len(lowest) == 0:
         return np.zeros(0)
     scale = column_scale(reduced.factor)
     singular = np.linalg.svd(reduced.factor / scale, compute_uv=False)
     if singular[-1] > 1e-9 * singular[0]:
-        return reduced.solve_bounded(lowest, np.full(len(lowest), np.inf))[0]
-    return np.maximum(reduced.solve(), lowest)
-
-
-def _lowest(robot: CompliantRobot, placed: int, symbol: str) -> float:
-    spec = robot.placed[placed].effect.spec(symbol)
-    return spec.lower if spec.role is ParameterRole.AMPLITUDE and not spec.inverse else -np.inf
+        return reduced.solve_bounded(lowest, highest)[0]
+    return np.clip(reduced.solve(), lowest, highest)
 
 
 __all__ = [

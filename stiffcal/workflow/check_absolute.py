@@ -17,7 +17,8 @@ from stiffcal.workflow.check_results import CheckedJoint, CheckedNoise
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.identification.fit import Fit, Parameter
+    from stiffcal.estimation.parameters import Parameter
+    from stiffcal.identification.fit import Fit
     from stiffcal.identification.observability import ObservabilityIndices
     from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
     from stiffcal.model.composite import CompliantRobot

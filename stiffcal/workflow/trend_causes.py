@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.load_scan import scan_candidates, weights_of
-from stiffcal.identification.observation import ParameterColumn, evaluate, free_columns
-from stiffcal.identification.projection import Projection
+from stiffcal.diagnosis.load_scan import scan_candidates
+from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Kind, ParameterRole
@@ -52,7 +51,7 @@ def change_cause(
     fit = fit_now(campaigns[-1].data, campaigns[-1].fit.loss, context)
     if fit is None:
         return None
-    columns = _free_columns(fit)
+    columns = fit.columns
     free = [_name(fit, column) for column in columns]
     of_fit = [one for one in charted if one.name in free and one.name in campaigns[-1].fit.free_parameters]
     names = [one.name for one in of_fit]
@@ -105,11 +104,6 @@ def _restoring(
         else:
             elsewhere[trial.candidate.name] = left
     return set_up, elsewhere
-
-
-def _free_columns(fit: Fit) -> list[ParameterColumn]:
-    fixed = fit.left_at_neutral | {parameter.name for parameter in fit.parameters if parameter.fixed}
-    return free_columns(fit.robot, fixed)
 
 
 def _name(fit: Fit, column: ParameterColumn) -> str:
@@ -194,15 +188,15 @@ def _taken_up(fit: Fit, columns: Sequence[ParameterColumn], effects: Sequence[Ef
     of the whole load, which no residual shows, makes every compliance grow by the same share.
     """
     state = Linearised.about(fit.robot, fit.data)
-    space = Projection.of(fit.data, weights_of(fit))
-    design = space.rows(np.concatenate([block.columns for block in evaluate(fit.robot, fit.data, columns)], axis=2))
+    about = fit.linearised()
+    design = about.white[:-1]
     found = {GAIN: _of_gain(fit, columns)}
     for effect in effects:
         regressor = state.regressor(effect, effect.places(fit.robot.chain)[0], {})
         if not regressor.symbols:
             continue
         usual = np.array([abs(effect.spec(s).amplitude_of(effect.spec(s).typical)) for s in regressor.symbols])
-        shift = np.linalg.lstsq(design.T, space.rows(regressor.columns).T, rcond=None)[0].T
+        shift = np.linalg.lstsq(design.T, about.space.rows(regressor.columns).T, rcond=None)[0].T
         found[effect.name] = np.concatenate([found.get(effect.name, shift[:0]), usual[:, None] * shift])
     return found
 

@@ -19,10 +19,11 @@ import numpy as np
 from scipy.stats import chi2
 
 from stiffcal.arrays import Floats
+from stiffcal.estimation.unknowns import ParameterColumn, free_columns
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import with_geometry
 from stiffcal.identification.identify import identify_parameters, predict_observations
-from stiffcal.identification.observation import ParameterColumn, evaluate, free_columns, observe
+from stiffcal.identification.observation import evaluate, observe
 from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot

@@ -17,8 +17,9 @@ from time import perf_counter
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import evaluate, free_columns, observe
+from stiffcal.identification.observation import evaluate, observe
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
+from stiffcal.estimation.unknowns import free_columns
+from stiffcal.identification.observation import Observations, evaluate, observe
 from stiffcal.identification.weights import predict_observations
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects

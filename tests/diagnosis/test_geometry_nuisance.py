@@ -14,10 +14,10 @@ from stiffcal.diagnosis.judge import judge_choice, lack_of_fit
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.diagnosis.naming import near_best
 from stiffcal.diagnosis.search import search_missing
+from stiffcal.estimation.triangular import triangular_of_rows
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import geometry_slope
 from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.least_squares import triangular_of_rows
 from stiffcal.identification.noise import Noise
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects

@@ -18,8 +18,8 @@ from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
+from stiffcal.estimation.triangular import triangular, triangular_of_rows
 from stiffcal.identification.identify import Settings, fit_problem, identify_parameters
-from stiffcal.identification.least_squares import triangular, triangular_of_rows
 from stiffcal.identification.regressors import StoredRegressor
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects

@@ -7,8 +7,9 @@ import pytest
 
 from stiffcal.effects.fixture_compliance import FixtureCompliance
 from stiffcal.effects.joint_compliance import JointCompliance
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import evaluate, free_columns, observe
+from stiffcal.identification.observation import evaluate, observe
 from stiffcal.identification.weights import predict_observations
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Place

@@ -12,10 +12,11 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import impossible_configuration
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_weight import LinkWeight
+from stiffcal.estimation.undetermined import Undetermined
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import evaluate, free_columns, observe
-from stiffcal.identification.undetermined import Undetermined
+from stiffcal.identification.observation import evaluate, observe
 from stiffcal.identification.weights import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain

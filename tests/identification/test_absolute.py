@@ -11,10 +11,11 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.gauge import redundant_geometry
 from stiffcal.identification.geometry import with_geometry
 from stiffcal.identification.identify import identify_parameters, predict_observations
-from stiffcal.identification.observation import evaluate, free_columns, observe
+from stiffcal.identification.observation import evaluate, observe
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector, transform
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

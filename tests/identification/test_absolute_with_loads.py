@@ -69,7 +69,7 @@ def test_the_reduced_problem_is_the_whole_one(correlated: bool) -> None:
     space = Projection.of(data, whitening)
     of_space = np.linalg.lstsq(space.rows(columns).T, space.rows(data.measured[None])[0], rcond=None)[0]
     assert of_space == pytest.approx(solution[:3], rel=1e-9)
-    assert space.n_offsets == 3 * m
+    assert space.n_constants == 3 * m
     assert np.array_equal(space.centred(columns)[:, :, :2], columns[:, :, :2])
 
 

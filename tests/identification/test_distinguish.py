@@ -11,13 +11,14 @@ import pytest
 
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.distinguish import distinguish
 from stiffcal.effects.link_geometry import LinkGeometry
+from stiffcal.estimation.distinguish import distinguish
+from stiffcal.estimation.identifiability import check_identifiability
+from stiffcal.estimation.triangular import triangular
+from stiffcal.estimation.undetermined import Undetermined
+from stiffcal.estimation.unknowns import Unknowns
 from stiffcal.identification.gauge import included_in, redundant_geometry
-from stiffcal.identification.identifiability import check_identifiability
 from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.least_squares import triangular
-from stiffcal.identification.undetermined import Undetermined
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.measured_frames import placed_frame
@@ -137,6 +138,6 @@ def test_one_direction_that_is_known_badly_takes_no_other_with_it() -> None:
     rng = np.random.default_rng(10)
     rows = rng.normal(size=(ROWS, 3))
     rows[:, 1] = rows[:, 0] + 0.01 * rows[:, 1]
-    found = check_identifiability(triangular(rows), ("a", "b", "c"), np.array([5.0, 5.0, 5.0]))
+    found = check_identifiability(triangular(rows), Unknowns.plain(("a", "b", "c"), np.full(3, -5.0), np.full(3, 5.0)))
     assert found.left_at_neutral.tolist().count(True) == 1
     assert found.identifiable[2]

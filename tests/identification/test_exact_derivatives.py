@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.estimation.unknowns import ParameterColumn, free_columns
 from stiffcal.identification import observation, tangent
 from stiffcal.identification.identify import fit_problem
-from stiffcal.identification.observation import Observations, ParameterColumn, evaluate, free_columns, predicted, rests
+from stiffcal.identification.observation import Observations, evaluate, predicted, rests
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import BeamFrame
 from stiffcal.model.catalogue import built_in_effects

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.identification.identifiability import check_identifiability
-from stiffcal.identification.least_squares import triangular
+from stiffcal.estimation.identifiability import check_identifiability
+from stiffcal.estimation.triangular import triangular
+from stiffcal.estimation.unknowns import Unknowns
 
 
 @pytest.mark.parametrize("ratio", [0.25, -0.25])
@@ -15,7 +16,7 @@ def test_the_combination_of_two_proportional_regressors_is_the_one_that_they_sha
     rng = np.random.default_rng(2)
     shared, other = rng.normal(size=(2, 40))
     rows = np.column_stack([shared, ratio * shared, other])
-    found = check_identifiability(triangular(rows), ("a", "b", "c"), np.full(3, np.inf))
+    found = check_identifiability(triangular(rows), Unknowns.plain(("a", "b", "c")))
     assert found.identifiable.tolist() == [False, False, True]
     (ambiguity,) = found.ambiguities
     assert ambiguity.names == ("a", "b")
@@ -35,6 +36,6 @@ def test_what_is_held_does_not_depend_on_the_order_of_the_entries(seed: int) -> 
     for _ in range(6):
         names = tuple(np.array(list(columns))[rng.permutation(6)].tolist())
         factor = triangular(np.column_stack([columns[name] for name in names]))
-        found = check_identifiability(factor, names, np.full(6, np.inf))
+        found = check_identifiability(factor, Unknowns.plain(names))
         held.add(frozenset(name for name, out in zip(names, found.left_at_neutral, strict=True) if out))
     assert held == {frozenset({"bearing-tilt.j10.x", "link-springs.swing.c"})}

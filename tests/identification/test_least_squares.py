@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.identification.least_squares import Reduced, TriangularFactor, reduce_blocks, triangular
+from stiffcal.estimation.triangular import Reduced, TriangularFactor, triangular
+from stiffcal.identification.least_squares import reduce_blocks
 from stiffcal.identification.noise import Noise, Whitening, covariance, whiten
 from stiffcal.identification.observation import Evaluation, Observations, observe
 from tests.laboratory.simulated_states import medium_robot, played

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
-from stiffcal.identification.observation import evaluate, free_columns, observe
+from stiffcal.identification.observation import evaluate, observe
 from stiffcal.identification.rows import GAUGE, LENGTH
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot

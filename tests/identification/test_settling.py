@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal import bounded_least_squares
-from stiffcal.bounded_least_squares import least_squares_within
 from stiffcal.diagnosis import normal_equations
 from stiffcal.diagnosis.choosing import first_least
 from stiffcal.errors import InputError
-from stiffcal.identification import dual_form, gauss_newton, variance_components
+from stiffcal.estimation import bounded_least_squares, solve
+from stiffcal.estimation.bounded_least_squares import least_squares_within
+from stiffcal.estimation.identifiability import check_identifiability
+from stiffcal.estimation.unknowns import Unknowns
+from stiffcal.identification import dual_form, variance_components
 from stiffcal.identification.document import fit_warnings
-from stiffcal.identification.identifiability import check_identifiability
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from tests.laboratory.robots import six_axes
@@ -25,10 +26,10 @@ def test_a_fit_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -> 
     whole = identify_parameters(states, joint_springs(six_axes()))
     assert whole.last_step is None
     assert not any("did not converge" in line for line in fit_warnings(whole))
-    monkeypatch.setattr(gauss_newton, "MAX_STEPS", 1)
+    monkeypatch.setattr(solve, "MAX_STEPS", 1)
     fit = identify_parameters(states, joint_springs(six_axes()), Settings(loss="huber"))
     assert fit.last_step is not None
-    assert fit.last_step > gauss_newton.SMALL_STEP
+    assert fit.last_step > solve.SMALL_STEP
     (line,) = [line for line in fit_warnings(fit) if "did not converge" in line]
     assert line.startswith("the fit did not converge in 1 steps: the last one still changed the parameters by ")
 
@@ -104,7 +105,7 @@ def test_a_direction_that_is_blind_but_for_rounding_has_no_condition() -> None:
     factor = np.array([[1.0, 1.0], [0.0, 0.0]])
     for rounding in (0.0, 1e-17, 1e-16):
         factor[1, 1] = rounding
-        assert check_identifiability(factor, ("a", "b"), np.full(2, np.inf)).condition == np.inf
+        assert check_identifiability(factor, Unknowns.plain(("a", "b"))).condition == np.inf
 
 
 def test_a_parameter_that_stands_back_is_never_identifiable() -> None:
@@ -117,7 +118,7 @@ def test_a_parameter_that_stands_back_is_never_identifiable() -> None:
             [0.0, 0.0, 0.0, 0.000847],
         ]
     )
-    checked = check_identifiability(factor, ("a", "b", "c", "d"), np.full(4, np.inf))
+    checked = check_identifiability(factor, Unknowns.plain(("a", "b", "c", "d")))
     assert checked.left_at_neutral.tolist() == [False, False, True, True]
     assert not checked.identifiable[checked.left_at_neutral].any()
     assert any("d" in ambiguity.names for ambiguity in checked.ambiguities)
@@ -126,10 +127,10 @@ def test_a_parameter_that_stands_back_is_never_identifiable() -> None:
 @pytest.mark.parametrize("rounding", [-1e-15, 0.0, 1e-15])
 def test_the_sign_of_a_known_combination_does_not_depend_on_rounding(rounding: float) -> None:
     factor = np.array([[1.0, 1.0 + rounding], [0.0, 0.0]])
-    (found,) = check_identifiability(factor, ("a", "b"), np.full(2, np.inf)).ambiguities
+    (found,) = check_identifiability(factor, Unknowns.plain(("a", "b"))).ambiguities
     assert found.coefficients == pytest.approx((1.0, 1.0))
     factor[0, 1] *= -1.0
-    (found,) = check_identifiability(factor, ("a", "b"), np.full(2, np.inf)).ambiguities
+    (found,) = check_identifiability(factor, Unknowns.plain(("a", "b"))).ambiguities
     assert found.coefficients == pytest.approx((1.0, -1.0))
 
 

@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.identification import gauss_newton
-from stiffcal.identification.gauss_newton import MAX_STEPS, ROUGH_STEP
-from stiffcal.identification.identifiability import Identifiability
+from stiffcal.estimation.identifiability import Identifiability
+from stiffcal.estimation.shortened_step import SHORTEST, TakenStep
+from stiffcal.estimation.solve import MAX_STEPS, ROUGH_STEP
+from stiffcal.estimation.triangular import Reduced
+from stiffcal.identification import load_source
 from stiffcal.identification.identify import fit_problem, identify_parameters
-from stiffcal.identification.least_squares import Reduced
-from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import evaluate
-from stiffcal.identification.shortened_step import SHORTEST, TakenStep
+from stiffcal.identification.load_source import LoadWeights
+from stiffcal.identification.noise import Noise, Whitening
+from stiffcal.identification.observation import Observations, evaluate
+from stiffcal.identification.weights import Weights
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -62,6 +64,11 @@ def test_a_fit_whose_steps_cycled_converges() -> None:
     assert fit.reduced_chi2 < 1.5
 
 
+def raw_weights(data: Observations, size: float) -> Weights:
+    noise = Noise(size, size, 0.0, 0.0, "none", 0.0)
+    return Weights(noise, noise, False, Whitening(size * np.ones_like(data.measured)), None)
+
+
 @pytest.mark.parametrize(
     ("after", "share"),
     # of |x − 1|² from 0 to 1: as predicted, rising as if curved twice and four times as much, and beyond all measure
@@ -69,14 +76,14 @@ def test_a_fit_whose_steps_cycled_converges() -> None:
 )
 def test_the_parabola_along_a_step(after: float, share: float | None) -> None:
     data = fit_problem(two_plays(1), joint_springs(six_axes())).data
-    under = (Whitening(np.ones_like(data.measured)), data)
+    under, other_weights = (LoadWeights(data, raw_weights(data, size)) for size in (1.0, 2.0))
     free = Identifiability(np.ones(1, dtype=np.bool_), np.zeros(1, dtype=np.bool_), 1.0, ())
     step = TakenStep.of(np.zeros(1), np.ones(1), Reduced(np.eye(1), np.ones(1), 0.0, 10), free, under)
     reached = Reduced(np.eye(1), np.zeros(1), after, 10)
     shorter = step.shortened(reached, under)
     assert (None if shorter is None else shorter.share) == pytest.approx(share)
     # under other weights, or where a parameter was made neutral, sums of squares do not compare
-    assert step.shortened(reached, (Whitening(2.0 * under[0].scale), data)) is None
+    assert step.shortened(reached, other_weights) is None
     held = replace(free, left_at_neutral=np.ones(1, dtype=np.bool_))
     moved = TakenStep.of(np.ones(1), np.zeros(1), Reduced(np.eye(1), -np.ones(1), 0.0, 10), held, under)
     assert moved.shortened(reached, under) is None
@@ -127,7 +134,7 @@ def test_a_step_to_where_the_robot_has_no_equilibrium_is_shortened(
             raise NoBalanceError("the robot falls")
         return evaluate(robot, *rest, **settings)
 
-    monkeypatch.setattr(gauss_newton, "evaluate", falling)
+    monkeypatch.setattr(load_source, "evaluate", falling)
     fit = identify_parameters(states, joint_springs(six_axes()))
     assert fit.last_step is None
     assert fit.iterations > whole.iterations
@@ -146,7 +153,7 @@ def test_a_fit_that_finds_no_equilibrium_is_an_error(first: int, monkeypatch: py
             raise NoBalanceError("the robot falls")
         return evaluate(robot, *rest, **settings)
 
-    monkeypatch.setattr(gauss_newton, "evaluate", falling)
+    monkeypatch.setattr(load_source, "evaluate", falling)
     with pytest.raises(NoBalanceError, match="the robot falls"):
         identify_parameters(two_plays(1), joint_springs(six_axes()))
     assert len(reached) <= MAX_STEPS

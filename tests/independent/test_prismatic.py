@@ -12,8 +12,9 @@ import pytest
 from stiffcal.campaign.geometry import chain_of, planned_rows
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.gauge import redundant_geometry
-from stiffcal.identification.observation import evaluate, free_columns, observe
+from stiffcal.identification.observation import evaluate, observe
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.joint_rows import rows_of_chain

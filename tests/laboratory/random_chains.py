@@ -15,9 +15,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.distinguish import SAME_REGRESSOR
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
+from stiffcal.estimation.distinguish import SAME_REGRESSOR
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -104,7 +104,8 @@ def _states(rng: np.random.Generator, chain: Chain, names: tuple[str, ...], with
 
 def columns_of(robot: CompliantRobot, states: LoadStates) -> tuple[tuple[str, ...], Floats]:
     """Return names and (rows, p) columns of the undeformed robot, per m and rad, of all free parameters."""
-    from stiffcal.identification.observation import evaluate, free_columns, observe
+    from stiffcal.estimation.unknowns import free_columns
+    from stiffcal.identification.observation import evaluate, observe
 
     data, free = observe(states, robot.chain), free_columns(robot)
     found = np.concatenate([block.columns for block in evaluate(robot, data, free, rigid=True)], axis=2)
@@ -128,9 +129,11 @@ class Ranked:
 
 def ranked(drawn: DrawnChain, seed: int) -> Ranked:
     """Return what a fit would solve for, and how well that does."""
+    from stiffcal.estimation.identifiability import check_identifiability
+    from stiffcal.estimation.triangular import triangular
+    from stiffcal.estimation.undetermined import Undetermined
+    from stiffcal.estimation.unknowns import OpenBefore, Unknowns
     from stiffcal.identification.gauge import redundant_geometry
-    from stiffcal.identification.identifiability import GivenBefore, check_identifiability
-    from stiffcal.identification.least_squares import triangular
     from stiffcal.identification.observation import observe
 
     names, columns = columns_of(drawn.robot, drawn.states)
@@ -139,9 +142,8 @@ def ranked(drawn: DrawnChain, seed: int) -> Ranked:
     unit = columns / np.where(length > 0.0, length, 1.0)
     singular = np.linalg.svd(unit, compute_uv=False)
     conventions = redundant_geometry(drawn.robot, observe(drawn.states, drawn.robot.chain), frozenset())
-    same_motion = np.array([name in conventions for name in names])
-    given = GivenBefore(np.full(p, np.inf), same_motion, np.zeros(p, dtype=np.bool_))
-    found = check_identifiability(triangular(columns), names, np.full(p, np.inf), given=given)
+    before = OpenBefore().with_causes(conventions, Undetermined.SAME_MOTION)
+    found = check_identifiability(triangular(columns), Unknowns.plain(names, open_before=before))
     rng = np.random.default_rng(seed)
     readings = columns @ rng.normal(0.0, 1e-3, p) + rng.normal(0.0, 1e-5, len(columns))
     free = unit[:, ~found.left_at_neutral]

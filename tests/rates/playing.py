@@ -9,9 +9,10 @@ from typing import Literal
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.noise import Noise, whiten
-from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
+from stiffcal.identification.observation import Observations, evaluate, observe
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.measurements.load_states import LoadStates

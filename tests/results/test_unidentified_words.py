@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.identification.fit_results import UnidentifiedParameters
-from stiffcal.identification.undetermined import Undetermined
 from stiffcal.results.unidentified_words import unidentified_in_words
 
 

@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.least_squares import Reduced, reduce_blocks
+from stiffcal.estimation.triangular import Reduced
+from stiffcal.identification.least_squares import reduce_blocks
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Evaluation, Observations
 from stiffcal.identification.rows import layout_of

@@ -14,7 +14,8 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.errors import no_progress
-from stiffcal.identification.fit import Fit, Parameter
+from stiffcal.estimation.parameters import Parameter
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.joint_lines import joint_compliance
 from stiffcal.identification.joint_motion import joint_motions

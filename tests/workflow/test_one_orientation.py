@@ -11,8 +11,8 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.undetermined import Undetermined
 from stiffcal.reduction.registered_frames import RegistrationSummary
 from stiffcal.reduction.registration import in_instrument_axes, register_frames
 from stiffcal.workflow.check import check_campaign

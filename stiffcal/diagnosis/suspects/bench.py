@@ -9,10 +9,12 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.suspects.influence import Basis, RunBlocks
+from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.noise import Noise, stated_noise, whiten
+from stiffcal.identification.load_rows import LoadRows
+from stiffcal.identification.noise import Noise, stated_noise
 from stiffcal.identification.nonlinear_start import lacks_nonlinear_value
-from stiffcal.identification.observation import Observations, evaluate, free_columns, observe
+from stiffcal.identification.observation import Observations, evaluate, observe
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.weights import raw_whitening, residual_noise
 from stiffcal.measurements.load_states import LoadStates, members_of
@@ -66,10 +68,10 @@ class Bench:
         """Return the bench of a fit, and all states against it, whitened."""
         noise = fit.noise or residual_noise(fit.data, fit.predicted)
         bench = cls(fit.robot, fixed | fit.left_at_neutral, noise, Basis(np.zeros((0, 0))), fit.noise is not None)
-        data, projection, rows, residual = bench._rows(states)
-        basis = Basis.of(rows[:-1].reshape(len(rows) - 1, rows[0].size))
+        data, about = bench._rows(states)
+        basis = Basis.of(about.white[:-1])
         bench = cls(bench.robot, bench.fixed, noise, basis, bench.noise_known)
-        return bench, _whitened_runs(data, projection, rows, residual, basis, len(states.runs))
+        return bench, _whitened_runs(data, about.space, about.white, about.residual, basis, len(states.runs))
 
     def whiten(self, states: LoadStates) -> WhitenedRuns:
         """Whiten other states against the same model, in the same combinations of its parameters.
@@ -78,23 +80,12 @@ class Bench:
         ------
         NoBalanceError : the robot finds no balance under a load.
         """
-        data, projection, rows, residual = self._rows(states)
-        return _whitened_runs(data, projection, rows, residual, self.basis, len(states.runs))
+        data, about = self._rows(states)
+        return _whitened_runs(data, about.space, about.white, about.residual, self.basis, len(states.runs))
 
-    def _rows(self, states: LoadStates) -> tuple[Observations, Projection, Floats, Floats]:
+    def _rows(self, states: LoadStates) -> tuple[Observations, LoadRows]:
         data = observe(states, self.robot.chain)
-        columns = free_columns(self.robot, self.fixed)
-        blocks = list(evaluate(self.robot, data, columns, with_sensitivity=self.noise.of_wrench))
-        sensitivity = None
-        if self.noise.of_wrench:
-            sensitivity = np.concatenate(
-                [block.sensitivity for block in blocks if block.sensitivity is not None], axis=2
-            )
-        predicted = np.concatenate([block.predicted for block in blocks], axis=1)
-        residual = np.where(data.measured_mask, data.measured - predicted, 0.0)
-        stack = np.concatenate([np.concatenate([block.columns for block in blocks], axis=2), residual[None]])
-        projection = Projection.of(data, whiten(self.noise, data, sensitivity))
-        return data, projection, projection.rows(stack).reshape(stack.shape), residual
+        return data, LoadRows.about(self.robot, data, free_columns(self.robot, self.fixed), self.noise)
 
 
 def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]) -> WhitenedRuns:
@@ -110,14 +101,15 @@ def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]
     measured = np.where(data.measured_mask, data.measured, 0.0)
     stack = np.concatenate([np.concatenate(blocks, axis=2), measured[None]])
     projection = Projection.of(data, raw_whitening(data, stated_noise(states.setup.sigma, data)))
-    rows = projection.rows(stack).reshape(stack.shape)
-    basis = Basis.of(rows[:-1].reshape(len(rows) - 1, rows[0].size))
+    rows = projection.rows(stack)
+    basis = Basis.of(rows[:-1])
     return _whitened_runs(data, projection, rows, measured, basis, len(states.runs))
 
 
 def _whitened_runs(
     data: Observations, projection: Projection, rows: Floats, residual: Floats, basis: Basis, n_runs: int
 ) -> WhitenedRuns:
+    rows = rows.reshape(len(rows), *data.measured.shape)
     members = members_of(data.run, n_runs)
     counts = [data.measured_mask[:, own] for own in members]
     offsets = [int(mask.any(axis=1).sum()) if data.free_offset else 0 for mask in counts]

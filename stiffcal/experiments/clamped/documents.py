@@ -175,9 +175,9 @@ def parameters_of(
     placed: tuple[PlacedEffect, ...], joints: tuple[ClampedJoint, ...], fixed: frozenset[str]
 ) -> tuple[list[IdentifiedParameter], list[UnidentifiedParameters]]:
     """Return the model's parameters as clamped runs give them, and those that they leave open."""
+    from stiffcal.estimation.parameters import Parameter
+    from stiffcal.estimation.unknowns import amplitude_bounds
     from stiffcal.identification.document import identified_parameter
-    from stiffcal.identification.fit import Parameter
-    from stiffcal.identification.reported import amplitude_bounds
 
     by_joint = {joint.joint: joint for joint in joints}
     identified, unidentified = [], []

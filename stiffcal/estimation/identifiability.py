@@ -14,41 +14,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.bounded_least_squares import column_scale
-from stiffcal.distinguish import TAKES_PART, distinguish
-from stiffcal.identification.fit import Ambiguity
-from stiffcal.identification.undetermined import Undetermined
+from stiffcal.estimation.bounded_least_squares import column_scale
+from stiffcal.estimation.distinguish import TAKES_PART, distinguish
+from stiffcal.estimation.undetermined import Undetermined
+from stiffcal.estimation.unknowns import Unknowns
 from stiffcal.natural_order import NameKey, natural_key
 
 SPRINGS = "joint-compliance"
 
 
 @dataclass(frozen=True)
-class GivenBefore:
-    """What is known of p parameters before any measurement."""
+class Ambiguity:
+    """Parameters that these data cannot distinguish from each other, and what of them is known."""
 
-    tolerance: Floats
-    """(p,) standard uncertainty in the parameter's unit: an estimate that is no better is none. Infinite: not known."""
-    same_motion: Booleans
-    """(p,) True for geometry that other parameters make up for in every pose (`stiffcal.identification.gauge`)."""
-    undriven: Booleans
-    """(p,) True for parameters of joints that were not driven while the flange was clamped."""
-    prior: Floats | None = None
-    """(p,) standard deviation that the rows hold already, infinite where they hold none: data that determine a
-    parameter no better leave it free, and unknown. None: the rows hold none.
-    """
-    tilt_loaded: Booleans | None = None
-    """(p,) True for compliances that weight loads no more than a turn of the base would
-    (`stiffcal.identification.base_load`); None: none is.
-    """
-    one_orientation: Booleans | None = None
-    """(p,) True for frames that others make up for in these poses (`stiffcal.identification.gauge.held_frames`); None:
-    none is.
-    """
-    common_scale: tuple[int, ...] = ()
-    """Numbers of moments and compliances with one unknown scale (`stiffcal.identification.load_scale`); the first keeps
-    its value.
-    """
+    names: tuple[str, ...]
+    """The parameters."""
+    known: str
+    """The combination that is known, in words; "" where nothing is."""
+    cause: Undetermined
+    """Why."""
+    coefficients: tuple[float, ...] = ()
+    """Of the known combination, one per name; empty where nothing is known."""
+    value: float | None = None
+    """The value of the known combination; None where there is none."""
+    std: float | None = None
+    """Its standard uncertainty; None where there is none."""
 
 
 @dataclass(frozen=True)
@@ -65,35 +55,16 @@ class Identifiability:
     """Sets that cannot be distinguished."""
 
 
-def check_identifiability(
-    factor: Floats,
-    names: tuple[str, ...],
-    upper: Floats,
-    nonlinear: Booleans | None = None,
-    needed: Booleans | None = None,
-    noise_dominated: Booleans | None = None,
-    redundant: Booleans | None = None,
-    given: GivenBefore | None = None,
-) -> Identifiability:
+def check_identifiability(factor: Floats, unknowns: Unknowns, needed: Booleans | None = None) -> Identifiability:
     """Find what the whitened, triangular observation matrix cannot determine.
 
     Parameters
     ----------
     factor : (p, p) triangular factor of the whitened observation matrix.
-    names : p full parameter names.
-    upper : (p,) largest value that is possible; a standard uncertainty beyond it is no information.
-    nonlinear : (p,) True for nonlinear parameters: where one of them takes part, it alone is unknown, because the
-        law's size is still known with the shape at its best value.
+    unknowns : the p parameters; a standard uncertainty beyond the largest possible value is no information.
     needed : (p,) True for those that are not to be held where another of their set can be.
-    noise_dominated : (p,) True for those that only the force sensor's noise turns
-        (`stiffcal.identification.noise_dominated`).
-    redundant : (p,) True for gains of the whole load that all compliances together make up for
-        (`stiffcal.identification.load_scale`).
-    given : what is known before any measurement; None: nothing.
     """
-    p = len(names)
-    before = given or GivenBefore(np.full(p, np.inf), np.zeros(p, dtype=np.bool_), np.zeros(p, dtype=np.bool_))
-    is_nonlinear = np.zeros(p, dtype=np.bool_) if nonlinear is None else nonlinear
+    p, names = len(unknowns), unknowns.names
     if p == 0:
         none = np.zeros(0, dtype=np.bool_)
         return Identifiability(none, none, 1.0, ())
@@ -101,28 +72,17 @@ def check_identifiability(
     identifiable = np.ones(p, dtype=np.bool_)
     left_out = np.zeros(p, dtype=np.bool_)
     ambiguities: list[Ambiguity] = []
-    in_noise = np.zeros(p, dtype=np.bool_) if noise_dominated is None else noise_dominated
-    is_redundant = np.zeros(p, dtype=np.bool_) if redundant is None else redundant
+    upper, is_nonlinear, before = unknowns.widest, unknowns.nonlinear, unknowns.open_before
     # One standard uncertainty, all else known, is 1 / length.
     reach = np.multiply(length, upper, out=np.zeros(p), where=length > 0.0)
-    by_tilt = np.zeros(p, dtype=np.bool_) if before.tilt_loaded is None else before.tilt_loaded
-    by_frame = np.zeros(p, dtype=np.bool_) if before.one_orientation is None else before.one_orientation
-    open_before = in_noise | is_redundant | before.same_motion | by_frame | before.undriven | by_tilt
-    for i in np.flatnonzero((reach < 1.0) | open_before):
-        identifiable[i], left_out[i] = False, True
-        because = (
-            (is_redundant, Undetermined.GAIN_OF_LOAD),
-            (before.same_motion, Undetermined.SAME_MOTION),
-            (by_frame, Undetermined.ONE_ORIENTATION),
-            (before.undriven, Undetermined.UNDRIVEN),
-            (by_tilt, Undetermined.TILT_LOADED),
-            (in_noise, Undetermined.WRENCH_NOISE),
-        )
-        cause = next((cause for applies, cause in because if applies[i]), Undetermined.NO_LOAD)
-        ambiguities.append(Ambiguity((names[i],), "", cause))
-    if before.common_scale:
-        identifiable[before.common_scale[0]], left_out[before.common_scale[0]] = False, True
-        ambiguities.append(Ambiguity(tuple(names[i] for i in before.common_scale), "", Undetermined.COMMON_SCALE))
+    for number, name in enumerate(names):
+        if reach[number] < 1.0 or name in before.causes:
+            identifiable[number], left_out[number] = False, True
+            ambiguities.append(Ambiguity((name,), "", before.causes.get(name, Undetermined.NO_LOAD)))
+    scaled_alike = [names.index(name) for name in before.common_scale if name in names]
+    if scaled_alike:
+        identifiable[scaled_alike[0]], left_out[scaled_alike[0]] = False, True
+        ambiguities.append(Ambiguity(tuple(names[i] for i in scaled_alike), "", Undetermined.COMMON_SCALE))
     remaining = np.flatnonzero(identifiable)
     condition = np.inf if len(remaining) < p else 1.0
     if len(remaining):
@@ -146,17 +106,17 @@ def check_identifiability(
                 ambiguities.append(_name_ambiguity(own, length[members], [names[i] for i in members]))
         limits = (
             (np.where(identifiable, upper, np.inf), Undetermined.INSEPARABLE),
-            (before.tolerance, Undetermined.ASSEMBLY),
+            (unknowns.tolerance, Undetermined.ASSEMBLY),
         )
         for limit, cause in limits:
             for number in _no_better_than(factor, left_out, limit):
                 identifiable[number], left_out[number] = False, True
                 ambiguities.append(Ambiguity((names[number],), "", cause))
-    identifiable[list(before.common_scale)] = False
-    if before.prior is not None and not left_out.all():
+    identifiable[scaled_alike] = False
+    if np.isfinite(unknowns.prior).any() and not left_out.all():
         # where data alone would give the prior's deviation, both together give it divided by the root of two
         spread = _std_with_others_free(factor, np.flatnonzero(~left_out))
-        for i in np.flatnonzero(identifiable & (spread * np.sqrt(2.0) > before.prior)):
+        for i in np.flatnonzero(identifiable & (spread * np.sqrt(2.0) > unknowns.prior)):
             identifiable[i] = False
             ambiguities.append(Ambiguity((names[i],), "", Undetermined.ASSEMBLY))
     return Identifiability(identifiable, left_out, condition, tuple(ambiguities))

@@ -10,20 +10,26 @@ section 3.5); the lowest place of the parabola is tried next.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.identifiability import Identifiability
-from stiffcal.identification.least_squares import Reduced
-from stiffcal.identification.noise import Whitening
-from stiffcal.identification.readings import Observations
+from stiffcal.estimation.identifiability import Identifiability
+from stiffcal.estimation.triangular import Reduced
 
 # A step whose parabola is lowest before this share of it has gone too far: the next ones would return by half of it or
 # more, each time.
 TOO_FAR = 2.0 / 3.0
 # A step is not shortened to less than this share of itself at once: the parabola is a guess.
 SHORTEST = 0.25
+
+
+class Weighed(Protocol):
+    """Readings with their weights: what a sum of squares is of."""
+
+    def sums_as(self, other: Any) -> bool:
+        """Return whether a sum of squares compares with that of others, of the same kind."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +44,8 @@ class TakenStep:
     """The problem linearised at the start."""
     checked: Identifiability
     """What the data distinguish there; what they do not is held neutral."""
-    under: tuple[Whitening, Observations]
-    """Weights and observations of the sum of squares."""
+    under: Weighed
+    """What the sum of squares is of."""
     change: float
     """Length of all of it, in standard uncertainties, whatever their correlations, per parameter."""
     comparable: bool
@@ -54,7 +60,7 @@ class TakenStep:
         end: Floats,
         reduced: Reduced,
         checked: Identifiability,
-        under: tuple[Whitening, Observations],
+        under: Weighed,
     ) -> TakenStep:
         """Describe a whole step."""
         held = checked.left_at_neutral
@@ -80,15 +86,15 @@ class TakenStep:
         """Return the step shortened as much as is done at once: where it ends there is no sum of squares."""
         return replace(self, share=self.share * SHORTEST)
 
-    def shortened(self, reduced: Reduced, under: tuple[Whitening, Observations]) -> TakenStep | None:
+    def shortened(self, reduced: Reduced, under: Weighed) -> TakenStep | None:
         """Return the step shortened where it has raised the sum of squares; None where it stands.
 
         Parameters
         ----------
         reduced : the problem linearised where the step ended.
-        under : its weights and observations; where they are others than the step's, the sums do not compare.
+        under : what that one's sum of squares is of; of something else than the step's, the sums do not compare.
         """
-        if not (self.comparable and under[1] is self.under[1] and _equal(under[0], self.under[0])):
+        if not (self.comparable and under.sums_as(self.under)):
             return None
         zero = np.zeros_like(self.start)
         slope = -2.0 * float(self.reduced.target @ (self.reduced.factor @ (self.end - self.start))) * self.share
@@ -97,10 +103,3 @@ class TakenStep:
             return None
         lowest = slope / (2.0 * (slope - rise))
         return replace(self, share=self.share * max(lowest, SHORTEST)) if 0.0 < lowest < TOO_FAR else None
-
-
-def _equal(one: Whitening, other: Whitening) -> bool:
-    """Return whether two whitenings are the same, each component by its own size."""
-    if one is other:
-        return True
-    return one.lower is None and other.lower is None and np.array_equal(one.scale, other.scale)

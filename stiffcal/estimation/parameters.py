@@ -2,39 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Floats
-from stiffcal.identification.fit import Parameter
-from stiffcal.identification.observation import ParameterColumn
+from stiffcal.estimation.unknowns import amplitude_bounds
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import ParameterSpec, Place
+from stiffcal.model.effect import ParameterRole, ParameterSpec, Place
+from stiffcal.uncertainty import is_poorly_known
+
+# Of 36 compliances that are nothing one rises above this many standard uncertainties in one campaign of twenty.
+ABOVE_NOISE = 3.0
 
 
-def amplitude_bounds(spec: ParameterSpec) -> tuple[float, float]:
-    """Return the bounds of what the law multiplies with."""
-    if spec.inverse:
-        return (1.0 / spec.upper if np.isfinite(spec.upper) else 0.0), (
-            1.0 / spec.lower if spec.lower > 0.0 else np.inf
-        )
-    return spec.lower - spec.neutral, spec.upper - spec.neutral
+@dataclass(frozen=True)
+class Stiffness:
+    """One over a compliance, N·m/rad or N/m; NaN where it is not known, or the compliance is 0."""
+
+    value: float = math.nan
+    std: float = math.nan
+    """Standard uncertainty."""
+    interval: list[float | None] | None = None
+    """Both ends of the 95 % interval; None where there is no end, or no interval is known."""
 
 
-def amplitudes(robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> Floats:
-    """Return the free parameters' present values, as the fit counts them."""
-    return np.array([robot.placed[c.placed].amplitude(c.symbol) for c in columns], dtype=np.float64)
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a fit."""
 
+    name: str
+    """Full name, ``effect.place.symbol``."""
+    effect: str
+    """The effect's name."""
+    place: Place
+    """Where it acts."""
+    spec: ParameterSpec
+    """Symbol, unit, bounds."""
+    value: float | None
+    """Estimate, None where not identifiable."""
+    std: float | None
+    """Standard uncertainty, None where fixed or not identifiable."""
+    interval: tuple[float, float] | None
+    """95 %, clipped to possible values; None where fixed or not identifiable."""
+    fixed: bool
+    """Held at the model file's value."""
+    identifiable: bool
+    """Whether these data distinguish it from the others."""
+    at_bound: bool
+    """The estimate lies on the edge of possible values."""
+    from_geometry: float | None = None
+    """Share of the variance that the geometry's tolerance makes, 0 to 1; None where no uncertainty is known."""
 
-def bounds_of(robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> tuple[Floats, Floats]:
-    """Return lower and upper bounds of the amplitudes."""
-    lower, upper = [], []
-    for column in columns:
-        low, high = amplitude_bounds(robot.placed[column.placed].effect.spec(column.symbol))
-        lower.append(low)
-        upper.append(high)
-    return np.array(lower), np.array(upper)
+    @property
+    def poorly_known(self) -> bool:
+        """True where the value is known, but hardly. What may have either sign may well be zero and is not meant."""
+        if self.value is None or self.std is None or self.spec.lower < 0.0:
+            return False
+        return is_poorly_known(self.value, self.std)
+
+    @property
+    def above_noise(self) -> bool | None:
+        """Whether a size differs from zero at three standard uncertainties; None where it is not free."""
+        if self.value is None or self.std is None or self.spec.role is not ParameterRole.AMPLITUDE or self.spec.inverse:
+            return None
+        return bool(abs(self.value) > ABOVE_NOISE * self.std)
+
+    def stiffness(self) -> Stiffness | None:
+        """Return the stiffness of a compliance; None of other parameters."""
+        if not self.spec.compliance:
+            return None
+        if self.value is None:
+            return Stiffness()
+        value = 1.0 / self.value if self.value > 0.0 else math.nan
+        std = math.nan if self.std is None else self.std * value**2
+        if self.interval is None:
+            return Stiffness(value, std)
+        low, high = self.interval
+        return Stiffness(value, std, [1.0 / high if high > 0.0 else None, 1.0 / low if low > 0.0 else None])
 
 
 def student_95(dof: int) -> float:
