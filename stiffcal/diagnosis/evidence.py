@@ -23,7 +23,7 @@ from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised, Regressor
-from stiffcal.identification.rows import GAUGE, ROTATION, TRANSLATION
+from stiffcal.identification.row_layout import GAUGE, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.varying import varies

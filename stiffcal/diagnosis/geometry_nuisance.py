@@ -18,7 +18,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import geometry_columns, geometry_prior, geometry_slope
 from stiffcal.identification.projection import Projection
-from stiffcal.identification.rows import MOTOR
+from stiffcal.identification.row_layout import MOTOR
 from stiffcal.identification.starting import starting_runs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot

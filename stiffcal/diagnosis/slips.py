@@ -21,7 +21,7 @@ from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without
 from stiffcal.diagnosis.scoring import Score
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import GAUGE, TRANSLATION
+from stiffcal.identification.row_layout import GAUGE, TRANSLATION
 from stiffcal.model.effect import Effect, ParameterRole
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 

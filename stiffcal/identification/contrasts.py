@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import ROTATION, TRANSLATION
+from stiffcal.identification.row_layout import ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import members_of
 
 # Below this nothing is derived from repeats at all: the noise would be known to no better than a third.

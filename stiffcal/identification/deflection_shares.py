@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised
-from stiffcal.identification.rows import TRANSLATION
+from stiffcal.identification.row_layout import TRANSLATION
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 
 

@@ -22,7 +22,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.fit_results import ComplianceInTwoForms, DualQuaternionFit
 from stiffcal.identification.noise import Noise, whiten
 from stiffcal.identification.observation import Observations, evaluate, lever_of
-from stiffcal.identification.rows import ROTATION, TRANSLATION
+from stiffcal.identification.row_layout import ROTATION, TRANSLATION
 from stiffcal.mechanics.dual_balance import dual_rest, joint_torques, reading_as_load, weights_of
 from stiffcal.mechanics.dual_quaternions import (
     attached_duals,

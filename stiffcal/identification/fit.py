@@ -11,7 +11,9 @@ from stiffcal.estimation.unknowns import ParameterColumn, free_columns
 from stiffcal.identification.geometry_prior import GeometryPrior
 from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Noise, Whitening
+from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
+from stiffcal.identification.weights import raw_whitening
 from stiffcal.model.composite import CompliantRobot
 
 
@@ -80,6 +82,15 @@ class Fit:
         whitening : weights of ``data`` to use in place of the fit's own.
         """
         return LoadRows.about(self.robot, self.data, self.columns, whitening or self.whitening)
+
+    def residual_of(self, data: Observations) -> tuple[Projection, Floats]:
+        """Return the weights of other observations by the fit's noise, and (m, n) what the model leaves of them.
+
+        Each run's offset is taken out.
+        """
+        weights = raw_whitening(data, None) if self.noise is None else self.noise
+        rows = LoadRows.about(self.robot, data, (), weights)
+        return rows.space, rows.space.centred(rows.stack)[0]
 
     def parameter(self, name: str) -> Parameter:
         """Return a parameter by its full name; KeyError where there is none."""

@@ -33,7 +33,7 @@ from stiffcal.identification.nonlinear_start import lacks_nonlinear_value, start
 from stiffcal.identification.observation import Observations, evaluate, observe
 from stiffcal.identification.problem import Problem
 from stiffcal.identification.repeated_places import repeated_places
-from stiffcal.identification.rows import MOTOR
+from stiffcal.identification.row_layout import MOTOR
 from stiffcal.identification.settings import Settings
 from stiffcal.identification.starting import starting_runs, starting_states
 from stiffcal.identification.undriven import undriven_parameters

@@ -14,7 +14,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.link_results import LinkResult, NotCarried, RodFaultResult, TorsionResult
 from stiffcal.identification.observation import rests
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import GAUGE, LENGTH, TRANSLATION
+from stiffcal.identification.row_layout import GAUGE, LENGTH, TRANSLATION
 from stiffcal.links.compliance import LinkCompliance, carried_to_target, regress_compliance
 from stiffcal.links.rod_faults import RodFault, find_rod_faults
 from stiffcal.links.rods import LinkEstimate, bounded_by_load, estimate_link

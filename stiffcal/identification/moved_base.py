@@ -26,7 +26,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.rows import ROTATION, TRANSLATION
+from stiffcal.identification.row_layout import ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 
 # Moves whose probability by chance, of all rows, is larger are none.

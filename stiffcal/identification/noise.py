@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.contrasts import LEAST_DOF, contrasts, some_groups, without_wild
 from stiffcal.identification.readings import ClampedSigma, Observations
-from stiffcal.identification.rows import (
+from stiffcal.identification.row_layout import (
     GAUGE,
     LENGTH,
     MEASURES,
@@ -80,7 +80,7 @@ class Noise:
 
     @classmethod
     def of_kinds(cls, sizes: Floats, wrench: tuple[float, float], source: NoiseSource, dof: float) -> Noise:
-        """Make noise from sizes by kind of row (`stiffcal.identification.rows`), and of force and moment."""
+        """Make noise from sizes by kind of row (`stiffcal.identification.row_layout`), and of force and moment."""
         return cls(
             float(sizes[TRANSLATION]), float(sizes[ROTATION]), *wrench, source, dof,
             float(sizes[GAUGE]), float(sizes[LENGTH]), float(sizes[MOTOR]),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.identification.rows import ROTATION, TRANSLATION, RowLayout
+from stiffcal.identification.row_layout import ROTATION, TRANSLATION, RowLayout
 from stiffcal.measurements.load_states import LoadStates
 
 

@@ -14,7 +14,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.joints_at_rest import with_other_joints_at_rest
 from stiffcal.identification.pose_history import pose_history
 from stiffcal.identification.pose_spread import PoseSpread, pose_spread
-from stiffcal.identification.rows import ROTATION, RowLayout, layout_of, with_gauges, with_motors, with_rods
+from stiffcal.identification.row_layout import ROTATION, RowLayout, layout_of, with_gauges, with_motors, with_rods
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, turn_between

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.rows import LENGTH, MOTOR, ROTATION
+from stiffcal.identification.row_layout import LENGTH, MOTOR, ROTATION
 from stiffcal.measurements.columns import Values
 from stiffcal.store import table_of, values_of
 

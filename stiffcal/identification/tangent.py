@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.identification.rows import RodRows
+from stiffcal.identification.row_layout import RodRows
 from stiffcal.mechanics.kinematics import from_frame
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import OutboardLoads, outboard_loads, unit_wrenches

@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.observation_shift import shift_slopes
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import ROTATION
+from stiffcal.identification.row_layout import ROTATION
 from stiffcal.identification.tangent import RestTangent, crossed
 from stiffcal.mechanics.kinematics import turn_between
 from stiffcal.model.composite import CompliantRobot

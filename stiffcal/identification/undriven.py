@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import MOTOR
+from stiffcal.identification.row_layout import MOTOR
 from stiffcal.model.composite import CompliantRobot
 
 

@@ -18,7 +18,7 @@ from stiffcal.identification.noise import (
     with_stated_places,
 )
 from stiffcal.identification.observation import Evaluation, Observations, evaluate
-from stiffcal.identification.rows import MOTOR, N_KINDS
+from stiffcal.identification.row_layout import MOTOR, N_KINDS
 from stiffcal.identification.wrench_correction import along_sweep
 from stiffcal.model.composite import CompliantRobot
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.readings import Observations, WrenchCorrection
-from stiffcal.identification.rows import MOTOR
+from stiffcal.identification.row_layout import MOTOR
 
 # Standard uncertainties of its residual by which a wrench is moved at most: beyond, it is not the wrench's noise.
 MOST = 3.0

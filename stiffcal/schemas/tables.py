@@ -24,7 +24,7 @@ from stiffcal.diagnosis.evidence import EffectEvidence
 from stiffcal.diagnosis.refits import Refit, RefitSummary
 from stiffcal.experiments import all_kinds
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import GAUGE, LENGTH, MOTOR, ROTATION, TRANSLATION, GaugeRows, RowLayout
+from stiffcal.identification.row_layout import GAUGE, LENGTH, MOTOR, ROTATION, TRANSLATION, GaugeRows, RowLayout
 from stiffcal.identification.state_loads import BRANCH, LOAD, TORQUE
 from stiffcal.identification.state_tables import observed_table
 from stiffcal.ingest.recording_tables import recording_table

@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.observation import Observations
-from stiffcal.identification.rows import MOTOR
+from stiffcal.identification.row_layout import MOTOR
 from stiffcal.measurements.load_states import members_of
 
 # With fewer positions of a joint its cycles are left out instead.

@@ -12,7 +12,7 @@ from stiffcal.documents import Number, OrAbsent
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.noise import rms_length
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import TRANSLATION
+from stiffcal.identification.row_layout import TRANSLATION
 from stiffcal.mechanics.chain import Chain
 from stiffcal.validation.heldout import left_out_residuals, with_load_folds
 from stiffcal.validation.region_folds import random_folds, region_folds

@@ -29,7 +29,7 @@ from stiffcal.estimation.parameters import Parameter
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.load_scale import common_scale
-from stiffcal.identification.rows import TRANSLATION
+from stiffcal.identification.row_layout import TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.catalogue import built_in_effects

@@ -18,11 +18,11 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.bounded_least_squares import column_scale
 from stiffcal.estimation.triangular import Reduced, triangular
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Problem, fit_problem, offset_free_residual, raw_whitening
+from stiffcal.identification.identify import Problem, fit_problem
 from stiffcal.identification.least_squares import run_edges, take_out_offsets
 from stiffcal.identification.load_rows import LoadRows
-from stiffcal.identification.noise import Whitening, whiten
-from stiffcal.identification.observation import Observations, evaluate
+from stiffcal.identification.noise import Whitening
+from stiffcal.identification.observation import Observations
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.validation.clamped_folds import with_clamped_folds
@@ -107,30 +107,29 @@ def holdout_run_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     all_data = fit_problem(_all_runs(states), fit.robot).data
     in_holdout = np.array([info.holdout for info in states.runs], dtype=np.bool_)[all_data.run]
     data = all_data.subset(in_holdout)
-    whitening = _weights(fit, data)
-    residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
-    return HeldoutResiduals(HOLDOUT_RUNS, residual, _without_model(data, whitening), data, pose_folds(data))
+    return _of_other(HOLDOUT_RUNS, fit, data)
 
 
 def residuals_of_model(states: LoadStates, fit: Fit) -> HeldoutResiduals:
     """Judge every run by a model that was fitted elsewhere (``validate --model``)."""
     data = fit_problem(_all_runs(states), fit.robot).data
-    whitening = _weights(fit, data)
-    residual = corrected_for_freedom(offset_free_residual(fit.robot, data, whitening), data)
-    return HeldoutResiduals("other campaign's model", residual, _without_model(data, whitening), data, pose_folds(data))
+    return _of_other("other campaign's model", fit, data)
+
+
+def _of_other(scheme: str, fit: Fit, data: Observations) -> HeldoutResiduals:
+    """Judge observations that are not those of the fit."""
+    space, residual = fit.residual_of(data)
+    return HeldoutResiduals(
+        scheme,
+        corrected_for_freedom(residual, data),
+        _without_model(data, space.whitening),
+        data,
+        pose_folds(data),
+    )
 
 
 def _all_runs(states: LoadStates) -> LoadStates:
     return replace(states, runs=tuple(replace(info, holdout=False) for info in states.runs))
-
-
-def _weights(fit: Fit, data: Observations) -> Whitening:
-    """Weigh other observations with the fit's noise, the wrench's share included."""
-    if fit.noise is None:
-        return raw_whitening(data, None)
-    pieces = [block.sensitivity for block in evaluate(fit.robot, data, (), with_sensitivity=True, rigid=True)]
-    sensitivity = np.concatenate([piece for piece in pieces if piece is not None], axis=2)
-    return whiten(fit.noise, data, sensitivity)
 
 
 def corrected_for_freedom(residual: Floats, data: Observations) -> Floats:

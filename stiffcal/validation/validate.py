@@ -12,7 +12,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.noise import reading_rows, rms_by_measure
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.rows import MEASURES, MOTOR, ROTATION, TRANSLATION
+from stiffcal.identification.row_layout import MEASURES, MOTOR, ROTATION, TRANSLATION
 from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.observation import Observations, observe
-from stiffcal.identification.rows import LENGTH, TRANSLATION
+from stiffcal.identification.row_layout import LENGTH, TRANSLATION
 from stiffcal.identification.weights import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.beam import axis_displacement

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.identification.observation import evaluate
+from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.readings import Observations, observe
-from stiffcal.identification.rows import GAUGE, MOTOR, ROTATION, TRANSLATION
+from stiffcal.identification.row_layout import GAUGE, MOTOR, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RZ
@@ -29,7 +29,7 @@ def view_effects(robot: CompliantRobot, states: LoadStates, pick: Integers, widt
     if not robot.has_memory:
         kept: Booleans = np.isin(data.index, pick)
         data = data.subset(kept)
-    whole = _predicted(robot, data)
+    whole = predict_observations(robot, data)
     # the share is of the translations; where none was measured, of what the gauges read, or the motors
     main = next((rows for kind in (TRANSLATION, GAUGE, MOTOR) if (rows := data.kind == kind).any()), data.kind == -1)
     total = float(np.sum(np.where(data.measured_mask, whole, 0.0)[main] ** 2))
@@ -38,7 +38,7 @@ def view_effects(robot: CompliantRobot, states: LoadStates, pick: Integers, widt
     effects = []
     for number, placed in enumerate(robot.placed):
         less = replace(robot, placed=robot.placed[:number] + robot.placed[number + 1 :])
-        added = np.where(data.measured_mask, whole - _predicted(less, data), 0.0)
+        added = np.where(data.measured_mask, whole - predict_observations(less, data), 0.0)
         part = np.zeros((len(pick), width))
         part[where] = _of_first_target(data, added, width)[chosen]
         share = float(np.sum((added * whole)[main])) / total if total > 0.0 else 0.0
@@ -77,7 +77,3 @@ def _of_first_target(data: Observations, rows: Floats, width: int) -> Floats:
     if not translations and gauges is None:
         result[:, 0] += rows[data.kind == MOTOR].sum(axis=0)
     return result
-
-
-def _predicted(robot: CompliantRobot, data: Observations) -> Floats:
-    return np.concatenate([block.predicted for block in evaluate(robot, data)], axis=1)

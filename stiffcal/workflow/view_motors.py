@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.observation import evaluate
+from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.readings import observe
-from stiffcal.identification.rows import MOTOR
+from stiffcal.identification.row_layout import MOTOR
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.model.composite import CompliantRobot
 
@@ -25,7 +25,7 @@ def motor_states(robot: CompliantRobot, states: LoadStates) -> tuple[Floats, Flo
     data = observe(states, robot.chain)
     motors = data.kind == MOTOR
     read = data.measured_mask[motors]
-    predicted = np.concatenate([block.predicted for block in evaluate(robot, data)], axis=1)[motors]
+    predicted = predict_observations(robot, data)[motors]
     measured = np.where(read, data.measured[motors], 0.0).sum(axis=0)
     left = measured - np.where(read, predicted, 0.0).sum(axis=0)
     known = read.any(axis=0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiffcal.diagnosis.folds
-import stiffcal.identification.least_squares
+import stiffcal.estimation.triangular
 import stiffcal.identification.projection
 import stiffcal.identification.regressors
 from stiffcal.diagnosis.document import diagnosis_result
@@ -55,7 +55,7 @@ def test_a_diagnosis_is_the_same_when_signatures_are_not_kept(monkeypatch: pytes
     whole = search_missing(states, robot, catalogue)
     monkeypatch.setattr(stiffcal.identification.regressors, "MOST_KEPT", 0)
     monkeypatch.setattr(stiffcal.identification.projection, "NUMBERS_AT_ONCE", 3000)
-    monkeypatch.setattr(stiffcal.identification.least_squares, "NUMBERS_AT_ONCE", 3000)
+    monkeypatch.setattr(stiffcal.estimation.triangular, "NUMBERS_AT_ONCE", 3000)
     monkeypatch.setattr(stiffcal.diagnosis.folds, "NUMBERS_AT_ONCE", 200)
     pieces = search_missing(states, robot, catalogue)
     assert all(isinstance(trial.regressor, StoredRegressor) for trial in pieces.first.trials)
@@ -120,7 +120,7 @@ def test_a_factor_without_each_is_that_of_all_others(n: int) -> None:
 def test_a_factor_of_many_rows_is_made_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the last piece is shorter than the factor."""
     rows = np.random.default_rng(2).normal(size=(5, 83))
-    monkeypatch.setattr(stiffcal.identification.least_squares, "NUMBERS_AT_ONCE", 50)
+    monkeypatch.setattr(stiffcal.estimation.triangular, "NUMBERS_AT_ONCE", 50)
     found = triangular_of_rows(rows)
     assert np.allclose(found.T @ found, rows @ rows.T, rtol=1e-12, atol=1e-12)
 

@@ -11,7 +11,7 @@ from stiffcal.identification.identify import Settings, fit_problem, identify_par
 from stiffcal.identification.observation import evaluate
 from stiffcal.identification.weights import estimate_weights
 from stiffcal.measurements.load_states import Sigma
-from tests.identification.test_shortened_step import with_plays
+from tests.estimation.test_shortened_step import with_plays
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 

@@ -10,7 +10,7 @@ import pytest
 from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
 from stiffcal.identification.observation import evaluate, observe
-from stiffcal.identification.rows import GAUGE, LENGTH
+from stiffcal.identification.row_layout import GAUGE, LENGTH
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from tests.laboratory.rod_states import (

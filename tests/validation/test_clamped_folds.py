@@ -10,7 +10,7 @@ import pytest
 from stiffcal.arrays import Booleans
 from stiffcal.identification.observation import Observations, observe
 from stiffcal.identification.readings import WrenchCorrection
-from stiffcal.identification.rows import MOTOR
+from stiffcal.identification.row_layout import MOTOR
 from stiffcal.measurements.load_states import members_of
 from stiffcal.validation.clamped_folds import LEAST_POSITIONS, cycles, with_clamped_folds
 from stiffcal.validation.heldout import pose_folds

@@ -22,7 +22,7 @@ from stiffcal.estimation.triangular import Reduced
 from stiffcal.identification.least_squares import reduce_blocks
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Evaluation, Observations
-from stiffcal.identification.rows import layout_of
+from stiffcal.identification.row_layout import layout_of
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.model.effect import StateOrder
 

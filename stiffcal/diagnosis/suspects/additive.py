@@ -10,7 +10,7 @@ import numpy as np
 
 from stiffcal.diagnosis.suspects.bench import WhitenedRuns
 from stiffcal.identification.projection import Projection
-from stiffcal.identification.rows import TRANSLATION
+from stiffcal.identification.row_layout import TRANSLATION
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,112 @@
+"""Estimation has one room: who else makes columns, calls a solver or reads bounds and priors is listed, and fewer."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import stiffcal
+
+ROOT = Path(stiffcal.__file__).parent
+# where fits are made: `estimation`, and `identification`, which makes rows of load states
+OWN = ("estimation/", "identification/")
+
+# Differentiates the model itself. To come: rows of planned runs and of suspects are made by `LoadRows.about`.
+COLUMNS = {"planning/information.py", "diagnosis/suspects/bench.py"}
+
+# Solvers of other kinds of experiment and of questions that are no fit of a model's parameters.
+SOLVERS = {
+    "diagnosis/normal_equations.py",  # folds and candidates, from inner products
+    "experiments/clamped/state_noise.py",
+    "experiments/clamped/torque_angle_fit.py",
+    "experiments/friction/solving.py",
+    "propose/unnamed_states.py",  # the load at rest
+    "reduction/consistency.py",  # zero offsets of instruments
+    "reduction/excitation.py",  # loads that a person chose
+    "reduction/registration.py",  # places of markers
+}
+
+# Reads bounds or a prior of a law's parameter.
+BOUNDS = {
+    "diagnosis/scan.py",  # keeps a shape that it tries within what is possible
+    "diagnosis/suspects/rival_effects.py",
+    "experiments/friction/fitting.py",
+    "effects/presliding.py",  # keeps a shape within what is possible
+    "effects/stribeck.py",
+    "experiments/friction/problem.py",
+    "experiments/friction/solving.py",
+    "identification/base_load.py",  # the directions of gravity that a prior holds
+    "model/assembly.py",  # values that a person wrote
+    "model/parameters.py",
+    "model/plugin_contract.py",
+    "model/prismatic.py",  # the law along an axis has other units
+    "workflow/check_absolute.py",
+    "workflow/effects.py",  # prints them
+}
+
+
+def sources() -> Iterator[tuple[str, ast.Module]]:
+    for path in sorted(ROOT.rglob("*.py")):
+        yield path.relative_to(ROOT).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+
+
+def imported(tree: ast.Module) -> Iterator[tuple[str, str]]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield from ((node.module, alias.name) for alias in node.names)
+
+
+def reads_bounds(tree: ast.Module) -> bool:
+    """Return whether ``lower``, ``upper`` or ``prior`` of a ``spec`` is read."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Attribute) or node.attr not in {"lower", "upper", "prior"}:
+            continue
+        of = node.value
+        name = of.id if isinstance(of, ast.Name) else of.attr if isinstance(of, ast.Attribute) else ""
+        if isinstance(of, ast.Call) and isinstance(of.func, ast.Attribute):
+            name = of.func.attr
+        if name in {"spec", "parameter_spec"}:
+            return True
+    return False
+
+
+@pytest.fixture(scope="module")
+def trees() -> dict[str, ast.Module]:
+    return dict(sources())
+
+
+def test_nobody_else_differentiates_the_model(trees: dict[str, ast.Module]) -> None:
+    found = {
+        name
+        for name, tree in trees.items()
+        if not name.startswith(OWN) and ("stiffcal.identification.observation", "evaluate") in imported(tree)
+    }
+    assert found == COLUMNS
+
+
+def test_nobody_else_calls_a_solver(trees: dict[str, ast.Module]) -> None:
+    solvers = {"least_squares", "least_squares_within", "lsq_linear", "minimize", "solve_step", "settle"}
+    found = {
+        name
+        for name, tree in trees.items()
+        if not name.startswith(OWN)
+        and any(
+            what in solvers and module.startswith(("scipy.optimize", "stiffcal.estimation"))
+            for module, what in imported(tree)
+        )
+    }
+    assert found == {name for name in SOLVERS if name != "reduction/registration.py"}
+
+
+def test_gauss_newton_has_one_caller(trees: dict[str, ast.Module]) -> None:
+    """Every fit of load states and absolute places goes through `fit_observations`."""
+    callers = {name for name, tree in trees.items() if ("stiffcal.estimation.solve", "settle") in imported(tree)}
+    assert callers == {"identification/identify.py"}
+
+
+def test_bounds_and_priors_are_read_by_estimation(trees: dict[str, ast.Module]) -> None:
+    found = {name for name, tree in trees.items() if not name.startswith("estimation/") and reads_bounds(tree)}
+    assert found == BOUNDS
