@@ -30,7 +30,9 @@ def least_squares(matrix: Floats, wanted: Floats) -> Floats:
     return np.asarray(solution / scale)
 
 
-def least_squares_within(matrix: Floats, wanted: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Booleans]:
+def least_squares_within(
+    matrix: Floats, wanted: Floats, lower: Floats, upper: Floats, independent: bool = False
+) -> tuple[Floats, Booleans]:
     """Return the x (n,) that minimises |matrix x − wanted| within bounds, and which unknowns lie on one.
 
     Parameters
@@ -38,6 +40,8 @@ def least_squares_within(matrix: Floats, wanted: Floats, lower: Floats, upper: F
     matrix : (m, n).
     wanted : (m,).
     lower, upper : (n,), infinite where there is none.
+    independent : True where no column is a sum of others: the active set begins where the minimum without bounds is
+        out of them. Else as few unknowns as possible leave their bounds.
 
     Raises
     ------
@@ -53,21 +57,29 @@ def least_squares_within(matrix: Floats, wanted: Floats, lower: Floats, upper: F
     free = least_squares(matrix, wanted)
     if np.all(free >= lower) and np.all(free <= upper):
         return free, np.zeros(len(free), dtype=np.bool_)
-    solution, at_bound = _within(matrix / scale, wanted, lower * scale, upper * scale)
+    begin = np.clip(free, lower, upper) * scale if independent else None
+    solution, at_bound = _within(matrix / scale, wanted, lower * scale, upper * scale, begin)
     low = solution - lower * scale < upper * scale - solution
     return np.where(at_bound, np.where(low, lower, upper), np.clip(solution / scale, lower, upper)), at_bound
 
 
-def _within(unit: Floats, target: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Booleans]:
+def _within(
+    unit: Floats, target: Floats, lower: Floats, upper: Floats, begin: Floats | None
+) -> tuple[Floats, Booleans]:
     """Return the minimum of |unit x − target|² within bounds, and who is at one, by an active set.
 
-    Stark and Parker 1995. All parameters that have a bound start there and are let go one by one, the most wanted
-    first: where several do alike, as few as possible leave their bounds. Columns that are alike to rounding would be
-    exchanged for each other without end: until the sum of squares falls, each leaves its bound once.
+    Stark and Parker 1995. All parameters that have a bound start there, or those that are at one in ``begin``, and are
+    let go one by one, the most wanted first: where several do alike, as few as possible leave their bounds. Columns
+    that are alike to rounding would be exchanged for each other without end: until the sum of squares falls, each
+    leaves its bound once.
     """
-    start = np.where(np.isfinite(lower), lower, upper)
-    free = ~np.isfinite(start)
-    x = np.where(free, 0.0, start)
+    if begin is None:
+        start = np.where(np.isfinite(lower), lower, upper)
+        free = ~np.isfinite(start)
+        x = np.where(free, 0.0, start)
+    else:
+        x = np.clip(begin, lower, upper)
+        free = (x > lower) & (x < upper)
     barred = np.zeros(len(x), dtype=np.bool_)
     least = 1e-12 * float(np.sqrt(np.sum(target**2)))
     smallest = np.inf

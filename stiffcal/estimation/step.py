@@ -63,5 +63,6 @@ def _solve_free(
     result = np.where(free | keeps, start, 0.0)
     if free.any():
         target = system.target - system.factor[:, ~free & keeps] @ start[~free & keeps]
-        result[free], _ = Reduced(system.factor[:, free], target, 0.0, 0).solve_bounded(lower[free], upper[free])
+        of_free = Reduced(system.factor[:, free], target, 0.0, 0)
+        result[free], _ = of_free.solve_bounded(lower[free], upper[free], independent=True)
     return result

@@ -62,9 +62,21 @@ class Reduced:
         """Return the minimum of smallest norm (directions that the data do not determine stay at zero)."""
         return least_squares(self.factor, self.target)
 
-    def solve_bounded(self, lower: Floats, upper: Floats) -> tuple[Floats, Booleans]:
-        """Return the minimum within bounds, and which parameters lie on a bound."""
-        return least_squares_within(self.factor, self.target, lower, upper)
+    def solve_bounded(self, lower: Floats, upper: Floats, independent: bool = False) -> tuple[Floats, Booleans]:
+        """Return the minimum within bounds, and which lie on one; ``independent`` as in `least_squares_within`."""
+        return least_squares_within(self.factor, self.target, lower, upper, independent)
+
+    def covariance(self, free: Booleans) -> Floats:
+        """Return the (f, f) covariance of the f free parameters, of readings of unit variance, the others as they are.
+
+        Parameters
+        ----------
+        free : (p,) True for those that are solved for.
+        """
+        factor = self.factor[:, free]
+        scale = column_scale(factor)
+        inverse = np.linalg.pinv(factor / scale, rcond=1e-13) / scale[:, None]
+        return np.asarray(inverse @ inverse.T)
 
     def cost(self, x: Floats) -> float:
         """Return the weighted sum of squares at x."""

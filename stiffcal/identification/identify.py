@@ -231,10 +231,7 @@ def _summarise(source: LoadSource, settled: Settled[LoadWeights]) -> Fit:
     chi2 = float(np.sum(white**2)) / dof if dof > 0 else np.nan
     noise_known = weights.noise is not None and not settings.equal_weights
     variance = 1.0 if noise_known else chi2
-    factor = reduced.factor[:, free]
-    scale = np.sqrt(np.sum(factor * factor, axis=0))
-    inverse = np.linalg.pinv(factor / scale, rcond=1e-13) / scale[:, None]
-    covariance = inverse @ inverse.T * variance
+    covariance = reduced.covariance(free) * variance
     quantile = NORMAL_95 if noise_known else student_95(dof)
     free_names = tuple(name for name, is_known in zip(names, known_ones, strict=True) if is_known)
     solved = [name for name, is_free in zip(names, free, strict=True) if is_free]

@@ -253,7 +253,7 @@ def _solve_without_fold(reduced: Reduced, lowest: Floats, highest: Floats) -> Fl
     scale = column_scale(reduced.factor)
     singular = np.linalg.svd(reduced.factor / scale, compute_uv=False)
     if singular[-1] > 1e-9 * singular[0]:
-        return reduced.solve_bounded(lowest, highest)[0]
+        return reduced.solve_bounded(lowest, highest, independent=True)[0]
     return np.clip(reduced.solve(), lowest, highest)
 
 
