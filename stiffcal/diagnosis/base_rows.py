@@ -15,7 +15,7 @@ from stiffcal.diagnosis.normal_equations import quadratic, solve_within
 from stiffcal.diagnosis.scoring import Score, score_variants
 from stiffcal.diagnosis.thresholds import CHOICE_FOLDS
 from stiffcal.estimation.rows import RowSpace
-from stiffcal.estimation.unknowns import bounds_of
+from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
 
 
@@ -65,9 +65,9 @@ def in_order(score: Score, order: Integers) -> Score:
     return replace(score, left=replace(score.left, residual=residual))
 
 
-def amplitude_bounds(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
-    """Return the bounds of a candidate's amplitudes, those of a fit."""
-    return bounds_of([regressor.effect.spec(symbol) for symbol in regressor.symbols])
+def bounds_of_candidate(regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
+    """Return the bounds of a candidate's amplitudes: what cannot be negative is not."""
+    return signs_of([regressor.effect.spec(symbol) for symbol in regressor.symbols])
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class BaseRows:
 
     def bounds(self, regressor: Regressor) -> tuple[Floats, Floats]:
         """Return the bounds of base and candidate."""
-        low, high = amplitude_bounds(regressor)
+        low, high = bounds_of_candidate(regressor)
         return np.concatenate([self.low, low]), np.concatenate([self.high, high])
 
     def sum_of_squares(self, regressor: Regressor) -> float:

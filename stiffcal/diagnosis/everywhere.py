@@ -102,7 +102,7 @@ def _supported(scan: LoadScan, sets: Sequence[Trial], best: int, choice: Integer
 def _by_chance(scan: LoadScan, one: Trial) -> float:
     """Return the probability of so large a fall of the fit's squares by chance, all that was tried counted."""
     count, squares = one.candidate.n_parameters, one.score.sum_of_squares
-    residual_dof = float(scan.dof - scan.n_columns - count)
+    residual_dof = float(scan.residual_dof - count)
     if residual_dof <= 0.0:
         return 1.0
     known = np.inf if scan.fit.noise is None else scan.fit.noise.dof

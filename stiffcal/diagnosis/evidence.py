@@ -112,8 +112,7 @@ def _evidence(
     placed_effect, data = scan.fit.robot.placed[number], scan.fit.data
     added = contribution_of(state, placed_effect)
     other_columns = np.array([column.placed != number for column in columns], dtype=np.bool_)
-    more = [regressor.columns for regressor in included]
-    before = heldout_residual(scan, other_columns, more, scan.residual + added)
+    before = heldout_residual(scan, other_columns, included, scan.residual + added)
     after = heldout_residual(scan, np.ones_like(other_columns), (), scan.residual)
     rows = _rows_with_largest_signal(scan, added, after)
     value, covariate, unit = _covariate(state, placed_effect)

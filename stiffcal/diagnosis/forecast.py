@@ -7,12 +7,12 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.diagnosis.base_rows import amplitude_bounds
+from stiffcal.diagnosis.base_rows import bounds_of_candidate
 from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
 from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import members_of
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.validation.heldout import corrected_for_freedom
@@ -51,7 +51,7 @@ def forecast_residual(
         pieces.append(columns)
         rows.append(scan.space.rows(columns))
         residual -= regressor.fixed
-        lowest, highest = amplitude_bounds(regressor)
+        lowest, highest = bounds_of_candidate(regressor)
         low, high = np.append(low, lowest), np.append(high, highest)
     outside = scan.outside_of(kept, len(low))
     return _left_out(scan, np.concatenate(pieces), np.concatenate(rows), residual, (low, high), outside, fold)
@@ -69,7 +69,7 @@ def contribution_of(state: Linearised, placed_effect: PlacedEffect) -> Floats:
 def heldout_residual(
     scan: LoadScan,
     kept: Booleans,
-    more: Sequence[Floats],
+    more: Sequence[Regressor],
     residual: Floats,
     fold: Integers | None = None,
 ) -> Floats:
@@ -78,13 +78,12 @@ def heldout_residual(
     Parameters
     ----------
     kept : (p,) which of the model's own parameters are fitted.
-    more : (q, m, n) columns of effects that cannot be negative, fitted with them. residual : (m, n) before all that.
+    more : effects that are fitted with them. residual : (m, n) before all that.
     fold : (n,) number of what is left out with each state; None: the poses of the scan.
     """
-    columns = np.concatenate([scan.own_columns[kept], *more])
-    low, high = (bound[: len(kept)][kept] for bound in scan.bounds)
-    count = len(columns) - len(low)
-    low, high = np.append(low, np.zeros(count)), np.append(high, np.full(count, np.inf))
+    columns = np.concatenate([scan.own_columns[kept], *(regressor.columns for regressor in more)])
+    edges = [[bound[: len(kept)][kept] for bound in scan.bounds], *map(bounds_of_candidate, more)]
+    low, high = (np.concatenate(side) for side in zip(*edges, strict=True))
     outside = scan.outside_of(kept, len(columns))
     return _left_out(scan, columns, scan.space.rows(columns), residual, (low, high), outside, fold)
 

@@ -74,7 +74,7 @@ def lack_of_fit(fit: ModelFit, scan: Scan) -> LackOfFit | None:
     """Return how the model's residuals stand against the noise; None where no noise is known."""
     if fit.noise is None:
         return None
-    dof = scan.dof - scan.n_columns
+    dof = scan.residual_dof
     statistic = scan.base.sum_of_squares / dof
     # Rows are whitened with the noise: the rms of whitened errors in poses left out is error over noise.
     ratio = float(np.sqrt(np.sum(scan.base.heldout) / scan.dof))
@@ -144,7 +144,7 @@ def family_p(scan: Scan, trial: Trial) -> float:
     q = len(trial.regressor.symbols) + sum(
         1 for s in trial.candidate.effect.parameters if s.role is ParameterRole.NONLINEAR
     )
-    residual_dof = scan.dof - scan.n_columns - q
+    residual_dof = scan.residual_dof - q
     if residual_dof <= 0:
         return 1.0
     # Where more is missing than this candidate, what is left scatters wider than the noise.
@@ -171,7 +171,7 @@ def possible_values(scan: Scan, trial: Trial) -> bool:
         return False
     if trial.candidate.effect.impossible(values) is None:
         return True
-    residual_dof = max(scan.dof - scan.n_columns - len(symbols), 1)
+    residual_dof = max(scan.residual_dof - len(symbols), 1)
     reach = float(chdtri(len(symbols), LACK_OF_FIT_P)) * max(1.0, trial.score.sum_of_squares / residual_dof)
     return trial.candidate.effect.possible_near(amplitudes, _information(trial), reach)
 
@@ -275,7 +275,7 @@ def same_within_noise(scan: Scan, trial: Trial, other_trial: Trial) -> bool:
 
 def _unit_of_squares(scan: Scan, trial: Trial) -> float:
     """Return the square of the scatter that a candidate leaves: 1, more where more is missing or no noise is known."""
-    residual_dof = max(scan.dof - scan.n_columns - len(trial.regressor.symbols), 1)
+    residual_dof = max(scan.residual_dof - len(trial.regressor.symbols), 1)
     scatter = trial.score.sum_of_squares / residual_dof
     # Without a known noise rows are whitened with what the present model leaves, the candidate's displacement included.
     return scatter if scan.fit.noise is None else max(1.0, scatter)
@@ -295,7 +295,9 @@ def _not_reproduced(scan: Scan, trial: Trial, other_trial: Trial) -> float:
     normal[range(base), range(base)] += known
     normal[:base, :base] += scan.outside[:, :-1].T @ scan.outside[:, :-1]
     right = columns @ aim
+    known_before = scan.outside[:, :-1]
+    right[:base] += known_before.T @ (known_before @ values[:base])
     solution = solve_within(normal, right, *bounds_with(scan, other))
     left = float(solution @ (normal @ solution - 2.0 * right) + aim @ aim)
-    before = float(known @ values[:base] ** 2) + float(np.sum((scan.outside[:, :-1] @ values[:base]) ** 2))
-    return max(left - before, 0.0)
+    left += float(np.sum((known_before @ values[:base]) ** 2))
+    return max(left - float(known @ values[:base] ** 2), 0.0)

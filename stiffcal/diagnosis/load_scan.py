@@ -18,13 +18,18 @@ from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
 from stiffcal.diagnosis.thresholds import LINGERING
+from stiffcal.estimation.unknowns import amplitudes
 from stiffcal.identification.fit import Fit
+from stiffcal.identification.identify import raw_whitening
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Observations
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, RegressorSource
 from stiffcal.measurements.load_states import members_of
 from stiffcal.validation.heldout import pose_folds
+
+# A picometre, a picoradian: a fit that misses by less misses by rounding.
+LEAST_RMS = 1e-12
 
 
 @dataclass(frozen=True)
@@ -49,8 +54,12 @@ class LoadScan(Scan):
 
     def outside_of(self, kept: Booleans, k: int) -> Floats | None:
         """Return (k + 1, k + 1) as `inner_outside` of those of the model's own parameters (p,) that are fitted."""
-        own = np.append(np.flatnonzero(kept), self.outside.shape[1] - 1)
-        return inner_outside(self.outside[:, own], k)
+        if not len(self.outside):
+            return None
+        fit, p = self.fit, len(kept)
+        # about neutral values of the others
+        target = self.outside[:, -1] + self.outside[:, :p][:, ~kept] @ amplitudes(fit.robot, fit.columns)[~kept]
+        return inner_outside(np.column_stack([self.outside[:, :p][:, kept], target]), k)
 
     def drift(self) -> tuple[float, float, float]:
         """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals.
@@ -65,7 +74,7 @@ class LoadScan(Scan):
 
         data = self.fit.data
         white = self.space.rows(self._without_sag()[None]).reshape(len(data.measured), -1)
-        residual_dof = self.dof - self.n_columns
+        residual_dof = self.residual_dof
         if residual_dof < 1 or not data.free_offset:
             return 1.0, 1.0, 0.0
         _, n_of_run = np.unique(data.run[data.carries_offset], return_counts=True)
@@ -114,6 +123,20 @@ def fold_rows(data: Observations, fold: Integers) -> list[Integers]:
     return [(np.arange(m)[:, None] * data.n_states + members).ravel() for members in members_of(fold)]
 
 
+def weights_of(fit: Fit) -> Whitening:
+    """Return the weights of the fit; where no noise is known, the residuals' own size by kind of row."""
+    if fit.noise is not None:
+        return fit.whitening
+    data, size = fit.data, raw_whitening(fit.data, None).scale.copy()
+    squares = np.where(data.measured_mask, fit.residual**2, 0.0)
+    for kind in np.unique(data.kind):
+        rows = data.kind == kind
+        n_measured = max(1, int(np.count_nonzero(data.measured_mask[rows])))
+        rms = max(float(np.sqrt(np.sum(squares[rows]) / n_measured)), LEAST_RMS)
+        size[rows] = np.where(data.measured_mask[rows], 1.0 / rms, 0.0)
+    return Whitening(size)
+
+
 @dataclass(frozen=True)
 class LoadGround:
     """A fit of load states to which candidates are added, one at a time."""
@@ -131,7 +154,7 @@ class LoadGround:
         data = fit.data
         source = RegressorSource(fit.robot, data)
         state = source.state()
-        about = fit.linearised(whitening)
+        about = fit.linearised(weights_of(fit) if whitening is None else whitening)
         space, base_columns, residual = about.space, about.derivative, about.residual
         fold = pose_folds(data)
         folds = fold_rows(data, fold)
@@ -205,5 +228,5 @@ def _slip(
         for stretch in load_stretches(data, members)
     ]
     number = int(np.searchsorted(np.unique(fold), fold[first]))
-    score = score_in_run(score, ground.base, folds.each, rows, stretches, number, ground.groups, *bounds)
+    score = score_in_run(score, ground.base, folds, rows, stretches, number, ground.groups, *bounds)
     return Trial(candidate, regressor, score, data.n_states)

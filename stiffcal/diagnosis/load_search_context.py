@@ -12,7 +12,7 @@ from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces, held_to_places
 from stiffcal.diagnosis.judge import LackOfFit
-from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
+from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates, weights_of
 from stiffcal.diagnosis.results import ResidualDependence, UntestableEffect
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_context import NoBalanceWithError, SearchContext
@@ -56,7 +56,7 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
         if not self.geometry:
             self.geometry.append(GeometryNuisance.of(self.states, fit))
             self.places.append(ReferencePlaces.of(self.states, fit))
-        scan = scan_candidates(fit, candidates, None if like is None else like.whitening, self.geometry[0])
+        scan = scan_candidates(fit, candidates, None if like is None else weights_of(like), self.geometry[0])
         scan = replace(scan, n_tried=scan.n_tried * self.n_searches)
         return held_to_places(scan, self.places[0])
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.judge import f_tail, reduction_between
-from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
+from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates, weights_of
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.diagnosis.setting_results import ContradictedSetting, SettingKind
@@ -114,7 +114,7 @@ class _Changed:
 
     def _p_against(self, sum_of_squares: float, n_columns: int) -> float:
         """Return the probability by chance of the fall from the squares of a model with so many parameters."""
-        rest = self.scan.dof - self.scan.n_columns
+        rest = self.scan.residual_dof
         if rest <= 0:
             return 1.0
         added = max(self.scan.n_columns - n_columns, 1)
@@ -135,7 +135,7 @@ class _Changed:
         rows = self.scan.space.rows(np.concatenate([self.scan.own_columns, moved[None]]))
         known, aim = rows[:-1].T, rows[-1]
         left = aim - known @ np.linalg.lstsq(known, aim, rcond=1e-10)[0]
-        scatter = self.scan.base.sum_of_squares / max(self.scan.dof - self.scan.n_columns, 1)
+        scatter = self.scan.base.sum_of_squares / max(self.scan.residual_dof, 1)
         unit = scatter if self.scan.fit.noise is None else max(1.0, scatter)
         return float(left @ left) <= LOOK_ALIKE_ERRORS**2 * unit
 
@@ -179,7 +179,7 @@ class _Changed:
 
 def _trials(scan: LoadScan, problem: Problem, robot: CompliantRobot, settings: Settings) -> Iterator[_Changed]:
     """Yield the model with each setting changed."""
-    whitening = scan.fit.whitening
+    whitening = weights_of(scan.fit)
     names = {parameter.name for parameter in scan.fit.parameters if parameter.fixed}
     for name in sorted(names & settings.fixed):
         freed = replace(settings, fixed=settings.fixed - {name})

@@ -53,7 +53,7 @@ def _supported(scan: Scan, pair: tuple[Trial, Trial], n_pairs: int) -> bool:
     fall, errors = rms_reduction(scan.base.heldout, score.heldout, score.prediction_change, scan.dof)
     count = len(score.solution) - len(scan.columns)
     count += sum(spec.role is ParameterRole.NONLINEAR for trial in pair for spec in trial.candidate.effect.parameters)
-    residual_dof = float(scan.dof - scan.n_columns - count)
+    residual_dof = float(scan.residual_dof - count)
     if residual_dof <= 0.0:
         return False
     known = np.inf if scan.fit.noise is None else scan.fit.noise.dof

@@ -76,7 +76,7 @@ def _half_intervals(scan: Scan, trial: Trial) -> Floats:
     std = np.sqrt(np.sum(axes**2 / squares, axis=1)) / scale
     if scan.fit.noise is not None:
         return np.asarray(NORMAL_95 * std)
-    dof = scan.dof - scan.n_columns - len(trial.regressor.symbols)
+    dof = scan.residual_dof - len(trial.regressor.symbols)
     return np.asarray(student_95(dof) * np.sqrt(trial.score.sum_of_squares / max(dof, 1)) * std)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.base_rows import amplitude_bounds
+from stiffcal.diagnosis.base_rows import bounds_of_candidate
 from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.row_document import free_of_constants
@@ -54,7 +54,7 @@ def forecast_row_residual(
     for trial in added:
         pieces.append(trial.regressor.columns[:, 0])
         residual -= trial.regressor.fixed[0]
-        lowest, highest = amplitude_bounds(trial.regressor)
+        lowest, highest = bounds_of_candidate(trial.regressor)
         low, high = np.append(low, lowest), np.append(high, highest)
     others = np.concatenate(pieces)
     if len(others):

@@ -43,7 +43,7 @@ def what_rows_follow(scan: RowScan, problem: RowProblem) -> list[ResidualDepende
         low, high = np.concatenate([scan.bounds[0], -free]), np.concatenate([scan.bounds[1], free])
         score = score_variants([FoldProducts.of(rows, scan.folds)], low, high, scan.groups, scan.base)
         fall, errors = rms_reduction(before, score.heldout, score.prediction_change, scan.dof)
-        residual_dof = scan.dof - scan.n_columns - len(curves)
+        residual_dof = scan.residual_dof - len(curves)
         if residual_dof <= 0 or fall <= LEAST_FALL or errors <= STANDARD_ERRORS:
             continue
         drop = (scan.base.sum_of_squares - score.sum_of_squares) / len(curves)

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.base_rows import BaseRows, amplitude_bounds, in_order, of_folds, sorted_by_fold
+from stiffcal.diagnosis.base_rows import BaseRows, bounds_of_candidate, in_order, of_folds, sorted_by_fold
 from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.folds import FoldProducts, inner_outside
 from stiffcal.diagnosis.results import AgreementWithPlaces
@@ -103,10 +103,15 @@ class Scan:
     """(m, n) measured minus predicted, free constants not taken out."""
     bounds: tuple[Floats, Floats]
     """(p + q,) lower and upper, how far the base model's parameters and the nuisance errors can go."""
-    outside: Floats = field(default_factory=lambda: np.zeros((0, 1)), kw_only=True)
-    """(r, p + q + 1) rows of what is known of them before, in no fold, the residual last; without any (0, …)."""
+    outside: Floats = field(kw_only=True)
+    """(r, p + q + 1) rows of what is known of them before, in no fold, the residual last."""
     prior: Floats | None = field(default=None, kw_only=True)
     """(p + q,) precision of each before the data: zero of the model's own parameters; None without nuisance errors."""
+
+    @property
+    def residual_dof(self) -> int:
+        """Degrees of freedom of the base model's sum of squares, to which what is known before belongs."""
+        return self.dof + int(np.count_nonzero(self.outside.any(axis=1))) - self.n_columns
 
     @property
     def own_columns(self) -> Floats:
@@ -157,7 +162,7 @@ def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     rows = scan.space.rows(
         np.concatenate([scan.columns, *(regressor.columns for regressor in regressors), remaining[None]])
     )
-    bounds = [scan.bounds, *(amplitude_bounds(regressor) for regressor in regressors)]
+    bounds = [scan.bounds, *(bounds_of_candidate(regressor) for regressor in regressors)]
     low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
     return scan.score_of(rows, low, high)
 
@@ -261,7 +266,7 @@ def refine_nonlinear(trial: Trial, ground: BaseRows) -> Trial:
 
 def bounds_with(scan: Scan, regressor: Regressor | StoredRegressor) -> tuple[Floats, Floats]:
     """Return (k,) the lower and upper bounds of the base model's parameters and a candidate's amplitudes."""
-    low, high = (np.concatenate(pair) for pair in zip(scan.bounds, amplitude_bounds(regressor), strict=True))
+    low, high = (np.concatenate(pair) for pair in zip(scan.bounds, bounds_of_candidate(regressor), strict=True))
     return low, high
 
 

@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.folds import FoldProducts
 from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
 from stiffcal.diagnosis.scoring import Score
 from stiffcal.identification.projection import Projection
@@ -83,7 +84,7 @@ def load_stretches(data: Observations, members: Integers) -> list[Integers]:
 def score_in_run(
     score: Score,
     base: Score,
-    products: Floats,
+    products: FoldProducts,
     rows: Floats,
     stretches: Sequence[Integers],
     fold: int,
@@ -97,14 +98,14 @@ def score_in_run(
     ----------
     score : as poses left out give it.
     base : the base model's.
-    products : (F, k + 1, k + 1) inner products, base columns first, residual last.
+    products : inner products, base columns first, residual last.
     rows : (k + 1, m · n) the whitened rows behind them.
     stretches : positions in ``rows`` of each stretch.
     fold : number of the pose's fold.
     groups : (F,) groups of folds for the repeated choice.
     lower, upper : (k,) bounds.
     """
-    total = products.sum(axis=0)
+    total = products.total
     stretch_products = np.stack([rows[:, stretch] @ rows[:, stretch].T for stretch in stretches])
     rest = without_rows(total, stretch_products)
     p = len(base.solution)

@@ -41,7 +41,7 @@ def what_it_follows(scan: LoadScan, states: LoadStates) -> list[ResidualDependen
         explained = total - remaining
         # So many free numbers take as many units of noise, and more where more than noise is left.
         by_chance = count * max(1.0, (total - explained) / max(scan.dof, 1))
-        residual_dof = scan.dof - scan.n_columns - count
+        residual_dof = scan.residual_dof - count
         if count == 0 or residual_dof <= 0:
             continue
         statistic = (explained / count) / max((total - explained) / residual_dof, 1e-300)

@@ -25,7 +25,7 @@ def sufficient_alone(scan: Scan) -> tuple[Candidate, ...]:
     if scan.fit.noise is None:
         return ()
     known = scan.fit.noise.dof
-    if _is_noise(scan.base.sum_of_squares, float(scan.dof - scan.n_columns), known):
+    if _is_noise(scan.base.sum_of_squares, float(scan.residual_dof), known):
         # What is left is not more than the scatter of repeats: it is something else about it that is wrong.
         return ()
     sufficient = [trial for trial in scan.trials if _fits(scan, trial, known)]
@@ -38,7 +38,7 @@ def _fits(scan: Scan, trial: Trial, known: float) -> bool:
         return False
     shapes = sum(1 for spec in trial.candidate.effect.parameters if spec.role is ParameterRole.NONLINEAR)
     return _is_noise(
-        trial.score.sum_of_squares, float(scan.dof - scan.n_columns - len(trial.regressor.symbols) - shapes), known
+        trial.score.sum_of_squares, float(scan.residual_dof - len(trial.regressor.symbols) - shapes), known
     )
 
 

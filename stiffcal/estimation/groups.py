@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,32 +22,41 @@ class GroupNoise:
     """
     constant: Booleans
     """(G,) True for groups of which each row has a free constant."""
+    read: Booleans
+    """(m, n) True where something was read."""
 
     @classmethod
     def independent(cls, sigma: Floats, group: Integers, constant: bool = False) -> GroupNoise:
-        """Return the noise of readings that are independent, with standard deviations (m, n)."""
+        """Return the noise of independent readings with standard deviations (m, n), NaN where nothing was read."""
         n_groups = int(group.max()) + 1
         covariance = tuple(np.diag(sigma[:, group == g].ravel() ** 2) for g in range(n_groups))
-        return cls(group, covariance, np.full(n_groups, constant, dtype=np.bool_))
+        return cls(group, covariance, np.full(n_groups, constant, dtype=np.bool_), np.isfinite(sigma))
 
     @cached_property
     def n_constants(self) -> int:
-        """How many constants are free."""
-        m = [len(covariance) // np.count_nonzero(self.group == g) for g, covariance in enumerate(self.covariance)]
-        return int(np.sum(np.array(m) * self.constant))
+        """How many constants are free: of the rows of which a group has readings."""
+        rows = [self.read[:, self.group == g].any(axis=1).sum() for g in range(len(self.covariance))]
+        return int(np.sum(np.array(rows) * self.constant))
 
     def rows(self, stack: Floats) -> Floats:
-        """Return (k, m · n) independent rows of unit variance of (k, m, n), constants taken out, group after group."""
-        return np.concatenate(list(self._of_groups(stack)), axis=1)
+        """Return (k, m · n) independent rows of unit variance of (k, m, n), group after group, constants taken out.
 
-    def _of_groups(self, stack: Floats) -> Iterator[Floats]:
+        Zero for what was not read.
+        """
+        return np.concatenate([self._of_group(stack, g) for g in range(len(self.covariance))], axis=1)
+
+    def _of_group(self, stack: Floats, g: int) -> Floats:
         k, m, _ = stack.shape
-        for g, covariance in enumerate(self.covariance):
-            own = stack[:, :, self.group == g].reshape(k, -1)
-            lower = np.linalg.cholesky(covariance)
-            white = np.linalg.solve(lower, own.T)
-            if self.constant[g]:
-                unit = np.linalg.solve(lower, np.repeat(np.eye(m), own.shape[1] // m, axis=0))
-                basis = np.linalg.qr(unit)[0]
-                white = white - basis @ (basis.T @ white)
-            yield white.T
+        members = np.flatnonzero(self.group == g)
+        read = self.read[:, members].ravel()
+        white = np.zeros((k, len(read)))
+        if not read.any():
+            return white
+        lower = np.linalg.cholesky(self.covariance[g][np.ix_(read, read)])
+        own = np.linalg.solve(lower, stack[:, :, members].reshape(k, -1)[:, read].T)
+        if self.constant[g]:
+            unit = np.repeat(np.eye(m), len(members), axis=0)[read]
+            basis = np.linalg.qr(np.linalg.solve(lower, unit[:, unit.any(axis=0)]))[0]
+            own = own - basis @ (basis.T @ own)
+        white[:, read] = own.T
+        return white

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.estimation.bounded_least_squares import column_scale
 from stiffcal.estimation.distinguish import TAKES_PART, distinguish
+from stiffcal.estimation.triangular import scaled_inverse
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.estimation.unknowns import Unknowns
 from stiffcal.natural_order import NameKey, natural_key
@@ -142,11 +142,8 @@ def _members(null: Floats, remaining: NDArray[np.int64], column: int) -> NDArray
 
 def _std_with_others_free(factor: Floats, remaining: NDArray[np.int64]) -> Floats:
     """Return (p,) the standard uncertainty of each parameter that remains, all of these free; 0 of the others."""
-    columns = factor[:, remaining]
-    scale = column_scale(columns)
-    inverse = np.linalg.pinv(columns / scale, rcond=1e-13)
     spread = np.zeros(factor.shape[1])
-    spread[remaining] = np.sqrt(np.sum(inverse**2, axis=1)) / scale
+    spread[remaining] = np.sqrt(np.sum(scaled_inverse(factor[:, remaining]) ** 2, axis=1))
     return spread
 
 
@@ -159,9 +156,7 @@ def _no_better_than(factor: Floats, left_out: Booleans, tolerance: Floats) -> li
     worst: list[int] = []
     while not held.all():
         free = np.flatnonzero(~held)
-        scale = column_scale(factor[:, free])
-        inverse = np.linalg.pinv(factor[:, free] / scale, rcond=1e-13)
-        ratio = np.sqrt(np.sum(inverse**2, axis=1)) / scale / tolerance[free]
+        ratio = _std_with_others_free(factor, free)[free] / tolerance[free]
         if ratio.max() <= 1.0:
             break
         worst.append(int(free[np.argmax(ratio)]))

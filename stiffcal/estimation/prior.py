@@ -26,13 +26,13 @@ class Prior:
 
     @classmethod
     def independent(cls, deviation: Floats, mean: Floats | None = None) -> Prior:
-        """Return the prior of unknowns (p,) with standard deviations of their own, infinite where nothing is known.
+        """Return the prior of unknowns (p,) that are independent of each other.
 
         Parameters
         ----------
-        deviation : (p,). mean : (p,); None: zero.
+        deviation : (p,) standard deviations, infinite or 0 where nothing is known. mean : (p,); None: zero.
         """
-        members = np.flatnonzero(np.isfinite(deviation))
+        members = np.flatnonzero(np.isfinite(deviation) & (deviation > 0.0))
         centre = np.zeros(len(members)) if mean is None else mean[members]
         return cls(members, centre, np.diag(deviation[members] ** 2))
 

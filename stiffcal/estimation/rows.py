@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.estimation.prior import Prior
 from stiffcal.estimation.triangular import Reduced, triangular_of_rows
 from stiffcal.estimation.unknowns import OpenBefore, Unknowns
 
@@ -101,10 +102,19 @@ class Rows:
         )
 
     def with_change(self, change: Change) -> Rows:
-        """Return the rows with a mistake in the readings taken back, its own unknowns after those of the model."""
+        """Return the rows with a mistake in the readings taken back, its own unknowns after those of the model.
+
+        Raises
+        ------
+        ValueError : the model has an unknown of the same name.
+        """
+        if set(self.unknowns.names) & set(change.unknowns.names):
+            raise ValueError("a mistake has unknowns of its own")
         p, q = len(self.values), len(change.values)
-        prior = np.zeros((len(self.prior), p + q + 1))
-        prior[:, :p], prior[:, -1] = self.prior[:, :p], self.prior[:, -1]
+        of_change = Prior.independent(change.unknowns.prior).rows(change.values)
+        prior = np.zeros((len(self.prior) + len(of_change), p + q + 1))
+        prior[: len(self.prior), :p], prior[: len(self.prior), -1] = self.prior[:, :p], self.prior[:, -1]
+        prior[len(self.prior) :, p:] = of_change
         return replace(
             self,
             unknowns=joined(self.unknowns, change.unknowns),
@@ -130,13 +140,30 @@ class Change:
 
 
 def joined(first: Unknowns, second: Unknowns) -> Unknowns:
-    """Return the unknowns of both, those of the first before; a name in both is one unknown, as the first knows it."""
+    """Return the unknowns of both, those of the first before; a name in both is one unknown.
+
+    Open before any reading is a shared one only where it is so in both.
+
+    Raises
+    ------
+    ValueError : a shared unknown has two pairs of bounds.
+    """
+    place = {name: number for number, name in enumerate(first.names)}
+    for number, name in enumerate(second.names):
+        if name in place and (first.lower[place[name]], first.upper[place[name]]) != (
+            second.lower[number],
+            second.upper[number],
+        ):
+            raise ValueError(f"the shared unknown {name} has two pairs of bounds")
     new = np.array([name not in first.names for name in second.names], dtype=np.bool_)
     more = tuple(name for name in second.names if name not in first.names)
-    before = OpenBefore(
-        {**second.open_before.causes, **first.open_before.causes},
-        first.open_before.common_scale or second.open_before.common_scale,
-    )
+    one, other = first.open_before, second.open_before
+    causes = {
+        name: cause
+        for name, cause in {**other.causes, **one.causes}.items()
+        if (name in one.causes or name not in first.names) and (name in other.causes or name not in second.names)
+    }
+    before = OpenBefore(causes, one.common_scale if one.common_scale == other.common_scale else ())
     return Unknowns(
         (*first.names, *more),
         np.append(first.lower, second.lower[new]),
@@ -152,7 +179,7 @@ def together(parts: Sequence[Rows]) -> tuple[Unknowns, Floats, Reduced]:
     """Return the unknowns of several experiments, their values, and the problem of all of them in triangular form.
 
     Unknowns of the same name are shared, the others are each experiment's own: two campaigns with one robot are the
-    rows of both.
+    rows of both. What is known before of a shared unknown counts once, however many of them state it.
 
     Parameters
     ----------
@@ -168,6 +195,7 @@ def together(parts: Sequence[Rows]) -> tuple[Unknowns, Floats, Reduced]:
     p = len(unknowns)
     values = np.full(p, np.nan)
     rows: list[Floats] = []
+    known_before: list[Floats] = []
     remainder, dof = 0.0, 0
     for part in parts:
         place = np.array([unknowns.names.index(name) for name in part.unknowns.names], dtype=np.int64)
@@ -175,11 +203,14 @@ def together(parts: Sequence[Rows]) -> tuple[Unknowns, Floats, Reduced]:
         if not np.array_equal(values[place][known], part.values[known]):
             raise ValueError("a shared unknown has two values")
         values[place] = part.values
-        reduced = part.reduced()
-        wide = np.zeros((len(reduced.factor), p + 1))
-        wide[:, place], wide[:, p] = reduced.factor, reduced.target
-        rows.append(wide)
+        reduced = replace(part, prior=part.prior[:0]).reduced()
+        own = np.zeros((len(reduced.factor), p + 1))
+        own[:, place], own[:, p] = reduced.factor, reduced.target
+        rows.append(own)
         remainder, dof = remainder + reduced.remainder, dof + reduced.dof
+        before = np.zeros((len(part.prior), p + 1))
+        before[:, place], before[:, p] = part.prior[:, :-1], part.prior[:, -1]
+        known_before += [row for row in before if not any(np.array_equal(row, other) for other in known_before)]
     triangle = triangular_of_rows(np.concatenate(rows).T)
     whole = Reduced(triangle[:p, :p], triangle[:p, p], remainder + float(triangle[p, p] ** 2), dof)
-    return unknowns, values, whole
+    return unknowns, values, whole.with_prior(np.array(known_before).reshape(-1, p + 1))

@@ -54,8 +54,8 @@ class Source(Protocol[W]):
     def lasting_weights(self) -> bool:
         """Whether weights have to settle with the unknowns, as those that bear wild readings do."""
 
-    def rows(self, values: Floats, weights: W | None, renew: bool) -> tuple[Reduced, W]:
-        """Return the rows about values (p,), with what is known before among them, and their weights.
+    def reduced(self, values: Floats, weights: W | None, renew: bool) -> tuple[Reduced, W]:
+        """Return the rows about values (p,) in triangular form, what is known before among them, and their weights.
 
         Parameters
         ----------
@@ -76,14 +76,12 @@ class Source(Protocol[W]):
 class Settled(Generic[W]):
     """Where Gauss–Newton ended."""
 
-    source: Source[W]
-    """The readings, with their last correction."""
     values: Floats
     """(p,) the estimates."""
     weights: W
     """Of the last rows."""
     reduced: Reduced
-    """The last rows."""
+    """The last rows that were solved, about where that step began: a negligible step away from the estimates."""
     checked: Identifiability
     """What they determine."""
     iterations: int
@@ -145,7 +143,7 @@ def settle(
         weighed_at, stale = values if renew else weighed_at, False
         iterations += 1
         try:
-            reduced, weights = source.rows(values, weights, renew)
+            reduced, weights = source.reduced(values, weights, renew)
         except NoBalanceError as error:
             beyond, n_beyond = beyond or error, n_beyond + 1
             if taken is None or iterations >= MAX_STEPS or taken.left < small:
@@ -167,7 +165,7 @@ def settle(
                     continue
                 if beyond is not None and left >= small:
                     raise beyond
-                ended = Settled(source, values, weights, shorter.reduced, shorter.checked, iterations)
+                ended = Settled(values, weights, shorter.reduced, shorter.checked, iterations)
                 return ended if left < small else replace(ended, last_step=left)
             # The next step cannot be predicted from a shortened one.
             taken, last, values = shorter, 0.0, shorter.reached
@@ -192,9 +190,9 @@ def settle(
         if settled or not iterates or iterations >= MAX_STEPS:
             last_step = change if iterates and not settled else None
             if last_step is None:
-                return Settled(source, values, weights, reduced, checked, iterations)
+                return Settled(values, weights, reduced, checked, iterations)
             if beyond is not None:
                 raise beyond
             final = least or _Met(np.inf, values, reduced, checked)
-            return Settled(source, final.values, weights, final.reduced, final.checked, iterations, last_step)
+            return Settled(final.values, weights, final.reduced, final.checked, iterations, last_step)
         last, source = change, corrected

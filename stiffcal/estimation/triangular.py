@@ -51,9 +51,7 @@ class Reduced:
         own = np.zeros((p + 1, p + 1))
         own[:p, :p], own[:p, p], own[p, p] = self.factor, self.target, np.sqrt(max(self.remainder, 0.0))
         triangle = triangular(np.vstack([own, rows]))
-        scale = column_scale(triangle[:p, :p])
-        inverse = np.linalg.pinv(triangle[:p, :p] / scale, rcond=1e-13) / scale[:, None]
-        share = float(np.sum((rows[:, :p] @ inverse) ** 2))
+        share = float(np.sum((rows[:, :p] @ scaled_inverse(triangle[:p, :p])) ** 2))
         remainder = float(triangle[p, p] ** 2)
         dof = self.dof + round(share)
         return replace(self, factor=triangle[:p, :p], target=triangle[:p, p], remainder=remainder, dof=dof)
@@ -73,14 +71,18 @@ class Reduced:
         ----------
         free : (p,) True for those that are solved for.
         """
-        factor = self.factor[:, free]
-        scale = column_scale(factor)
-        inverse = np.linalg.pinv(factor / scale, rcond=1e-13) / scale[:, None]
+        inverse = scaled_inverse(self.factor[:, free])
         return np.asarray(inverse @ inverse.T)
 
     def cost(self, x: Floats) -> float:
         """Return the weighted sum of squares at x."""
         return float(np.sum((self.factor @ x - self.target) ** 2) + self.remainder)
+
+
+def scaled_inverse(factor: Floats) -> Floats:
+    """Return the pseudo-inverse (p, r) of a factor (r, p), its columns taken as equally long."""
+    scale = column_scale(factor)
+    return np.asarray(np.linalg.pinv(factor / scale, rcond=1e-13) / scale[:, None])
 
 
 def triangular(stack: Floats) -> Floats:

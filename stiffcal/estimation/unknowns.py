@@ -62,8 +62,8 @@ class Unknowns:
     tolerance: Floats
     """(p,) standard uncertainty before any measurement: an estimate that is no better is none. Infinite: not known."""
     prior: Floats
-    """(p,) standard deviation that the rows of a fit hold already, infinite where they hold none: data that determine
-    an unknown no better leave it free, and unknown.
+    """(p,) standard deviation of the law's own that the rows of a fit hold already, infinite where there is none: data
+    that determine an unknown no better leave it free, and unknown.
     """
     open_before: OpenBefore = OpenBefore()
     """What is open whatever was read."""
@@ -144,6 +144,15 @@ def bounds_of(specs: Sequence[ParameterSpec]) -> tuple[Floats, Floats]:
     """Return lower and upper bounds (q,) of what laws multiply with."""
     bounds = np.array([amplitude_bounds(spec) for spec in specs], dtype=np.float64).reshape(-1, 2)
     return bounds[:, 0], bounds[:, 1]
+
+
+def signs_of(specs: Sequence[ParameterSpec]) -> tuple[Floats, Floats]:
+    """Return bounds (q,) by sign alone: sizes of laws that cannot be negative are not.
+
+    For candidates: one that is best beyond what is possible is no better explanation at the edge of it.
+    """
+    signed = [spec.inverse or (spec.lower >= 0.0 and spec.role is ParameterRole.AMPLITUDE) for spec in specs]
+    return np.where(signed, 0.0, -np.inf), np.full(len(specs), np.inf)
 
 
 def free_columns(robot: CompliantRobot, fixed: frozenset[str] = frozenset()) -> list[ParameterColumn]:

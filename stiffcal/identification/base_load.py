@@ -12,7 +12,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import ParameterColumn, free_columns
-from stiffcal.identification.observation import Observations, evaluate
+from stiffcal.identification.observation import Observations, derivatives
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
 
@@ -58,6 +58,5 @@ def loaded_by_tilt(robot: CompliantRobot, data: Observations, fixed: frozenset[s
 
 def _columns(robot: CompliantRobot, data: Observations, columns: list[ParameterColumn]) -> Floats:
     """Return (p, m n) regressors on the chain as drawn."""
-    pieces = [block.columns for block in evaluate(robot, data, columns, rigid=True)]
-    whole = np.concatenate(pieces, axis=2)
+    whole = derivatives(robot, data, columns, rigid=True)
     return np.where(data.measured_mask, whole, 0.0).reshape(len(columns), -1)

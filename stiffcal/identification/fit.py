@@ -54,7 +54,7 @@ class Fit:
     iterations: int
     """Gauss–Newton steps taken."""
     whitening: Whitening
-    """Weights of ``data`` in the last step."""
+    """Weights of ``data`` in the last step: those of the noise, lower for wild readings where these count less."""
     left_at_neutral: frozenset[str] = frozenset()
     """Full names of parameters left at their neutral value because nothing distinguishes them."""
     geometry: GeometryPrior | None = None

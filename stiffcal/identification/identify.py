@@ -224,7 +224,7 @@ def _summarise(source: LoadSource, settled: Settled[LoadWeights]) -> Fit:
     names, settings, reduced, checked = source.unknowns.names, source.settings, settled.reduced, settled.checked
     # The last step was a small share of a standard uncertainty: what it moved in the predictions is invisible.
     predicted = reduced.predicted if robot.deformed else predict_observations(robot, data)
-    residual = without_offsets(data, predicted, weights.whitening)
+    residual = without_offsets(data, predicted, settled.weights.whitening)
     white = weights.whitening.apply(residual)
     free, known_ones = ~checked.left_at_neutral, checked.identifiable
     dof = reduced.dof - int(np.count_nonzero(free))
@@ -262,7 +262,7 @@ def _summarise(source: LoadSource, settled: Settled[LoadWeights]) -> Fit:
         data=data,
         iterations=settled.iterations,
         last_step=settled.last_step,
-        whitening=weights.whitening,
+        whitening=settled.weights.whitening,
         left_at_neutral=frozenset(
             name for name, left_out in zip(names, checked.left_at_neutral, strict=True) if left_out
         ),

@@ -13,6 +13,7 @@ from stiffcal.identification.noise import Noise, Whitening, whiten
 from stiffcal.identification.observation import Observations, evaluate
 from stiffcal.identification.priors import prior_rows
 from stiffcal.identification.projection import Projection
+from stiffcal.identification.weights import along_the_sweep
 from stiffcal.model.composite import CompliantRobot
 
 
@@ -50,7 +51,8 @@ class LoadRows(Rows):
         blocks = list(evaluate(robot, data, columns, with_sensitivity=of_noise))
         if isinstance(weights, Noise):
             carried = [block.sensitivity for block in blocks if block.sensitivity is not None]
-            weights = whiten(weights, data, np.concatenate(carried, axis=2) if of_noise else None)
+            sensitivity = along_the_sweep(np.concatenate(carried, axis=2), data) if of_noise else None
+            weights = whiten(weights, data, sensitivity)
         unknowns = Unknowns.of(robot, columns)
         return cls(
             unknowns=unknowns,

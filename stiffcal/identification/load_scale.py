@@ -17,7 +17,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.observation import Observations, evaluate, predicted, rests
+from stiffcal.identification.observation import Observations, derivatives, predicted, rests
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Kind, ParameterRole
 
@@ -97,7 +97,7 @@ def common_scale(robot: CompliantRobot, data: Observations, fixed: frozenset[str
         if linear.placed[column.placed].effect.moves_masses
         or (column.role is ParameterRole.AMPLITUDE and linear.placed[column.placed].effect.kind in _LAWS)
     ]
-    sensitivities = np.concatenate([block.columns for block in evaluate(linear, data, columns)], axis=2)
+    sensitivities = derivatives(linear, data, columns)
     rows = np.where(data.measured_mask, sensitivities, 0.0).reshape(len(columns), -1)
     names, parts, moments = [], [], []
     for column, row in zip(columns, rows, strict=True):

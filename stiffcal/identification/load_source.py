@@ -99,7 +99,7 @@ class LoadSource:
         """Return the robot with values (p,) of its free parameters."""
         return with_estimates(self.robot, self.columns, values)
 
-    def rows(self, values: Floats, weights: LoadWeights | None, renew: bool) -> tuple[Reduced, LoadWeights]:
+    def reduced(self, values: Floats, weights: LoadWeights | None, renew: bool) -> tuple[Reduced, LoadWeights]:
         """Return the rows about values (p,), and their weights; see `stiffcal.estimation.solve.Source`."""
         robot, lowered = self.robot_at(values), None if weights is None else weights.lowered
         made, blocks = self._weighed(robot, None if weights is None else weights.weights, renew)

@@ -17,7 +17,7 @@ from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import ParameterColumn, free_columns
 from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import Noise, Whitening
-from stiffcal.identification.observation import Observations, evaluate
+from stiffcal.identification.observation import Observations, derivatives
 from stiffcal.identification.weights import raw_whitening
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
@@ -63,7 +63,7 @@ def noise_dominated_parameters(
 
 def _first_order(data: Observations, robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> Floats:
     """Return the (p, m, n) columns on the rigid chain."""
-    return np.concatenate([block.columns for block in evaluate(robot, data, columns, rigid=True)], axis=2)
+    return derivatives(robot, data, columns, rigid=True)
 
 
 def _within_runs(columns: Floats, data: Observations, whitening: Whitening) -> Floats:

@@ -14,7 +14,7 @@ from stiffcal.arrays import Floats
 from stiffcal.estimation.triangular import triangular
 from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import Observations, evaluate
+from stiffcal.identification.observation import Observations, derivatives
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -71,7 +71,7 @@ def _best_shape(
         for column in free_columns(others, fixed)
         if column.role is not ParameterRole.NONLINEAR and not lacks_nonlinear_value(others.placed[column.placed])
     ]
-    background = np.concatenate([block.columns for block in evaluate(others, data, columns)], axis=2)
+    background = derivatives(others, data, columns)
     residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
     base = space.rows(np.concatenate([background, residual[None]]))
 

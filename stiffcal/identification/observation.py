@@ -43,6 +43,7 @@ from stiffcal.model.held_at_rest import held_at_rest, second_order_turn
 __all__ = [
     "Evaluation",
     "Observations",
+    "derivatives",
     "evaluate",
     "lever_of",
     "observe",
@@ -91,6 +92,13 @@ def evaluate(
         block = _evaluate_block(robot, data.subset(rows), rows, columns, with_sensitivity, rigid)
         check_finite(block.columns, robot, [(column.placed, column.symbol) for column in columns])
         yield block
+
+
+def derivatives(
+    robot: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn], rigid: bool = False
+) -> Floats:
+    """Return (p, m, n) derivatives of the predicted observations alone; parameters as of `evaluate`."""
+    return np.concatenate([block.columns for block in evaluate(robot, data, columns, rigid=rigid)], axis=2)
 
 
 def _evaluate_block(

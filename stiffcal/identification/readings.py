@@ -69,7 +69,7 @@ class Observations:
     angles: Floats
     """(J, n) model joint angles, rad, constant within a run."""
     wrench: Floats
-    """(6, n) as read, N and N·m."""
+    """(6, n) on the robot, N and N·m, in the set-up's axes (`MeasurementSetup.wrench_axes`)."""
     order: StateOrder
     """Order and time of the states."""
     measured: Floats

@@ -133,7 +133,7 @@ def choice_of_design(
 def identifiable(factors: Floats, known: Floats | None, nonlinear: Booleans | None = None) -> tuple[Booleans, Booleans]:
     """Return (p,) which parameters a fit to runs determines, and (p,) which of them by themselves.
 
-    By the rules of the fit (`identification.identifiability`): of parameters that make up for each other some are left
+    By the rules of the fit (`estimation.identifiability`): of parameters that make up for each other some are left
     at their neutral value and some stay; none of them is identified by itself.
 
     Parameters

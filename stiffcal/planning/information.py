@@ -16,8 +16,9 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.noise import Noise, whiten
-from stiffcal.identification.observation import Observations, evaluate, observe
+from stiffcal.identification.load_rows import LoadRows
+from stiffcal.identification.noise import Noise
+from stiffcal.identification.observation import Observations, derivatives, observe
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
@@ -103,7 +104,7 @@ def information_of_runs(
     names = tuple(robot.placed[column.placed].parameter_name(column.symbol) for column in columns)
     nonlinear = np.array([column.role is ParameterRole.NONLINEAR for column in columns], dtype=np.bool_)
     n_runs = len(wrench)
-    blocks, n_further = [], 0
+    blocks = []
     for first in range(0, n_runs, RUNS_AT_ONCE):
         rows = slice(first, min(first + RUNS_AT_ONCE, n_runs))
         driven = None if turn is None else turn[rows]
@@ -111,36 +112,15 @@ def information_of_runs(
             robot, joints[rows], wrench[rows], setup, with_rotation, kind, driven, reads_along_lines(noise, setup)
         )
         more = further(data) if further is not None else np.zeros((0, *data.measured.shape))
-        n_further = len(more)
-        parts = []
-        for evaluation in evaluate(robot, data, columns, with_sensitivity=noise.of_wrench):
-            part = data.subset(evaluation.rows)
-            # (q, m, n) whitened: the parameters' columns, then those of the run's offset, a unit per component
-            whitening = whiten(noise, part, evaluation.sensitivity)
-            m = 0 if kind == "absolute" else len(part.measured)
-            offsets = np.repeat(np.eye(m, len(part.measured))[:, :, None], part.n_states, axis=2)
-            stack = np.concatenate([evaluation.columns * scale[:, None, None], more[:, :, evaluation.rows], offsets])
-            parts.append(whitening.apply(stack))
-        whole = np.concatenate(parts, axis=2)
+        # the unloaded readings belong to the run, whose offset the fit will find
+        about = LoadRows.about(robot, replace(data, free_offset=kind != "absolute"), columns, noise)
+        stack = np.concatenate([about.derivative * scale[:, None, None], more])
         count = rows.stop - rows.start
-        per_run = whole.reshape(len(whole), whole.shape[1], count, -1)
+        per_run = about.space.rows(stack).reshape(len(stack), len(data.measured), count, -1)
         # (N, m K, q): readings of a run below each other
-        rows_of_runs = np.moveaxis(per_run, (2, 3, 1, 0), (0, 1, 2, 3)).reshape(count, -1, len(whole))
-        blocks.append(_without_offsets(rows_of_runs, len(columns) + n_further))
+        blocks.append(np.moveaxis(per_run, (2, 3, 1, 0), (0, 1, 2, 3)).reshape(count, -1, len(stack)))
     p, factors = len(columns), np.concatenate(blocks)
     return RunInformation(names, values, factors[:, :, :p], scale, typical, nonlinear, factors[:, :, p:])
-
-
-def _without_offsets(rows: Floats, count: int) -> Floats:
-    """Return (N, r, count) the first columns of rows (N, r, q), without what the others, the run's offsets, take up."""
-    factors, offset = rows[:, :, :count], rows[:, :, count:]
-    if not offset.shape[2]:
-        return factors
-    basis, triangle = np.linalg.qr(offset)
-    # a component that the run does not read has no offset
-    size = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
-    basis = basis * (size > 1e-12 * size.max(axis=1, keepdims=True))[:, None, :]
-    return np.asarray(factors - basis @ (np.swapaxes(basis, 1, 2) @ factors))
 
 
 def reads_along_lines(noise: Noise, setup: MeasurementSetup) -> bool:
@@ -251,7 +231,6 @@ def prediction_rows(
     setup = replace(setup, targets=setup.targets[:1], target_names=setup.target_names[:1])
     kind = "absolute" if kind == "absolute" else "load"
     data = observations_of_runs(robot, joints, wrench[:, None], setup, False, kind)
-    blocks = [evaluation.columns for evaluation in evaluate(robot, data, columns)]
     first, last = UNLOADED_READINGS[kind]
-    loaded = np.concatenate(blocks, axis=2)[:, :, first :: 1 + first + last]
+    loaded = derivatives(robot, data, columns)[:, :, first :: 1 + first + last]
     return np.asarray((loaded * scale[:, None, None]).reshape(len(columns), -1).T)

@@ -1,4 +1,4 @@
-"""Load states from raw states: base axes, the wrench on the robot, references marked."""
+"""Load states from raw states: places in base axes, wrenches on the robot in the set-up's axes, references marked."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STANDARD_GRAVITY = 9.80665  # m/s², where the robot file's gravity has no lengt
 
 
 def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: MeasurementSetup) -> LoadStates:
-    """Turn raw states into load states: base axes, wrench on the robot, references marked.
+    """Turn raw states into load states: places in base axes, wrenches in the set-up's axes, references marked.
 
     Raises
     ------

@@ -96,7 +96,7 @@ def _restoring(
     elsewhere: dict[str, float] = {}
     for trial in scan.trials:
         left = trial.score.sum_of_squares
-        dof = scan.dof - scan.n_columns - trial.candidate.n_parameters
+        dof = scan.residual_dof - trial.candidate.n_parameters
         if dof < 1 or grew([*before, left / dof], len(before)):
             continue
         if trial.candidate.place.kind == "setup":

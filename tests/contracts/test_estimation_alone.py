@@ -14,8 +14,11 @@ ROOT = Path(stiffcal.__file__).parent
 # where fits are made: `estimation`, and `identification`, which makes rows of load states
 OWN = ("estimation/", "identification/")
 
-# Differentiates the model itself. To come: rows of planned runs and of suspects are made by `LoadRows.about`.
+# Differentiates the model itself: poses that a plan predicts, where nothing is measured; runs against no fit at all.
 COLUMNS = {"planning/information.py", "diagnosis/suspects/bench.py"}
+
+# Linearises without a fit: runs that are planned or compared with others.
+ROWS = {"planning/information.py", "planning/rivals.py", "diagnosis/suspects/bench.py"}
 
 # Solvers of other kinds of experiment and of questions that are no fit of a model's parameters.
 SOLVERS = {
@@ -82,9 +85,29 @@ def test_nobody_else_differentiates_the_model(trees: dict[str, ast.Module]) -> N
     found = {
         name
         for name, tree in trees.items()
-        if not name.startswith(OWN) and ("stiffcal.identification.observation", "evaluate") in imported(tree)
+        if not name.startswith(OWN)
+        and any(
+            module == "stiffcal.identification.observation" and what in {"evaluate", "derivatives"}
+            for module, what in imported(tree)
+        )
     }
     assert found == COLUMNS
+
+
+def test_rows_come_from_a_fit(trees: dict[str, ast.Module]) -> None:
+    made = {
+        name
+        for name, tree in trees.items()
+        if not name.startswith(OWN)
+        and any(
+            isinstance(node, ast.Attribute)
+            and node.attr == "about"
+            and isinstance(node.value, ast.Name)
+            and node.value.id == "LoadRows"
+            for node in ast.walk(tree)
+        )
+    }
+    assert made == ROWS
 
 
 def test_nobody_else_calls_a_solver(trees: dict[str, ast.Module]) -> None:

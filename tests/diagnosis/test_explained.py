@@ -39,7 +39,7 @@ def scan_of(columns: Floats, values: Floats) -> Scan:
     fit = cast(Any, SimpleNamespace(noise=SimpleNamespace(dof=np.inf, source="repeats"), robot=None))
     return Scan(
         fit, base, (), folds, groups, values.size, len(columns), 1, PlainRows(), columns[:, None, :], residual[None],
-        (-bound, bound),
+        (-bound, bound), outside=np.zeros((0, len(columns) + 1)),
     )  # fmt: skip
 
 

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from stiffcal.diagnosis.folds import FoldProducts, fold_products
+from stiffcal.diagnosis.folds import FoldProducts, fold_products, inner_outside
+from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import score_in_run
+from stiffcal.estimation.unknowns import free_columns
+from tests.laboratory.robots import six_axes
+from tests.laboratory.simulated_states import joint_springs
 
 
 @pytest.mark.parametrize("likeness", [0.0, 0.9, 0.999])
@@ -127,8 +134,44 @@ def test_a_slip_changes_its_pose_in_every_repeated_choice_alike() -> None:
     base = score_variants([FoldProducts(plain, rows[[0, 1, 2, 4]], folds)], open_below[:3], open_above[:3], groups)
     score = score_variants([FoldProducts(products, rows, folds)], open_below, open_above, groups, base)
     stretches = np.split(folds[2], 3)
-    judged = score_in_run(score, base, products, rows, stretches, 2, groups, open_below, open_above)
+    judged = score_in_run(
+        score, base, FoldProducts(products, rows, folds), rows, stretches, 2, groups, open_below, open_above
+    )
     np.testing.assert_allclose(judged.nested[:, 2] - score.nested[:, 2], judged.heldout[2] - score.heldout[2])
     others = [0, 1, 3]
     np.testing.assert_array_equal(judged.nested[:, others], score.nested[:, others])
     np.testing.assert_array_equal(judged.heldout[others], score.heldout[others])
+
+
+def test_what_is_known_before_stays_when_a_pose_is_left_out() -> None:
+    """Of plain least squares with those rows below the others; the residual is moved by what they want."""
+    rng = np.random.default_rng(7)
+    rows, folds = rng.normal(size=(4, 60)), [np.arange(k, 60, 5) for k in range(5)]
+    known = np.array([[3.0, 1.0, 0.7], [0.0, 2.0, -0.4]])  # of the first two columns, the residual last
+    products = FoldProducts.of(rows, folds, outside=inner_outside(known, 3))
+    free = np.full(3, np.inf)
+    score = score_variants([products], -free, free, np.arange(5))
+    wide = np.insert(known, 2, 0.0, axis=1)
+    for number, fold in enumerate(folds):
+        kept = np.setdiff1d(np.arange(60), fold)
+        stack = np.vstack([rows[:, kept].T, wide])
+        x = np.linalg.lstsq(stack[:, :3], stack[:, 3], rcond=None)[0]
+        assert score.left.without is not None
+        np.testing.assert_allclose(score.left.without[number], x, rtol=1e-8)
+        assert score.heldout[number] == pytest.approx(float(np.sum((rows[3, fold] - x @ rows[:3, fold]) ** 2)))
+    whole = np.vstack([rows.T, wide])
+    best = np.linalg.lstsq(whole[:, :3], whole[:, 3], rcond=None)[0]
+    assert score.sum_of_squares == pytest.approx(float(np.sum((whole[:, :3] @ best - whole[:, 3]) ** 2)))
+
+
+def test_an_effect_that_goes_leaves_its_part_of_what_is_known_of_several() -> None:
+    """Torques that two moments explain together, of which one is taken out: the other has to explain them alone."""
+    robot = joint_springs(six_axes(), np.full(6, 1e6))
+    fit = SimpleNamespace(robot=robot, columns=free_columns(robot))
+    known = np.zeros((1, 7))
+    known[0, :2], known[0, -1] = (2.0, 3.0), 0.5
+    kept = np.array([False, True, True, True, True, True])
+    inner = LoadScan.outside_of(cast(LoadScan, SimpleNamespace(outside=known, fit=fit)), kept, 6)
+    row = np.array([3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5 + 2.0 * 1e-6])
+    assert inner is not None
+    np.testing.assert_allclose(inner, np.outer(row, row))

@@ -61,7 +61,7 @@ class FunctionSource:
         )  # fmt: skip
         return rows if self.change is None else self.change(rows)
 
-    def rows(self, values: Floats, weights: Unchanging | None, renew: bool) -> tuple[Reduced, Unchanging]:
+    def reduced(self, values: Floats, weights: Unchanging | None, renew: bool) -> tuple[Reduced, Unchanging]:
         return self.about(values).reduced(), Unchanging()
 
     def corrected(self, values: Floats, reduced: Reduced, weights: Unchanging) -> tuple[FunctionSource, float]:

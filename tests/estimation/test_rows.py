@@ -12,8 +12,9 @@ from scipy.optimize import least_squares
 from stiffcal.arrays import Floats
 from stiffcal.estimation.groups import GroupNoise
 from stiffcal.estimation.prior import Prior
-from stiffcal.estimation.rows import Change, Rows, together
-from stiffcal.estimation.unknowns import Unknowns
+from stiffcal.estimation.rows import Change, Rows, joined, together
+from stiffcal.estimation.undetermined import Undetermined
+from stiffcal.estimation.unknowns import OpenBefore, Unknowns
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from tests.estimation.sources import FunctionSource, independent, solved
@@ -67,6 +68,21 @@ def test_two_campaigns_of_a_robot_give_what_they_give_as_one() -> None:
     # the first is where it settled: alone it moves by less than a hundredth of a standard uncertainty
     assert np.linalg.norm(alone[0].factor @ alone[0].solve()) < 0.01
     np.testing.assert_array_equal(values, parts[0].values)
+
+
+def test_what_is_known_of_a_shared_unknown_counts_once() -> None:
+    rng = np.random.default_rng(8)
+    matrix, measured = rng.normal(size=(2, 9, 2)), rng.normal(size=(2, 9))
+    prior = Prior.independent(np.array([0.3, 0.8]))
+    parts = [
+        linear(names, matrix[k], measured[k], independent(1.0, (1, 9)), prior)
+        for k, names in enumerate((("j1", "load a"), ("j1", "load b")))
+    ]
+    _, _, reduced = together(parts)
+    whole = np.zeros((18, 3))
+    whole[:9, :2], whole[9:, [0, 2]] = matrix
+    information = whole.T @ whole + np.diag([1 / 0.3**2, 1 / 0.8**2, 1 / 0.8**2])
+    np.testing.assert_allclose(reduced.factor.T @ reduced.factor, information, rtol=1e-9, atol=1e-9)
 
 
 def test_a_shared_unknown_has_one_value() -> None:
@@ -200,6 +216,52 @@ def test_a_mistake_changes_readings_and_has_unknowns_of_its_own() -> None:
     assert found[2] == pytest.approx(3.0, abs=0.2)
 
 
+def test_what_a_mistake_cannot_share() -> None:
+    rows = linear(("a",), np.ones((3, 1)), np.ones(3), independent(1.0, (1, 3)))
+    change = Change(Unknowns.plain(("a",)), np.zeros(1), np.zeros((1, 3)), np.ones((1, 1, 3)))
+    with pytest.raises(ValueError, match="unknowns of its own"):
+        rows.with_change(change)
+
+
+def test_what_is_known_of_the_size_of_a_mistake_is_a_row() -> None:
+    rows = linear(("a",), np.array([[1.0], [1.0], [0.0]]), np.array([2.0, 2.0, 4.0]), independent(1.0, (1, 3)))
+    size = replace(Unknowns.plain(("off",)), prior=np.array([1.0]))
+    change = Change(size, np.array([1.0]), np.array([[0.0, 0.0, 1.0]]), np.array([[[0.0, 0.0, 1.0]]]))
+    found = rows.with_change(change)
+    # as well known before, about 0, as the third reading says: half of it
+    np.testing.assert_allclose(found.values + found.reduced().solve(), [2.0, 2.0])
+
+
+def test_what_one_of_two_campaigns_shows_is_open_in_neither() -> None:
+    open_before = [OpenBefore().with_causes(names, Undetermined.UNDRIVEN) for names in (("j1", "j2"), ("j2", "j3"))]
+    first = Unknowns.plain(("j1", "j2"), open_before=open_before[0])
+    second = Unknowns.plain(("j1", "j2", "j3"), open_before=open_before[1])
+    assert set(joined(first, second).open_before.causes) == {"j2", "j3"}
+    with pytest.raises(ValueError, match="two pairs of bounds"):
+        joined(first, Unknowns.plain(("j1",), np.zeros(1)))
+
+
+@pytest.mark.parametrize("constant", [False, True])
+def test_what_was_not_read_is_no_reading(constant: bool) -> None:
+    """As if it had never been asked for, correlated as the others are."""
+    rng = np.random.default_rng(9)
+    within = 0.5 ** np.abs(np.subtract.outer(np.arange(6), np.arange(6)))
+    matrix, measured, group = rng.normal(size=(12, 2)), rng.normal(size=12), np.repeat([0, 1], 6)
+    read = np.ones((1, 12), dtype=np.bool_)
+    read[0, [1, 4, 7]] = False
+    rows = linear(("a", "b"), matrix, np.where(read[0], measured, np.nan), independent(1.0, (1, 12)))
+    space = GroupNoise(group, (within, within), np.full(2, constant), read)
+    reduced = replace(rows, mask=read, space=space).reduced()
+    kept = read[0]
+    fewer = linear(("a", "b"), matrix[kept], measured[kept], independent(1.0, (1, 9)))
+    parts = tuple(within[np.ix_(kept[group == g], kept[group == g])] for g in (0, 1))
+    less = GroupNoise(group[kept], parts, np.full(2, constant), np.ones((1, 9), dtype=np.bool_))
+    expected = replace(fewer, space=less).reduced()
+    np.testing.assert_allclose(reduced.solve(), expected.solve(), rtol=1e-9)
+    assert reduced.dof == expected.dof == 9 - 2 * constant
+    assert reduced.remainder == pytest.approx(expected.remainder)
+
+
 @pytest.mark.parametrize("constant", [False, True])
 def test_readings_of_a_run_are_correlated(constant: bool) -> None:
     """Generalised least squares, with and without a free constant of each run (Seber and Lee 2003, section 3.10)."""
@@ -207,7 +269,7 @@ def test_readings_of_a_run_are_correlated(constant: bool) -> None:
     runs = np.repeat(np.arange(4), 10)
     within = 0.3 ** np.abs(np.subtract.outer(np.arange(10), np.arange(10)))
     matrix, measured = rng.normal(size=(40, 3)), rng.normal(size=40)
-    space = GroupNoise(runs, (within,) * 4, np.full(4, constant))
+    space = GroupNoise(runs, (within,) * 4, np.full(4, constant), np.ones((1, 40), dtype=np.bool_))
     reduced = linear(("a", "b", "c"), matrix, measured, space).reduced()
     design = np.column_stack([matrix, (runs[:, None] == np.arange(4)).astype(float)]) if constant else matrix
     weight = np.linalg.inv(np.kron(np.eye(4), within))

@@ -14,7 +14,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Noise, stated_noise
 from stiffcal.identification.nonlinear_start import lacks_nonlinear_value
-from stiffcal.identification.observation import Observations, evaluate, observe
+from stiffcal.identification.observation import Observations, derivatives, observe
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.weights import raw_whitening, residual_noise
 from stiffcal.measurements.load_states import LoadStates, members_of
@@ -97,9 +97,8 @@ def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]
         for column in free_columns(robot, fixed)
         if column.role is ParameterRole.AMPLITUDE and robot.placed[column.placed] not in unshaped
     ]
-    blocks = [block.columns for block in evaluate(robot, data, columns, rigid=True)]
     measured = np.where(data.measured_mask, data.measured, 0.0)
-    stack = np.concatenate([np.concatenate(blocks, axis=2), measured[None]])
+    stack = np.concatenate([derivatives(robot, data, columns, rigid=True), measured[None]])
     projection = Projection.of(data, raw_whitening(data, stated_noise(states.setup.sigma, data)))
     rows = projection.rows(stack)
     basis = Basis.of(rows[:-1])
