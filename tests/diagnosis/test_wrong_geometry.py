@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.search import search_missing
@@ -28,6 +29,7 @@ def longer(chain: Chain, joint: int, axis: int, length: float) -> Chain:
     return replace(chain, fixed=fixed, tolerance=DEFAULT)
 
 
+@pytest.mark.long
 def test_a_forearm_that_is_30_mm_longer_is_no_effect() -> None:
     campaign = simulate_runs("none", np.random.default_rng([31, 4]))
     wrong = replace(campaign.model, chain=longer(campaign.model.chain, 4, 0, 0.03))

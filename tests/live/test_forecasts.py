@@ -43,6 +43,7 @@ def test_torque_over_motion(tmp_path: Path) -> None:
         assert forecast.heldout_rms.torque == pytest.approx(refit.heldout_rms.torque, rel=0.05)
 
 
+@pytest.mark.long
 def test_clamped_runs_of_two_drives(tmp_path: Path) -> None:
     folder = simulated(tmp_path / "two", ("a-joint4", "b-joint4", "a-joint6", "b-joint6"))
     (folder / "model.toml").write_text(TWO_DRIVES, encoding="utf-8")

@@ -37,6 +37,7 @@ def copied(folder: Path, place: Path) -> Path:
     return Path(shutil.copytree(folder, place, symlinks=True))
 
 
+@pytest.mark.long
 def test_the_steps_are_those_of_the_command(
     diagnosed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

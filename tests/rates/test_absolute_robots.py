@@ -36,7 +36,7 @@ def test_without_the_hidden_effect_more_than_noise_is_left() -> None:
     assert verdict.outcome == "right"
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_what_is_left_next_to_a_wrong_effect_is_no_noise() -> None:
     """A target that wanders looks like a drift in part; the rest, twice the noise, follows nothing."""
     verdict = one_campaign(WANDERING)

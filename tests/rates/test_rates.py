@@ -64,6 +64,7 @@ def test_a_slip_is_found_where_it_was() -> None:
     assert placed.values["state"] == pytest.approx(campaign.hidden[0].values["state"], abs=1.0)
 
 
+@pytest.mark.practice
 def test_a_slip_is_found_where_the_first_reading_of_a_run_was_set_aside() -> None:
     """A step before all readings in use is the run's offset, whose rounding must not come before true steps."""
     kind = "seat-shift"
@@ -73,6 +74,7 @@ def test_a_slip_is_found_where_the_first_reading_of_a_run_was_set_aside() -> Non
     assert judge_campaign(campaign).outcome == "right"
 
 
+@pytest.mark.practice
 def test_a_motor_that_is_pushed_off_is_named() -> None:
     """The joint's own log says by how much: an effect without a parameter, judged as the others are."""
     campaign = drawn("servo")
@@ -85,6 +87,7 @@ def test_a_motor_that_is_pushed_off_is_named() -> None:
     assert float(np.sum(trial.score.prediction_change)) == pytest.approx(fall, rel=0.1)
 
 
+@pytest.mark.practice
 def test_a_wandering_target_is_not_noise() -> None:
     """Repeats lie a cycle apart: a random walk in between looks like their noise, and hides the lack of fit."""
     campaign = next(

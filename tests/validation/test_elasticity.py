@@ -44,6 +44,7 @@ def judged(springs: bool, wave: float) -> Elasticity:
     return found
 
 
+@pytest.mark.long
 def test_springs_that_weight_turns_are_identified() -> None:
     found = judged(springs=True, wave=0.0)
     verdicts = {joint.joint: joint.verdict for joint in found.joints}
@@ -86,6 +87,7 @@ def robot_with_wave(joint: int, wave: float, softness: list[float], seed: int) -
     return CompliantRobot(chain, (*on_all_joints(LinkGeometry(), 6), *on_all_joints(JointCompliance(), 6))), states
 
 
+@pytest.mark.long
 def test_an_eccentricity_of_another_joint_is_no_elasticity_either() -> None:
     """Joint 5's wave looks like a spring of joint 4, next to a wave of joint 4 too; joint 2's true spring stays."""
     model, states = robot_with_wave(5, 2e-3, [0.0, 1.0 / float(SIX_STIFFNESS[1]), 0.0, 0.0, 0.0, 0.0], seed=5)

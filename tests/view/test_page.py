@@ -204,6 +204,7 @@ def test_the_fits_of_friction_before_the_present_one_stay_drawable(friction: Pat
         assert rms_of(residual) == pytest.approx(model_of["heldout_rms"]["torque"], rel=1e-3)
 
 
+@pytest.mark.long
 def test_the_page_opens_on_what_was_added_last(diagnosed: Path, tmp_path: Path) -> None:
     folder = tmp_path / "small"
     shutil.copytree(diagnosed, folder, ignore=shutil.ignore_patterns("store"))

@@ -159,6 +159,7 @@ def repeated(line: str, number: int) -> str:
     return ",".join([f"{5000 + number}", *cells[1:-3], *(f"{value:.5f}" for value in read)])
 
 
+@pytest.mark.long
 def test_check_states_what_more_poses_or_a_payload_would_bring(tmp_path: Path) -> None:
     """Of campaign 01 joint 4 carries 8 N·m at most; joint 1 is vertical, and no weight turns it."""
     folder = Path(shutil.copytree(ABSOLUTE.parent / "01", tmp_path / "poses", ignore=shutil.ignore_patterns("store")))

@@ -12,6 +12,7 @@ from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.simulate import simulate_campaign
 
 
+@pytest.mark.long
 def test_the_template_is_rehearsed_and_identified(tmp_path: Path) -> None:
     write_template(tmp_path / "cell", "ids")
     file = tmp_path / "cell" / "simulate.toml"

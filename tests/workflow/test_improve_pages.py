@@ -37,6 +37,7 @@ def quick_report(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stiffcal.report.building.build_report", touch)
 
 
+@pytest.mark.long
 def test_both_are_written_of_the_changed_model(improved: tuple[Path, ImproveResult]) -> None:
     folder, result = improved
     assert result.changed

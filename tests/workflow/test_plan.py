@@ -37,7 +37,7 @@ def irb4400(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def with_plan(folder: Path, text: str, candidates: int = 40) -> Path:
+def with_plan(folder: Path, text: str, candidates: int = 16) -> Path:
     head = f'schema = "stiffcal/plan-input/1"\ncandidates = {candidates}\n'
     (folder / "plan.toml").write_text(head + text, encoding="utf-8")
     return folder
