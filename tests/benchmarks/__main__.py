@@ -27,7 +27,7 @@ SMOKE: dict[str, tuple[object, ...]] = {
     "step_speed": (300, 500, 1),
     "cost": (120, 60, 400, "irb4400"),
     "plan_cost": (30, 60, 0),
-    "absolute_cost": (40, 60, 40, (40, 60)),
+    "absolute_cost": (40, 60, 0, (40, 60)),
     "batch_speed": (1,),
     "ingest_speed": (0.03, 1),
 }

@@ -77,8 +77,8 @@ def main(few: int = 1000, many: int = 3000, measured: int = 1000, identified: Se
 
     Parameters
     ----------
-    few, many : numbers of simulated poses that are diagnosed. measured : of measured ones. identified : of simulated
-        ones that are identified, one for each of `IDENTIFY_S`.
+    few, many : numbers of simulated poses that are diagnosed. measured : of measured ones; 0 leaves them out.
+        identified : of simulated ones that are identified, one for each of `IDENTIFY_S`.
     """
     held = [
         reported(f"identify of {n} poses", seconds_to_identify(n), limit, " s")
@@ -91,7 +91,7 @@ def main(few: int = 1000, many: int = 3000, measured: int = 1000, identified: Se
         print(f"diagnose of {many}: {second[0]:.3g} s; {first[1]:.0f} and {second[1]:.0f} MB")
         growth = 1e3 * (second[1] - first[1]) / (many - few)
         held.append(reported("  memory of each pose more", growth, KILOBYTES_PER_POSE, " kB"))
-        if ALL_ROWS.is_file():
+        if measured and ALL_ROWS.is_file():
             seconds, megabytes = diagnosed(make_measured_campaign(folder / "ur10", measured))
             held.append(reported(f"diagnose of {measured} measured poses", seconds, DIAGNOSE_S, " s"))
             print(f"  its memory: {megabytes:.0f} MB")

@@ -246,6 +246,7 @@ def found_at(size: float, seed: int) -> tuple[int, MovedBase | None]:
     return row, moved_base(fitted(moved), moved)
 
 
+@pytest.mark.practice
 def test_moves_of_seven_standard_errors_are_found() -> None:
     """In 0.98 of linearised draws; a limit that such a move has to exceed any drift by would find 0.81."""
     count = 20
@@ -259,6 +260,7 @@ def test_moves_of_seven_standard_errors_are_found() -> None:
     assert low <= sum(not move.or_drift for _, move in named) <= high
 
 
+@pytest.mark.practice
 def test_a_small_drift_is_never_a_move_beyond_doubt() -> None:
     for seed in range(1, 11):
         drift = 4e-5 * np.linspace(0.0, 1.0, N)[:, None] * np.random.default_rng([8, seed]).standard_normal(3)

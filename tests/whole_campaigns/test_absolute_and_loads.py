@@ -142,6 +142,7 @@ def test_errors_of_the_links_are_named_as_geometry(tmp_path: Path) -> None:
     assert before[Experiment.ABSOLUTE] > 3.0 * before[Experiment.LOADS]
 
 
+@pytest.mark.practice
 def test_a_bearing_that_tilts_is_named_next_to_geometry(tmp_path: Path) -> None:
     write_campaign(tmp_path, 3, springs=(Spring(2, "turn", 8e5, (1.0, 0.0, 0.0)),))
     diagnosis = diagnose_campaign(tmp_path)

@@ -46,6 +46,7 @@ def test_without_the_play_loads_and_clamped_runs_disagree(begun: IdentifyResult)
     assert abs(parameter.standard_errors) > 10.0
 
 
+@pytest.mark.practice
 def test_both_hidden_effects_are_named_and_no_others(folder: Path, begun: IdentifyResult) -> None:
     diagnosis = diagnose_campaign(folder)
     assert {(effect.effect, tuple(effect.where.joints or ())) for effect in diagnosis.missing} == HIDDEN

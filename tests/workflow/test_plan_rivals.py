@@ -9,7 +9,6 @@ import pytest
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow import plan_choice
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
 from stiffcal.workflow.plan_rivals import named_rival
 from tests.workflow.test_plan import LOAD, irb4400, with_plan
@@ -37,13 +36,6 @@ def test_an_effect_of_the_set_up_has_no_place() -> None:
     assert not any(named_rival("seat-shift").where.values())
 
 
-@pytest.fixture
-def drawn_poses(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave poses as they were drawn: which of them serve best is not the question."""
-    monkeypatch.setattr(plan_choice, "SPREADS", ())
-
-
-@pytest.mark.usefixtures("drawn_poses")
 def test_runs_for_two_effects_load_in_both_senses(irb4400: Path) -> None:
     plan = plan_campaign(with_plan(irb4400, "runs = 6\n" + LOAD, 16), request=PlanRequest(rivals=TWO))
     assert plan.criterion == "rivals"
@@ -56,7 +48,6 @@ def test_runs_for_two_effects_load_in_both_senses(irb4400: Path) -> None:
     assert all(parameter.relative is not None for parameter in plan.parameters[:5])
 
 
-@pytest.mark.usefixtures("drawn_poses")
 def test_more_runs_separate_more(irb4400: Path) -> None:
     few, many = (
         plan_campaign(with_plan(irb4400, f"runs = {n}\n" + LOAD, 20), request=PlanRequest(rivals=TWO)).separations or []
@@ -67,7 +58,6 @@ def test_more_runs_separate_more(irb4400: Path) -> None:
         assert entry.distinguished == (entry.chi_square >= entry.needed)
 
 
-@pytest.mark.usefixtures("drawn_poses")
 def test_what_stays_alike_is_a_warning(irb4400: Path) -> None:
     text = "runs = 2\n[noise]\ntranslation_m = 1e-3\n" + LOAD
     plan = plan_campaign(with_plan(irb4400, text, 16), request=PlanRequest(rivals=TWO))
