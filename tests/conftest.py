@@ -84,9 +84,6 @@ LONG = (
     "workflow/test_suspects.py",
 )  # fmt: skip
 
-# Of `make practice`: what repeats over more campaigns, seeds or sizes what other tests show on one of each kind.
-PRACTICE: tuple[str, ...] = ()
-
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that judge numbers, and those that take long, where they do not do so themselves."""
@@ -109,8 +106,7 @@ def _marks_of_file(file: Path) -> list[pytest.MarkDecorator]:
     name = file.as_posix()
     above = {name, *(parent.as_posix() for parent in file.parents)}
     numerical = not above.isdisjoint(NUMERICAL) and name not in NO_KERNEL
-    marks = {"numerical": numerical, "long": not above.isdisjoint(LONG), "practice": not above.isdisjoint(PRACTICE)}
-    return [getattr(pytest.mark, name) for name, marked in marks.items() if marked]
+    return [pytest.mark.numerical] * numerical + [pytest.mark.long] * (not above.isdisjoint(LONG))
 
 
 @pytest.fixture(scope="session", autouse=True)

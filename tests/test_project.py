@@ -18,7 +18,7 @@ from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 from stiffcal.extras import EXTRAS
-from tests.conftest import LONG, NO_KERNEL, NUMERICAL, PRACTICE
+from tests.conftest import LONG, NO_KERNEL, NUMERICAL
 from tests.laboratory.small_campaign import write_small_campaign
 
 ROOT = Path(__file__).parents[1]
@@ -193,7 +193,7 @@ def test_what_tests_share_stands_in_the_laboratory() -> None:
 
 def test_folders_and_files_with_marks_of_their_own_exist() -> None:
     """A file that is moved would lose its mark, and no kernels would be tried on it."""
-    assert [name for name in (*NUMERICAL, *NO_KERNEL, *LONG, *PRACTICE) if not (ROOT / "tests" / name).exists()] == []
+    assert [name for name in (*NUMERICAL, *NO_KERNEL, *LONG) if not (ROOT / "tests" / name).exists()] == []
 
 
 def test_package_data_goes_into_the_wheel(tmp_path: Path) -> None:

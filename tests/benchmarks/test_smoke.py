@@ -10,9 +10,11 @@ from tests.benchmarks.__main__ import SMOKE, main
 from tests.laboratory.hidden_arrays import scatter_within_runs
 from tests.laboratory.mujoco_robot import MujocoRobot
 from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign
+from tests.laboratory.practice_marks import with_practice
 
 
-@pytest.mark.parametrize("name", SMOKE)
+# What large campaigns cost begins with whole campaigns: `make practice` tries these three.
+@pytest.mark.parametrize("name", with_practice(SMOKE, *(SMOKE.keys() - {"cost", "plan_cost", "absolute_cost"})))
 def test_every_benchmark_runs(name: str) -> None:
     assert main(["--smoke", "--only", name]) == 0
 

@@ -143,7 +143,6 @@ QUICK: tuple[State, ...] = (
     State("empty folder", empty, (("check",), ("run",), ("history",), ("effects",))),
     *(State(f"template {kind}", template(kind)) for kind in template_kinds()),
     State("measured", small(), (("history",),)),
-    State("one axis loaded, noise not known", small(rows=along_one_axis), (("check",),)),
 )
 """States that are made and followed in seconds."""
 
@@ -151,6 +150,7 @@ SMALL: tuple[State, ...] = (
     State("nothing installed yet", empty, (("doctor",),)),
     State("measured, any command", small()),
     State("one axis loaded, any command", small(rows=along_one_axis)),
+    State("one axis loaded, noise not known", small(rows=along_one_axis), (("check",),)),
     State("one axis loaded, noise stated", small(_STATED, rows=along_one_axis), (("check",),)),
     State("one axis loaded, noise stated, planned", small(_STATED, rows=along_one_axis), _PLANNED),
     State("noise stated", small(_STATED)),

@@ -2,12 +2,11 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from _pytest.mark import ParameterSet
 
 from stiffcal.cli.app import main
 from tests.laboratory import hidden_campaigns
@@ -15,11 +14,6 @@ from tests.laboratory.hidden_campaigns import copied
 
 SHARED = Path(__file__).parents[3] / "shared"
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
-
-
-def with_practice(names: Iterable[str], *here: str) -> list[ParameterSet]:
-    """Return the campaigns to judge: those that are not one of each kind, ``here``, in `make practice` alone."""
-    return [pytest.param(name, marks=[pytest.mark.practice] * (name not in here)) for name in names]
 
 
 Command = Callable[..., dict[str, Any]]

@@ -12,7 +12,7 @@ import pytest
 from stiffcal.documents import document_of
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.improve import improve_campaign
-from tests.whole_campaigns.conftest import with_practice
+from tests.laboratory.practice_marks import with_practice
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data" / "cycloidal-joint"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.laboratory.practice_marks import with_practice
 from tests.rates.practice import HIDDEN, ask, truth
-from tests.whole_campaigns.conftest import with_practice
 
 # An effect of the catalogue where only positions were measured, and one that the catalogue does not know. 01 is
 # diagnosed for the fingerprint; in test_hidden_robots nothing is hidden, or two effects at once.

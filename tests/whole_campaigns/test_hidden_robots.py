@@ -26,8 +26,9 @@ from stiffcal.simulation.simulate import simulate_campaign
 from tests.laboratory.log_campaigns import IRREGULAR, SLOW, STATES_A_RUN, Hidden, Robot, at, forget, write_source
 from tests.laboratory.mujoco_campaigns import measure_mujoco
 from tests.laboratory.mujoco_robot import Cable, Spring
+from tests.laboratory.practice_marks import with_practice
 from tests.laboratory.robots import SIX_STIFFNESS as DRIVES
-from tests.whole_campaigns.conftest import Command, with_practice
+from tests.whole_campaigns.conftest import Command
 
 Document = dict[str, Any]
 ROOT = Path(__file__).parents[2]
@@ -199,6 +200,7 @@ def test_nothing_hidden(tmp_path: Path, command: Command) -> None:
     check_values(truth["parameters"], reported["fit"])
 
 
+@pytest.mark.practice
 def test_what_the_catalogue_does_not_know(tmp_path: Path, command: Command) -> None:
     """It is said to be unexplained, whatever else is named, and the model is left alone."""
     folder = tmp_path / "measured"

@@ -10,8 +10,8 @@ import pytest
 from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.steps import RunContext
 from tests.laboratory.once import once
+from tests.laboratory.practice_marks import with_practice
 from tests.rates.practice import ABSOLUTE, Answer, ask, truth
-from tests.whole_campaigns.conftest import with_practice
 
 NAMES = sorted(truth(ABSOLUTE))
 
@@ -41,7 +41,8 @@ def test_errors_in_regions_left_out_are_within_fifteen_percent_of_the_noise(name
 
 
 # Where something is outside the catalogue, joints/05 is improved.
-@pytest.mark.parametrize("name", with_practice(["01", "07"], "01"))
+@pytest.mark.practice
+@pytest.mark.parametrize("name", ["01", "07"])
 def test_nothing_is_added_or_removed_where_no_effect_of_the_catalogue_is_hidden(name: str, tmp_path: Path) -> None:
     """Frames to be estimated are no effects of the model file, and geometry belongs to every model of such places."""
     folder = shutil.copytree(ABSOLUTE / name, tmp_path / name, ignore=shutil.ignore_patterns("store"))

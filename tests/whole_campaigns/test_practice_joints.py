@@ -18,8 +18,8 @@ from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 from tests.laboratory.once import once
+from tests.laboratory.practice_marks import with_practice
 from tests.rates.practice_joints import JOINTS, LEAST_P, JointAnswer, ask_joint, read_truths, series_of_p_form
-from tests.whole_campaigns.conftest import with_practice
 
 NAMES = sorted(read_truths())
 

@@ -60,6 +60,7 @@ def test_seconds_that_the_fit_has_not_seen(folder: Path, command: Command) -> No
     assert document["noise"] is None
 
 
+@pytest.mark.practice
 def test_what_is_left_is_judged_by_blocks_of_held_out_seconds(folder: Path, command: Command) -> None:
     """Slow panels lie below the law; no noise is known, and whole seconds show what chance makes."""
     document = command("diagnose", folder)

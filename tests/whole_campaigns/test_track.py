@@ -88,6 +88,7 @@ def test_springs_are_right_where_gravity_is_not_quite_as_stated(
     assert np.mean(residuals) == pytest.approx(1.0, abs=3.3 * np.sqrt(2.0 / (len(seeds) * (9 * N_POSES - N_NUMBERS))))
 
 
+@pytest.mark.practice
 def test_nothing_is_named_where_nothing_is_hidden(places: tuple[Path, Track, IdentifyResult]) -> None:
     folder, _, _ = places
     result = diagnose_campaign(folder)

@@ -66,6 +66,7 @@ def test_every_parameter_has_its_expected_uncertainty(irb4400: Path) -> None:
     assert not plan.not_identified
 
 
+@pytest.mark.practice
 @pytest.mark.usefixtures("refined")
 def test_a_plan_is_better_than_random_poses_at_full_load(irb4400: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Half the runs of the plan do as well as random possible ones (in the median of them)."""
@@ -348,6 +349,7 @@ joints = [2]
 """
 
 
+@pytest.mark.practice
 def test_an_unknown_knee_is_planned_for_over_its_range(irb4400: Path) -> None:
     """A knee that lies elsewhere in the range is known better by the plan for the range than by one for a value."""
     (irb4400 / "model.toml").write_text(TWO_SLOPE, encoding="utf-8")
