@@ -43,6 +43,7 @@ from stiffcal.reduction.repeated_rows import repeated_rows
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.rounded_copies import RoundedCopies
 from stiffcal.reduction.stopped_targets import stopped_targets
+from stiffcal.reduction.turned_sensor import turned_sensor
 from stiffcal.reduction.unit_slips import check_angle_convention, check_angle_unit, check_displacement_unit
 
 # States below which rods are not judged: a quick look has one of each run.
@@ -259,7 +260,7 @@ def check_load_states(
         return faults, warnings
     faults, doubts = unit_slips(chosen, campaign)
     warnings += rods_that_cannot_be_right(chosen, chain)
-    faults = faults or check_work(chosen, chain, manifest, *_wrench_of(campaign))
+    faults = faults or check_work(chosen, chain, manifest, *_wrench_of(campaign)) or _turned(chosen, campaign)
     # a zero that moved under load is enough to turn the work's sign: the cause before its consequence
     return (zeros + faults if faults else []), warnings + doubts
 
@@ -301,6 +302,24 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
             if not faults:
                 faults += check_angle_convention(states, campaign.chain, f"sources.{source}.{name}")
     return faults, warnings
+
+
+def _turned(states: LoadStates, campaign: Campaign) -> list[Fault]:
+    """Return a fault where the force sensor is turned on the robot otherwise than its frame states."""
+    found = turned_sensor(states, campaign.chain)
+    axes = [signal.axes_frame for _, _, signal in campaign.manifest.signals() if isinstance(signal, Wrench)]
+    if found is None or not axes or axes[0] is None:
+        return []
+    frame = campaign.manifest.frames.get(axes[0])
+    written = f"rpy_deg = {[int(angle) for angle in found.rpy_deg]}"
+    on_flange = frame is not None and frame.parent == "flange"
+    where = "write about" if on_flange else "its axes against the flange's are about"
+    reason = (
+        f"joint springs explain {100.0 * found.declared:.0f} % of the deflection, and {100.0 * found.turned:.0f} % "
+        f"with the sensor turned by {found.turn_deg:.0f}°"
+    )
+    mend = f"{where} {written}, as its mounting shows it, or check the order and signs of the force's columns"
+    return [Fault(FaultCode.WRENCH_MISMATCH, MANIFEST_FILE, f"frames.{axes[0]}", reason, mend)]
 
 
 def _wrench_of(campaign: Campaign) -> tuple[str, str, tuple[str, ...]]:

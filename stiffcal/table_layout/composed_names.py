@@ -33,7 +33,10 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
     ['t', 'tool X', 'tool Y', 'base X', 'base Y']
     >>> composed_names(["X", "X"], [["Force [N]", "Moment [Nm]"]])
     (['Force X', 'Moment X'], {'Force X': 'N', 'Moment X': 'Nm'})
+    >>> composed_names(["", "", "X1", "Y1"], [["Frame#", "Time", "probe", ""]])[0]
+    ['Frame#', 'Time', 'X1', 'Y1']
     """
+    names = _with_names_above(names, above)
     counts = Counter(names)
     if all(count == 1 or not name for name, count in counts.items()):
         return list(names), {}
@@ -54,6 +57,18 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
         if unit is not None and composed[c]:
             units[composed[c]] = unit
     return composed, units
+
+
+def _with_names_above(names: Sequence[str], above: Sequence[Sequence[str]]) -> list[str]:
+    """Return names with those of the row right above for columns that have none of their own (.trc: frame, time)."""
+    last = list(above[-1]) if above else []
+    taken = set(names)
+    if sum(map(bool, last)) < 2:  # a title
+        return list(names)
+    return [
+        name or (cell if cell not in taken and last.count(cell) == 1 else "")
+        for name, cell in zip(names, [*last, *[""] * len(names)], strict=False)
+    ]
 
 
 def _spread(row: Sequence[str], repeated: Sequence[int], width: int) -> list[str]:

@@ -64,6 +64,8 @@ def length_unit_of(rows: Sequence[Sequence[str]]) -> str | None:
     --------
     >>> length_unit_of([["Format Version", "1.25", "Length Units", "Millimeters"]])
     'Millimeters'
+    >>> length_unit_of([["DataRate", "NumMarkers", "Units"], ["50.00", "2", "mm"]])
+    'mm'
     """
     for key, value in _pairs(rows):
         if key in _LENGTH_KEYS and is_unit_of(value, "length"):
@@ -95,6 +97,10 @@ def _pairs(rows: Sequence[Sequence[str]]) -> Iterator[tuple[str, str]]:
     for row in rows:
         for key, value in pairwise(row):
             yield key.strip(" :").lower(), value
+    for keys, values in pairwise(rows):  # .trc: keys in a line, their values below them
+        if len(keys) == len(values):
+            for key, value in zip(keys, values, strict=True):
+                yield key.strip(" :").lower(), value
 
 
 def _positive(text: str) -> float:

@@ -277,7 +277,12 @@ def _is_place(name: str) -> bool:
     """Return whether a name is that of a coordinate without a unit of its own."""
     parts = header_parts(name)
     words = parts.name.lower().replace("_", " ").split()
-    return parts.unit is None and bool(words) and words[-1] in ("x", "y", "z") and "rotation" not in words
+    return (
+        parts.unit is None
+        and bool(words)
+        and words[-1].rstrip("0123456789") in ("x", "y", "z")
+        and "rotation" not in words
+    )
 
 
 def _scope(rows: Sequence[Sequence[str]], header: int, names: Sequence[str], kinds: _Kinds) -> Layout | None:

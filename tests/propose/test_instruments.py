@@ -58,6 +58,12 @@ def vicon() -> str:
     return "Trajectories\n50\n,,arm:tool,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n" + lines_of(rows, ",")
 
 
+def trc() -> str:
+    head = "PathFileType\t4\t(X/Y/Z)\ttake.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\n"
+    head += "50.00\t50.00\t40\t2\tmm\t50.00\nFrame#\tTime\tprobe\t\t\tbase\t\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t\n\n"
+    return head + lines_of(next_to(np.arange(1, N + 1), TIME, PLACE, np.tile([10.0, 20.0, 30.0], (N, 1))), "\t")
+
+
 def qualisys() -> str:
     head = "NO_OF_FRAMES\t40\nNO_OF_MARKERS\t2\nFREQUENCY\t50\nMARKER_NAMES\tprobe\tbase\n"
     head += "TRAJECTORY_TYPES\tMeasured\tMeasured\n"
@@ -141,6 +147,7 @@ WRENCH, POSITION, ANGLES = "wrench", "position.tool", "joints"
 LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
     "OptiTrack Motive": (motive, "take.csv", "utf-8", POSITION),
     "Vicon Nexus": (vicon, "trial.csv", "utf-8", POSITION),
+    "tracks by rows": (trc, "take.trc", "utf-8", POSITION),
     "Qualisys QTM": (qualisys, "take.tsv", "utf-8", POSITION),
     "LabVIEW measurement file": (labview, "force.lvm", "utf-8", WRENCH),
     "LabVIEW without times": (lambda: labview([""] * N), "force.lvm", "cp1252", WRENCH),
