@@ -46,8 +46,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # A kernel changes the last digits of products and factors. It can turn a rank, a sign, an order of candidates or a
 # verdict, and numbers that must agree to rounding.
 NUMERICAL = (
-    "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "experiments", "identification", "independent",
-    "links", "measurements", "mechanics", "planning", "reduction", "simulation", "test_bounded_least_squares.py",
+    "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "estimation", "experiments", "identification",
+    "independent", "links", "measurements", "mechanics", "planning", "reduction", "simulation",
     "validation", "workflow/test_fingerprint.py",
 )  # fmt: skip
 # Of these, files in which it can turn nothing: means of many states with tolerances of the noise, faults of whole

@@ -14,7 +14,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import Unknowns
-from tests.estimation.sources import Function, FunctionSource, independent, solved
+from tests.laboratory.function_sources import Function, FunctionSource, independent, solved
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.estimation.unknowns import OpenBefore, Unknowns
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
-from tests.estimation.sources import FunctionSource, independent, solved
+from tests.laboratory.function_sources import FunctionSource, independent, solved
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 
