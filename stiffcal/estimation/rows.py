@@ -101,7 +101,7 @@ class Rows:
             self, derivative=derivative, predicted=value[None], measured=wanted[None], mask=mask, space=space
         )
 
-    def with_change(self, change: Change) -> Rows:
+    def with_change(self, change: ReadingChange) -> Rows:
         """Return the rows with a mistake in the readings taken back, its own unknowns after those of the model.
 
         Raises
@@ -126,7 +126,7 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Change:
+class ReadingChange:
     """What a mistake does to readings: as it is now, and with its own q unknowns."""
 
     unknowns: Unknowns

@@ -39,7 +39,7 @@ REWEIGHTED_STEPS = 2
 W = TypeVar("W", bound=Weighed)
 
 
-class Source(Protocol[W]):
+class RowSource(Protocol[W]):
     """Readings and a model of them: what makes the rows of a fit about values of its unknowns."""
 
     @property
@@ -68,7 +68,7 @@ class Source(Protocol[W]):
         NoBalanceError : the model has no equilibrium there.
         """
 
-    def corrected(self, values: Floats, reduced: Reduced, weights: W) -> tuple[Source[W], float]:
+    def corrected(self, values: Floats, reduced: Reduced, weights: W) -> tuple[RowSource[W], float]:
         """Return the readings corrected near the solution, and by how many standard uncertainties they moved."""
 
 
@@ -102,7 +102,7 @@ class _Met:
 
 
 def settle(
-    source: Source[W], start: Floats, begun: Settled[W] | None, progress: Progress, near: bool = False
+    source: RowSource[W], start: Floats, begun: Settled[W] | None, progress: Progress, near: bool = False
 ) -> Settled[W]:
     """Take steps until one is negligible, at most `MAX_STEPS`.
 

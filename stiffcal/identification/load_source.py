@@ -54,7 +54,7 @@ class LoadWeights:
 
 @dataclass(frozen=True)
 class LoadSource:
-    """Makes the rows of observations about a robot's free parameters (`stiffcal.estimation.solve.Source`)."""
+    """Makes the rows of observations about a robot's free parameters (`stiffcal.estimation.solve.RowSource`)."""
 
     problem: Problem
     """What is known of the observations' repeats and noise."""
@@ -100,7 +100,7 @@ class LoadSource:
         return with_estimates(self.robot, self.columns, values)
 
     def reduced(self, values: Floats, weights: LoadWeights | None, renew: bool) -> tuple[Reduced, LoadWeights]:
-        """Return the rows about values (p,), and their weights; see `stiffcal.estimation.solve.Source`."""
+        """Return the rows about values (p,), and their weights; see `stiffcal.estimation.solve.RowSource`."""
         robot, lowered = self.robot_at(values), None if weights is None else weights.lowered
         made, blocks = self._weighed(robot, None if weights is None else weights.weights, renew)
         if self.lasting_weights:

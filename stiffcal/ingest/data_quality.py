@@ -30,7 +30,7 @@ from stiffcal.reduction.force_zero_faults import force_zero_faults
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.log_summary import LogSummary
 from stiffcal.reduction.logs import (
-    Rows,
+    LogRows,
     columns_of_signals,
     files_of_signals,
     header_at_once,
@@ -93,7 +93,7 @@ class DataQuality:
         self._of_files: list[str] = []
         self._headers: dict[tuple[str, str, str], list[FileHeader]] = {}
 
-    def update(self, source: str, file: str, rows: Rows, run: str = "") -> None:
+    def update(self, source: str, file: str, rows: LogRows, run: str = "") -> None:
         """Look at rows as they stream past; raises `InputError` at what cannot be.
 
         One file may hold the logs of several runs, each with its own clock: `run` distinguishes them.

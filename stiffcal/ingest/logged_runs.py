@@ -14,7 +14,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.run_readings import RunReadings
 from stiffcal.readers import WantedColumns
-from stiffcal.reduction.logs import Rows, is_there, read_batches
+from stiffcal.reduction.logs import LogRows, is_there, read_batches
 
 
 def logged_runs(campaign: Campaign, readings: RunReadings | None = None) -> list[tuple[Run, list[str]]]:
@@ -66,7 +66,7 @@ def logged_runs(campaign: Campaign, readings: RunReadings | None = None) -> list
     ]
 
 
-def of_run(source: Source, run: Run, rows: Rows) -> Rows:
+def of_run(source: Source, run: Run, rows: LogRows) -> LogRows:
     """Return the rows that belong to a run: all, unless the source names runs in a column."""
     if not _has_column(source):
         return rows

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.source import Source
-from stiffcal.reduction.logs import Rows
+from stiffcal.reduction.logs import LogRows
 
 _SI = {
     "joints": "rad",
@@ -32,7 +32,7 @@ def recording_name(run: str, source: str) -> str:
     return "/".join(("recordings", *(name.replace("%", "%25").replace("/", "%2F") for name in (run, source))))
 
 
-def recording_columns(source: Source, rows: Rows) -> list[str]:
+def recording_columns(source: Source, rows: LogRows) -> list[str]:
     """Return a recording's column names: time_s, then component and SI unit, as in ``Fx_N`` or ``target_x_m``."""
     names = ["time_s"]
     for signal, values in rows.signals.items():
@@ -40,7 +40,7 @@ def recording_columns(source: Source, rows: Rows) -> list[str]:
     return names
 
 
-def recording_table(source: Source, rows: Rows) -> dict[str, Floats]:
+def recording_table(source: Source, rows: LogRows) -> dict[str, Floats]:
     """Return a recording's columns of one batch."""
     columns = {"time_s": rows.time}
     for signal, values in rows.signals.items():

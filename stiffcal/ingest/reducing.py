@@ -33,7 +33,7 @@ from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.excluded_rows import ExcludedStretches, RowExclusions
 from stiffcal.reduction.holds import Holds, given_holds
 from stiffcal.reduction.known_weights import weight_warnings
-from stiffcal.reduction.logs import Rows, is_there, read_batches, read_rows
+from stiffcal.reduction.logs import LogRows, is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
 from stiffcal.reduction.place_faults import place_faults
@@ -210,7 +210,7 @@ class _Tables:
     quality: DataQuality
     options: ReadingOptions
 
-    def update(self, source: str, file: str, rows: Rows) -> None:
+    def update(self, source: str, file: str, rows: LogRows) -> None:
         self.quality.update(source, file, rows)
 
     def earlier(self, source: str, run: Run) -> RawStates | None:

@@ -34,7 +34,7 @@ NOTHING_EXCLUDED = RowExclusions()
 
 
 @dataclass(frozen=True)
-class Rows:
+class LogRows:
     """Consecutive rows of a source, in SI and in the instrument's axes, channels first."""
 
     number: Integers
@@ -53,11 +53,11 @@ class Rows:
     def __len__(self) -> int:
         return int(self.number.shape[0])
 
-    def chosen(self, keep: NDArray[np.bool_]) -> Rows:
+    def chosen(self, keep: NDArray[np.bool_]) -> LogRows:
         """Return the rows of a mask (n,)."""
         run = [name for name, kept in zip(self.run, keep, strict=True) if kept] if self.run else []
         signals = {name: values[:, keep] for name, values in self.signals.items()}
-        return Rows(self.number[keep], self.time[keep], run, signals)
+        return LogRows(self.number[keep], self.time[keep], run, signals)
 
 
 def read_rows(
@@ -65,10 +65,10 @@ def read_rows(
     name: str,
     source: Source,
     files: Mapping[str, str],
-    observer: Callable[[Rows], None] | None = None,
+    observer: Callable[[LogRows], None] | None = None,
     exclusions: RowExclusions = NOTHING_EXCLUDED,
     metres_of_rods: Mapping[str, float] | None = None,
-) -> Iterator[Rows]:
+) -> Iterator[LogRows]:
     """Yield the rows of a source, streamed; rows that are left out come too, and may hold anything.
 
     Parameters
@@ -107,7 +107,7 @@ def read_rows(
 
 def _as_rows(
     kept: KeptRows, source: Source, name: str, excluded: Booleans, metres_of_rods: Mapping[str, float] | None
-) -> Rows:
+) -> LogRows:
     """Return the rows in SI; what is left out and no number of any use is NaN."""
     numbers = kept.numbers
     if excluded.any():
@@ -116,7 +116,7 @@ def _as_rows(
             for column, values in numbers.items()
         }
     readings = instrument_readings(source, numbers, name, metres_of_rods)
-    return Rows(kept.number, _time(source, numbers, kept.number), kept.run, readings)
+    return LogRows(kept.number, _time(source, numbers, kept.number), kept.run, readings)
 
 
 def _missing_reading(
@@ -132,7 +132,7 @@ def _missing_reading(
 
 
 def columns_of_signals(source: Source, name: str = "") -> dict[str, tuple[str, ...]]:
-    """Return the columns of each signal of `Rows`, as the file names them; ``name`` is the source's."""
+    """Return the columns of each signal of `LogRows`, as the file names them; ``name`` is the source's."""
     columns_of: dict[str, tuple[str, ...]] = {}
     if source.joints is not None:
         for key, columns in source.joints.groups().items():
@@ -158,7 +158,7 @@ def columns_of_signals(source: Source, name: str = "") -> dict[str, tuple[str, .
 
 
 def files_of_signals(source: Source, name: str = "") -> dict[str, str]:
-    """Return the file of each signal of `Rows` that has one of its own; empty where one file holds all signals."""
+    """Return the file of each signal of `LogRows` that has one of its own; empty where one file holds all signals."""
     bodies = {pose.body or "target": "pose" for pose in ([source.pose] if source.pose is not None else [])}
     bodies |= {pose.body or body: f"poses.{body}" for body, pose in source.poses.items()}
     file_of = {}

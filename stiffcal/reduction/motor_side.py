@@ -17,7 +17,7 @@ from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.logs import Rows
+from stiffcal.reduction.logs import LogRows
 
 TURN = 2.0 * np.pi
 # A resolver's angle jumps by a whole turn, less what the motor moves in one sampling interval.
@@ -60,7 +60,7 @@ class MotorSide:
         self.wraps = np.zeros(chain.gear_ratio.size, dtype=np.int64)
         """How often each motor's angle started anew."""
 
-    def joint_side(self, rows: Rows) -> Rows:
+    def joint_side(self, rows: LogRows) -> LogRows:
         """Return the rows at the joint's side."""
         ratio = self._ratio
         if ratio is None or len(rows) == 0:
@@ -78,7 +78,7 @@ class MotorSide:
             signals["joints.approach"] = signals["joints.approach"] / ratio[:, None]
         return replace(rows, signals=signals)
 
-    def all(self, batches: Iterator[Rows]) -> Iterator[Rows]:
+    def all(self, batches: Iterator[LogRows]) -> Iterator[LogRows]:
         """Yield the rows of a log at the joint's side."""
         for rows in batches:
             yield self.joint_side(rows)

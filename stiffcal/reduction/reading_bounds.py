@@ -74,7 +74,7 @@ def first_impossible(
 
     Parameters
     ----------
-    name : the signal, as in `Rows`.
+    name : the signal, as in `LogRows`.
     values : (c, n) the readings, SI.
     low, high : (c,) least and largest value of each channel.
     columns : (c) names of the channels in the log; empty where they have none.

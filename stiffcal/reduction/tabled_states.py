@@ -18,7 +18,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.excluded_rows import RowExclusions
-from stiffcal.reduction.logs import Rows, place_of_row, read_rows
+from stiffcal.reduction.logs import LogRows, place_of_row, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.raw_states import RawStates, concatenated, joined_side_by_side, pick
 
@@ -26,7 +26,7 @@ from stiffcal.reduction.raw_states import RawStates, concatenated, joined_side_b
 class TableReadings(Protocol):
     """What is noticed in tables while they are read, and what reading those of single runs gave earlier."""
 
-    def update(self, source: str, file: str, rows: Rows) -> None:
+    def update(self, source: str, file: str, rows: LogRows) -> None:
         """Look at rows as they come, those that the manifest leaves out excepted; may raise."""
 
     def earlier(self, source: str, run: Run) -> RawStates | None:
@@ -79,7 +79,7 @@ def tabled_states(
     return None if raw_states is None else _without_unreadable(raw_states)
 
 
-def _observe(observer: Callable[[Rows], None], motors: MotorSide, rows: Rows) -> None:
+def _observe(observer: Callable[[LogRows], None], motors: MotorSide, rows: LogRows) -> None:
     observer(motors.joint_side(rows))
 
 
@@ -91,8 +91,8 @@ def _files(manifest: Manifest, source: str) -> list[tuple[Run | None, dict[str, 
     return [(None, manifest.files_of(source))]
 
 
-def _signals_together(tables: Sequence[Rows]) -> Rows:
-    return Rows(
+def _signals_together(tables: Sequence[LogRows]) -> LogRows:
+    return LogRows(
         np.concatenate([rows.number for rows in tables]),
         np.concatenate([rows.time for rows in tables]),
         [word for rows in tables for word in rows.run],
@@ -100,7 +100,7 @@ def _signals_together(tables: Sequence[Rows]) -> Rows:
     )
 
 
-def _with_labels(manifest: Manifest, name: str, run: Run | None, rows: Rows, display_name: str) -> RawStates:
+def _with_labels(manifest: Manifest, name: str, run: Run | None, rows: LogRows, display_name: str) -> RawStates:
     """Give every row its run, its exclusion, and states first."""
     source = manifest.sources[name]
     n = len(rows)

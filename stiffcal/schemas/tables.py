@@ -38,7 +38,7 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place, StateOrder
 from stiffcal.model.summary import Where
-from stiffcal.reduction.logs import Rows
+from stiffcal.reduction.logs import LogRows
 from stiffcal.schemas.table_columns import (
     EVIDENCE,
     HELDOUT,
@@ -197,7 +197,7 @@ def _recording() -> pa.Table:
         "quaternion.<target>": np.zeros((4, 1)), "translation": zero, "rotation": zero,
         "displacement.<gauge>": zero, "lengths.<rod>": zero, "temperature": zero, "hold": zero,
     }  # fmt: skip
-    return table_of(recording_table(Source.model_validate({"joints": joints}), Rows(_FIRST, _ONE, [], signals)))
+    return table_of(recording_table(Source.model_validate({"joints": joints}), LogRows(_FIRST, _ONE, [], signals)))
 
 
 def _evidence() -> EffectEvidence:

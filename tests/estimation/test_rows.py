@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from stiffcal.arrays import Floats
 from stiffcal.estimation.groups import GroupNoise
 from stiffcal.estimation.prior import Prior
-from stiffcal.estimation.rows import Change, Rows, joined, together
+from stiffcal.estimation.rows import ReadingChange, Rows, joined, together
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.estimation.unknowns import OpenBefore, Unknowns
 from stiffcal.identification.identify import identify_parameters
@@ -206,7 +206,7 @@ def test_a_mistake_changes_readings_and_has_unknowns_of_its_own() -> None:
     prior = Prior.independent(np.array([2.0, np.inf]))
     rows = linear(("a", "b"), matrix, measured, independent(0.1, (1, 50)), prior)
     # about a first guess of its size
-    change = Change(Unknowns.plain(("zero",)), np.array([1.0]), 1.0 * after[None], after[None, None])
+    change = ReadingChange(Unknowns.plain(("zero",)), np.array([1.0]), 1.0 * after[None], after[None, None])
     with_it = rows.with_change(change)
     assert with_it.unknowns.names == ("a", "b", "zero")
     found = with_it.values + with_it.reduced().solve()
@@ -218,7 +218,7 @@ def test_a_mistake_changes_readings_and_has_unknowns_of_its_own() -> None:
 
 def test_what_a_mistake_cannot_share() -> None:
     rows = linear(("a",), np.ones((3, 1)), np.ones(3), independent(1.0, (1, 3)))
-    change = Change(Unknowns.plain(("a",)), np.zeros(1), np.zeros((1, 3)), np.ones((1, 1, 3)))
+    change = ReadingChange(Unknowns.plain(("a",)), np.zeros(1), np.zeros((1, 3)), np.ones((1, 1, 3)))
     with pytest.raises(ValueError, match="unknowns of its own"):
         rows.with_change(change)
 
@@ -226,7 +226,7 @@ def test_what_a_mistake_cannot_share() -> None:
 def test_what_is_known_of_the_size_of_a_mistake_is_a_row() -> None:
     rows = linear(("a",), np.array([[1.0], [1.0], [0.0]]), np.array([2.0, 2.0, 4.0]), independent(1.0, (1, 3)))
     size = replace(Unknowns.plain(("off",)), prior=np.array([1.0]))
-    change = Change(size, np.array([1.0]), np.array([[0.0, 0.0, 1.0]]), np.array([[[0.0, 0.0, 1.0]]]))
+    change = ReadingChange(size, np.array([1.0]), np.array([[0.0, 0.0, 1.0]]), np.array([[[0.0, 0.0, 1.0]]]))
     found = rows.with_change(change)
     # as well known before, about 0, as the third reading says: half of it
     np.testing.assert_allclose(found.values + found.reduced().solve(), [2.0, 2.0])

@@ -18,7 +18,7 @@ from stiffcal.experiments.clamped import sweeps as sweeps_module
 from stiffcal.experiments.clamped.sweeps import cut_sweeps, lag_of, moved_joint
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.lag_minima import LagMinimum, are_distinguished, lag_minima
-from stiffcal.reduction.logs import Rows
+from stiffcal.reduction.logs import LogRows
 from stiffcal.reduction.motor_side import MotorSide
 
 KR125 = Path(__file__).parents[2] / "campaigns" / "kr125" / "robot.toml"
@@ -135,9 +135,9 @@ def motor_log(**more: object) -> Source:
     return Source.model_validate({"time": {"rate_hz": 100.0}, "joints": joints})
 
 
-def rows(motor: Floats, torque: Floats) -> Rows:
+def rows(motor: Floats, torque: Floats) -> LogRows:
     n = motor.shape[1]
-    return Rows(np.arange(1, n + 1), np.arange(n) / 100.0, [], {"joints": motor, "joints.torque": torque})
+    return LogRows(np.arange(1, n + 1), np.arange(n) / 100.0, [], {"joints": motor, "joints.torque": torque})
 
 
 def test_motor_angles_come_to_the_joints_side() -> None:

@@ -18,7 +18,7 @@ from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, vector_from_rotation
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.quaternions import rotation_from_quaternion
-from stiffcal.reduction.logs import Rows, read_rows
+from stiffcal.reduction.logs import LogRows, read_rows
 from stiffcal.simulation.scene import draw_acts, robot_with_values, tool_weight, true_frames
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, solve_true_runs
@@ -36,12 +36,12 @@ rate_hz = 5.0
 """
 
 
-def rows_of(folder: Path, source: str, run: str | None = None) -> Rows:
+def rows_of(folder: Path, source: str, run: str | None = None) -> LogRows:
     manifest = load_campaign(folder).manifest
     entry = next((one for one in manifest.runs if one.id == run), None)
     parts = list(read_rows(folder, source, manifest.sources[source], manifest.files_of(source, entry)))
     signals = {name: np.concatenate([part.signals[name] for part in parts], axis=1) for name in parts[0].signals}
-    return Rows(
+    return LogRows(
         np.concatenate([part.number for part in parts]),
         np.concatenate([part.time for part in parts]),
         [name for part in parts for name in part.run],
