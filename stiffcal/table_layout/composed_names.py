@@ -36,10 +36,9 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
     >>> composed_names(["", "", "X1", "Y1"], [["Frame#", "Time", "probe", ""]])[0]
     ['Frame#', 'Time', 'X1', 'Y1']
     """
-    names = _with_names_above(names, above)
     counts = Counter(names)
     if all(count == 1 or not name for name, count in counts.items()):
-        return list(names), {}
+        return _with_names_above(names, above), {}
     repeated = [k for k, name in enumerate(names) if not name or counts[name] > 1 or name.lower() in _COMPONENTS]
     rows = [_spread(row, repeated, len(names)) for row in above]
     labels = [_label(row, repeated) in _NAME_LABELS for row in above]
