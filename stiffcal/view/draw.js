@@ -40,11 +40,13 @@
   S.ticks = function (low, high, count) {
     const rough = (high - low) / Math.max(count, 1);
     if (!(rough > 0)) return [low];
-    const power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map((k) => k * power).find((value) => value >= rough);
-    const found = [];
-    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
-    return found;
+    const marks = (step) => {
+      const first = Math.ceil(low / step - 1e-9);
+      return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, k) => (first + k) * step);
+    };
+    // one mark is no scale: of the steps from the wanted one on, ever finer, the first with two
+    const steps = [10, 5, 2, 1, 0.5, 0.2].map((k) => k * 10 ** Math.floor(Math.log10(rough))).filter((_, k, all) => !(all[k + 1] >= rough));
+    return marks(steps.find((step) => marks(step).length > 1) ?? steps[0]);
   };
 
   /** Texts of marks on an axis: as many digits as neighbours need to differ. @param {number[]} marks @returns {string[]} */

@@ -117,7 +117,10 @@
           }
         });
       });
-      return `Colours from 0 (dark) to ${S.size(most)} (light), the largest error of a cell in the models shown so far; ${S.noiseWords(S.size(S.main(data.noise)))}.`;
+      return (
+        `Colours from 0 (dark) to ${S.size(most)} (light), the largest error of a cell in the models shown so far; ` +
+        `${S.noiseWords(S.size(S.main(data.noise)))}.`
+      );
     }
     const light = (colour) => {
       const [r, gr, b] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));

@@ -352,6 +352,8 @@ def test_estimates_are_written_as_in_terminal_and_report(page: Any) -> None:
     assert page.evaluate("stiffcal.estimate(5, null, null)") == "5.00"
     numbers = [0.25, 0.0284, 4.1, 12.0, 99.96, 315.0, 999.6, 1234.0, 0.0]
     assert page.evaluate("(all) => all.map(stiffcal.digits)", numbers) == [significant(number) for number in numbers]
+    # an axis has two marks at least
+    assert page.evaluate("stiffcal.ticks(-0.19, 0.19, 3.6)") == pytest.approx([-0.1, 0.0, 0.1])
     # a share that is next to nothing; rows are counted, not rounded
     assert page.evaluate("[stiffcal.percent(-6e-6), stiffcal.percent(0), stiffcal.percent(0.041)]") == [
         "< 0.1 %",
