@@ -150,6 +150,7 @@ def test_check_is_ready(campaign: Path) -> None:
     assert document["runs"][0]["experiment"] == "clamped"
 
 
+@pytest.mark.practice
 def test_a_soft_fixture_changes_nothing_but_the_correction(tmp_path: Path) -> None:
     soft = "[4e-7, 4e-7, 4e-7, 5e-7, 5e-7, 5e-7]"
 
@@ -302,6 +303,7 @@ COMPLIANCE = {1: 1e-6, 2: 8e-7, 3: 1.5e-6, 4: 8e-6, 5: 1e-5, 6: 2e-5}
 LOADED = {"p1": [41, -46.5, 97.5, -60, 30, 45], "p2": [-39, -67.5, 94.5, -37, -36.5, -49]}
 
 
+@pytest.mark.practice
 def test_clamped_and_tracker_runs_are_fitted_together(tmp_path: Path) -> None:
     """Loads through the sensor's origin put no torque on joint 6: the clamped runs tell it, the tracker the others."""
 
