@@ -9,21 +9,27 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import h5py
 import pyarrow.parquet as parquet
 import pytest
 
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.ingest import reducing, run_readings
 from stiffcal.ingest.parts import READ_RUNS, READ_STATES
 from stiffcal.measurements.columns import column_of, values_of
+from stiffcal.propose.templates import write_template
 from stiffcal.reduction import logs, tabled_states
+from stiffcal.simulation.settings import load_settings
+from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.store import Store
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.ingest import ingest_campaign, is_stale
 from stiffcal.workflow.steps import RunContext, key_of_table, up_to_date_states
 from tests.ingest.test_logged_runs import HEAD, SPLIT, campaign_of
 from tests.laboratory.delivered_store import forge_table
+from tests.laboratory.friction_campaigns import rehearsed
 from tests.laboratory.once import folder_once
 from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
 from tests.long_campaigns.campaign import write_head, write_runs
@@ -248,4 +254,43 @@ def test_tables_of_single_runs_are_read_once(tmp_path: Path, read: list[str], mo
     read.clear()
     found = answers(folder)
     assert read == ["raw/pose1.csv"]
+    assert found == from_nothing(folder)
+
+
+def rods(folder: Path) -> Path:
+    """Write the rehearsal of rods that `init --kind ids` offers."""
+    plan = folder.parent / "plan"
+    write_template(plan, "ids")
+    simulate_campaign(load_campaign(plan, check_files=False), load_settings(plan), folder)
+    return folder
+
+
+def change_one_reading(log: Path, dataset: str) -> None:
+    """Change a reading in the middle of a log, by less than its noise."""
+    if log.suffix == ".h5":
+        with h5py.File(log, "r+") as file:
+            values = file[dataset]
+            values[len(values) // 2] *= 1.0 + 1e-9
+        return
+    lines = log.read_text().splitlines()
+    row = len(lines) // 2
+    *before, last = lines[row].split(",")
+    number = f"{float(last) * (1.0 + 1e-4):.9g}"
+    log.write_text("\n".join([*lines[:row], ",".join([*before, number]), *lines[row + 1 :]]) + "\n")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("write", "source"), [(rehearsed, "controller"), (rods, "ids")])
+def test_of_other_kinds_the_run_whose_log_was_edited_is_read_again(
+    write: Callable[[Path], Path], source: str, tmp_path: Path, read: list[str]
+) -> None:
+    folder = write(tmp_path / "cell")
+    ingest_campaign(folder)
+    runs = load_campaign(folder).manifest.runs
+    edited = runs[-1]
+    read.clear()
+    change_one_reading(folder / edited.files[source], "ids/ids1")
+    found = answers(folder)
+    assert set(read) == set(edited.files.values())
+    assert len(runs) > 1
     assert found == from_nothing(folder)
