@@ -18,12 +18,12 @@ from stiffcal.identification.finite_columns import check_finite
 from stiffcal.identification.geometry_terms import geometry_terms
 from stiffcal.identification.observation_shift import STEP, observation_shift, observation_slopes
 from stiffcal.identification.readings import Observations, observe
-from stiffcal.identification.tangents import Tangents, loads_at_rest, loads_under_weight
+from stiffcal.identification.tangents import Tangents, loads_at_rest
 from stiffcal.identification.weight_columns import weight_column
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.kinematics import StackedFrame, cross
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Inputs, ParameterRole
+from stiffcal.model.effect import Inputs, ParameterRole, Term
 from stiffcal.model.equilibrium import (
     NoBalanceError,
     Rest,
@@ -125,11 +125,11 @@ def _evaluate_block(
     }
     tangents = Tangents(model, data, loaded, unloaded)
     if rows:
-        _law_columns(model, data, (loaded, unloaded), tangents, rows, columns_out)
+        _law_columns(model, data, loaded, tangents, rows, columns_out)
     _observation_columns(model, data, displacement, columns_out, rows)
     _frame_columns(model, data, columns, loaded, unloaded, columns_out)
     if not rigid:
-        _difference_columns(model, data, columns, columns_out, (loaded, unloaded), tangents)
+        _difference_columns(model, data, columns, columns_out, loaded, tangents)
     sensitivity = tangents.reading_rows() if with_sensitivity else None
     return Evaluation(block, prediction, columns_out, sensitivity)
 
@@ -228,20 +228,21 @@ def lever_of(loaded: Rest, data: Observations, node: int, component: int) -> Flo
 def _law_columns(
     model: CompliantRobot,
     data: Observations,
-    at_rest: tuple[Rest, WeightOnlyRest],
+    loaded: Rest,
     tangents: Tangents,
     rows: dict[tuple[int, str], int],
     sensitivities: Floats,
 ) -> None:
     """Add tangents times the laws' terms, less those under weight alone: displacements are counted from there."""
     numbers = {id(placed_effect): number for number, placed_effect in enumerate(model.acting)}
-    loaded, unloaded = at_rest
-    for under_weight, terms in enumerate((loaded.terms, unloaded.terms)):
+    of_row: dict[int, tuple[list[Term], list[Term]]] = {}
+    for under_weight, terms in enumerate((loaded.terms, [] if tangents.poses is None else tangents.poses.terms)):
         for placed_effect, term in terms:
             row = rows.get((numbers[id(placed_effect)], term.symbol))
-            moved = None if row is None else tangents.law_rows(term.node, term.component, bool(under_weight))
-            if row is not None and moved is not None:
-                sensitivities[row] += moved * term.value
+            if row is not None:
+                of_row.setdefault(row, ([], []))[under_weight].append(term)
+    for row, of_law in of_row.items():
+        sensitivities[row] += tangents.term_rows(*of_law)
     by_geometry: dict[tuple[int, int], Floats] = {}
     for placed_effect, term in geometry_terms(model, model.placed, data, loaded.inputs.angles):
         row, at = rows.get((numbers[id(placed_effect)], term.symbol)), (term.node, term.component)
@@ -304,7 +305,7 @@ def _difference_columns(
     data: Observations,
     columns: Sequence[ParameterColumn],
     sensitivities: Floats,
-    at_rest: tuple[Rest, WeightOnlyRest],
+    loaded: Rest,
     tangents: Tangents,
 ) -> None:
     """Fill the columns of shape and set-up parameters: by the law's own derivatives, else by a central difference."""
@@ -317,7 +318,7 @@ def _difference_columns(
             sensitivities[row] = weight_column(tangents, placed_effect, column.symbol)
             continue
         if column.placed not in slopes:
-            slopes[column.placed] = _shape_slopes(model, placed_effect, data, at_rest, tangents)
+            slopes[column.placed] = _shape_slopes(model, placed_effect, data, loaded, tangents)
         if column.symbol in slopes[column.placed]:
             sensitivities[row] = slopes[column.placed][column.symbol]
             continue
@@ -350,17 +351,15 @@ def _shape_slopes(
     model: CompliantRobot,
     placed: PlacedEffect,
     data: Observations,
-    at_rest: tuple[Rest, WeightOnlyRest],
+    loaded: Rest,
     tangents: Tangents,
 ) -> dict[str, Floats]:
     """Return symbol to (m, n): what the law gives as its derivatives by shape parameters, moved to the rows."""
-    columns: dict[str, Floats] = {}
-    loaded, unloaded = at_rest
-    loads = loads_at_rest(loaded, data), loads_under_weight(loaded, unloaded, data)
+    of_symbol: dict[str, tuple[list[Term], list[Term]]] = {}
     amplitudes = {spec.symbol: placed.amplitude(spec.symbol) for spec in placed.specs(ParameterRole.AMPLITUDE)}
-    for under_weight, carried in enumerate(loads):
+    for under_weight, carried in enumerate((loads_at_rest(loaded, data), tangents.loads_of_poses)):
+        if carried is None:
+            continue
         for term in placed.effect.shape_slopes(placed.place, model.chain, carried, {**amplitudes, **placed.shape()}):
-            moved = tangents.law_rows(term.node, term.component, bool(under_weight))
-            if moved is not None:
-                columns[term.symbol] = columns.get(term.symbol, 0.0) + moved * term.value
-    return columns
+            of_symbol.setdefault(term.symbol, ([], []))[under_weight].append(term)
+    return {symbol: tangents.term_rows(*of_law) for symbol, of_law in of_symbol.items()}

@@ -19,21 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.identification.law_slopes import WRENCH_STEP, Component, Slope, law_slopes
 from stiffcal.identification.row_layout import RodRows
 from stiffcal.mechanics.kinematics import from_frame
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import OutboardLoads, outboard_loads, unit_wrenches
-from stiffcal.model.effect import NodeLoads, joint_node, joint_nodes
+from stiffcal.model.effect import NodeLoads, joint_nodes
 from stiffcal.model.equilibrium import Rest, add_side_torques, last_node_inboard, law_terms
 
 Real = TypeVar("Real", np.float64, np.float32)
 Singles = NDArray[np.float32]
 Sums = tuple[Singles | None, Singles | None]
 """(3, k, n) to a force and to a moment in base axes; None where no law answers it."""
-Component = tuple[int, int]
-"""A node, and one of the six components of its displacement or its wrench."""
-# A wrench step of the size of a sensor's noise, so that laws with a corner are averaged as the noise averages them.
-WRENCH_STEP = (1.0, 1.0, 1.0, 0.2, 0.2, 0.2)
 # rad or m; a balancing spring bends over tens of degrees.
 TURN_STEP = 1e-5
 # Relative, of what another sweep would still change. Columns that are wrong by a per cent move estimates by a tenth of
@@ -44,31 +41,23 @@ MAX_SWEEPS = 60
 
 def crossed(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
     """Return a × b along the first axis, the others broadcast."""
-    result: NDArray[Real] = np.empty((3, *np.broadcast_shapes(a.shape[1:], b.shape[1:])), dtype=a.dtype)
-    for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
-        np.multiply(a[i], b[j], out=result[axis])
-        result[axis] -= a[j] * b[i]
+    result: NDArray[Real] = np.empty((3, *np.broadcast(a[0], b[0]).shape), dtype=a.dtype)
+    other = np.empty_like(result[0])
+    for part, i, j in zip(result, (1, 2, 0), (2, 0, 1), strict=True):
+        np.multiply(a[i], b[j], out=part)
+        np.multiply(a[j], b[i], out=other)
+        part -= other
     return result
 
 
 def along(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
     """Return a · b along the first axis, the others broadcast."""
     result: NDArray[Real] = a[0] * b[0]
-    result += a[1] * b[1]
-    result += a[2] * b[2]
+    other = a[1] * b[1]
+    result += other
+    np.multiply(a[2], b[2], out=other)
+    result += other
     return result
-
-
-@dataclass(frozen=True)
-class Slope:
-    """How one component of a node's displacement answers one component of a node's wrench at rest."""
-
-    answers: Component
-    """Of the displacement."""
-    carries: Component
-    """Of the wrench."""
-    value: Floats
-    """(n,) m or rad per N or N·m."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +77,20 @@ class Answers:
     """(3, k, n) by node, of those outboard of it: to a turn of gravity's direction, times it."""
     reading: dict[int, Sums]
     """By node, of those outboard of it: to the reading's force and moment, where their axes stand still."""
+
+
+@dataclass(frozen=True)
+class _Loads:
+    """`OutboardLoads` in single precision."""
+
+    force: Singles
+    moment: Singles
+    point: Singles
+    last_moving: int
+    last_turning: int
+    gravity: Singles
+    mass: Singles
+    first_moment: list[Singles]
 
 
 class RestTangent:
@@ -118,6 +121,7 @@ class RestTangent:
         self._n_joints = len(rest.shape.bodies) - 2
         self._levers: dict[Component, Floats] = {}
         self._motions: dict[Component, Floats] = {}
+        self._twists: dict[tuple[Component, bool], tuple[Floats, Floats | None]] = {}
 
     def lever(self, node: int, component: int) -> Floats:
         """Return (k, n): how the targets move with one component of a node's displacement, the shape otherwise kept."""
@@ -139,7 +143,7 @@ class RestTangent:
 
     def by_wrenches(self, change: Floats) -> Floats:
         """Return (k, n): how the targets move with changes (2J + 2, 6, n) of what the nodes carry, their own axes."""
-        result = np.zeros((self._n_motions, change.shape[-1]))
+        result = np.zeros((self.n_motions, change.shape[-1]))
         for (node, component), answer in self._answers.own.items():
             result += answer * change[node, component]
         return result
@@ -151,31 +155,57 @@ class RestTangent:
         noise averages them.
         """
         inputs = self._rest.inputs
-        result = np.zeros((self._n_motions, 6, inputs.angles.shape[1]))
+        result = np.zeros((self.n_motions, 6, inputs.angles.shape[1]))
         direct, levered = unit_wrenches(self._robot.adjusted_chain, self._rest.shape, inputs)
         base = law_terms(self._robot, self._loads)
+        wrench, part = np.empty_like(self._loads.wrench), np.empty_like(result[:, 0])
         for axis, step in enumerate(WRENCH_STEP if inputs.setup.moments_measured else WRENCH_STEP[:3]):
-            wrench = self._loads.wrench.copy()
             if axis < 3:
-                wrench[:, :3] += step * direct[:, :, axis]
-                wrench[:, 3:] += step * levered[:, :, axis]
+                np.multiply(step, direct[:, :, axis], out=wrench[:, :3])
+                np.multiply(step, levered[:, :, axis], out=wrench[:, 3:])
             else:
-                wrench[:, 3:] += step * direct[:, :, axis - 3]
+                wrench[:, :3] = 0.0
+                np.multiply(step, direct[:, :, axis - 3], out=wrench[:, 3:])
+            wrench += self._loads.wrench
             changed = law_terms(self._robot, replace(self._loads, wrench=wrench))
+            by_axis = np.zeros_like(part)
             for (placed, before), (_, after) in zip(base, changed, strict=True):
                 amplitude = placed.amplitude(before.symbol)
                 if amplitude != 0.0 and np.any(difference := after.value - before.value):
-                    result[:, axis] += self.motions(before.node, before.component) * (amplitude / step * difference)
+                    difference *= amplitude / step
+                    np.multiply(self.motions(before.node, before.component), difference, out=part)
+                    by_axis += part
+            result[:, axis] = by_axis
         return result
 
     @property
-    def _n_motions(self) -> int:
+    def n_states(self) -> int:
+        """Number of states."""
+        return int(self._rest.inputs.angles.shape[1])
+
+    @property
+    def n_motions(self) -> int:
+        """Number of motions."""
         n_targets = len(self._rest.inputs.setup.targets)
         return self._components * n_targets + sum(len(rods.row) for rods in self._rods)
 
     @cached_property
     def _outboard(self) -> OutboardLoads:
         return outboard_loads(self._robot.adjusted_chain, self._rest.shape, self._rest.inputs)
+
+    @cached_property
+    def _outboard_single(self) -> _Loads:
+        load = self._outboard
+        return _Loads(
+            single(load.force),
+            single(load.moment),
+            single(load.point),
+            load.last_moving,
+            load.last_turning,
+            single(load.gravity),
+            single(load.mass),
+            [single(first) for first in load.first_moment],
+        )
 
     @cached_property
     def _side(self) -> dict[Component, Floats]:
@@ -222,7 +252,7 @@ class RestTangent:
         node, component = at
         move, turn = self._twist(at, geometry)
         bodies, setup, origin = self._rest.shape.bodies, self._rest.inputs.setup, self._origin(node, geometry)
-        result = np.zeros((self._n_motions, origin.shape[1]))
+        result = np.zeros((self.n_motions, origin.shape[1]))
         for b, target in enumerate(setup.targets):
             if node > last_node_inboard(target.body, self._n_joints):
                 continue
@@ -251,6 +281,11 @@ class RestTangent:
 
     def _twist(self, at: Component, geometry: bool) -> tuple[Floats, Floats | None]:
         """Return a unit of the component in base axes: (3, n) a shift and None, or nothing and (3, n) a turn."""
+        if (at, geometry) not in self._twists:
+            self._twists[at, geometry] = self._new_twist(at, geometry)
+        return self._twists[at, geometry]
+
+    def _new_twist(self, at: Component, geometry: bool) -> tuple[Floats, Floats | None]:
         node, component = at
         axes = self._rest.shape.nodes[node].rotation
         if component < 3:
@@ -317,18 +352,21 @@ class RestTangent:
         of the reading, which move with the chain outboard; where the axes of a node turn, what does not turn with them
         changes in them.
         """
-        node, load = at[0], self._outboard
-        move, turn = self._twist(at, geometry)
+        node, load = at[0], self._outboard_single
+        motion, axis = self._twist(at, geometry)
+        move, turn = single(motion), None if axis is None else single(axis)
         gravity = load.gravity[:, None]
-        changes: list[tuple[Singles | None, Floats]] = []
+        changes: list[tuple[Singles | None, Singles]] = []
         carried, turns = node <= load.last_moving, node <= load.last_turning
         if turn is None:
-            pull = load.mass[node] * gravity + (load.force if carried else 0.0)
-            changes.append((answers.before[node][1], crossed(move, pull)))
+            weight = load.mass[node] * gravity
+            changes.append((answers.before[node][1], crossed(move, weight + load.force if carried else weight)))
         else:
-            origin, outside = self._origin(node, geometry), node - 1 if geometry else node
+            origin, outside = single(self._origin(node, geometry)), node - 1 if geometry else node
             to_force, to_moment = (answers.before if geometry else answers.through)[node]
-            arm = load.first_moment[node] + load.mass[node] * (self._rest.shape.origins[node] - origin)
+            arm = load.first_moment[node]
+            if geometry:
+                arm = arm + load.mass[node] * (single(self._rest.shape.origins[node]) - origin)
             moment = crossed(crossed(turn, arm), gravity)
             turned_force, turned_moment = crossed(turn, load.force), crossed(turn, load.moment)
             if carried:
@@ -339,10 +377,10 @@ class RestTangent:
             elif outside in answers.reading:
                 changes += zip(answers.reading[outside], (-turned_force, -turned_moment), strict=True)
             changes += [(to_moment, moment), (answers.weight.get(outside), -crossed(turn, gravity))]
-        result = np.zeros((self._n_motions, move.shape[1]))
+        result = np.zeros((self.n_motions, move.shape[1]))
         for answer, change in changes:
             if answer is not None:
-                result += along(answer, single(change)[:, None])
+                result += along(answer, change[:, None])
         if at in self._side and at in answers.own:
             result += answers.own[at] * self._side[at]
         if self._held is not None:
@@ -368,36 +406,3 @@ def _plus(sum_so_far: Singles | None, part: Singles | None) -> Singles | None:
     if part is None:
         return sum_so_far
     return part if sum_so_far is None else sum_so_far + part
-
-
-def law_slopes(robot: CompliantRobot, loads: NodeLoads) -> list[Slope]:
-    """Return how the nodes' displacements answer their wrenches under these loads, by differences of the laws.
-
-    A law answers the wrench of its own node, one of a coupled drive the torques of the joints that the drive turns, and
-    one between joints those of both; so one component is changed at all nodes at once, and at such joints one by one.
-    """
-    chain = robot.chain
-    apart = chain.drive_axes != np.eye(chain.n_joints)
-    coupled = np.flatnonzero(apart.any(axis=0) | apart.any(axis=1))
-    drives = {joint_node(int(k) + 1): int(chain.drive_components[k]) for k in coupled}
-    between = {
-        joint_node(joint) for placed in robot.acting if len(placed.place.joints) > 1 for joint in placed.place.joints
-    }
-    everywhere = list(range(len(loads.wrench)))
-    base = law_terms(robot, loads)
-    found: dict[tuple[Component, Component], Floats] = {}
-    for component, step in enumerate(WRENCH_STEP):
-        alone = [node for node in everywhere if node in between or drives.get(node) == component]
-        for nodes in ([node for node in everywhere if node not in alone], *([node] for node in alone)):
-            wrench = loads.wrench.copy()
-            wrench[nodes, component] += step
-            changed = law_terms(robot, replace(loads, wrench=wrench))
-            for (placed, before), (_, after) in zip(base, changed, strict=True):
-                amplitude = placed.amplitude(before.symbol)
-                if amplitude == 0.0 or not np.any(difference := after.value - before.value):
-                    continue
-                carries = (nodes[0] if len(nodes) == 1 else before.node, component)
-                key = (before.node, before.component), carries
-                slope = (amplitude / step) * difference
-                found[key] = found[key] + slope if key in found else slope
-    return [Slope(answers, carries, value) for (answers, carries), value in found.items()]

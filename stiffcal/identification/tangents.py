@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -14,7 +15,7 @@ from stiffcal.identification.row_layout import ROTATION
 from stiffcal.identification.tangent import RestTangent, crossed
 from stiffcal.mechanics.kinematics import turn_between
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import NodeLoads
+from stiffcal.model.effect import NodeLoads, Term
 from stiffcal.model.equilibrium import Rest, WeightOnlyRest, displacements
 
 
@@ -24,7 +25,7 @@ def loads_at_rest(loaded: Rest, data: Observations) -> NodeLoads:
 
 
 def loads_under_weight(loaded: Rest, unloaded: WeightOnlyRest, data: Observations) -> NodeLoads:
-    """Return what the nodes carry under weight alone, for the laws."""
+    """Return what the nodes carry under weight alone, state by state, for the laws."""
     return NodeLoads(unloaded.wrench, loaded.inputs.angles, reference_kelvin=data.order.reference_kelvin)
 
 
@@ -42,7 +43,7 @@ class Tangents:
     _law_rows: dict[tuple[int, int, bool], Floats | None] = field(default_factory=dict)
 
     def law_rows(self, node: int, component: int, under_weight: bool) -> Floats | None:
-        """Return (m, n) by one component of a node's displacement under the load, or under weight alone.
+        """Return (m, n) by one component of a node's displacement under the load, or under weight alone; kept.
 
         None under weight where every state is an absolute place.
         """
@@ -53,9 +54,29 @@ class Tangents:
             elif self._at_weight is None:
                 self._law_rows[key] = None
             else:
-                kept = None if self._clamped is None else self._at_load.lever(node, component)
-                self._law_rows[key] = self._counted(self._at_weight.motions(node, component), kept)
+                counted = self._of_poses(self._at_weight.motions(node, component))
+                if self._clamped is not None:
+                    counted = np.where(self._clamped, self._at_load.lever(node, component), counted)
+                self._law_rows[key] = self._rows(np.zeros_like(counted), counted)
         return self._law_rows[key]
+
+    def term_rows(self, under_load: Sequence[Term], under_weight: Sequence[Term]) -> Floats:
+        """Return (m, n) by an amplitude, or a shape, of laws: displacements of nodes per unit of it.
+
+        Parameters
+        ----------
+        under_load : of n states. under_weight : of the poses, as `loads_of_poses`; none where every state is a place.
+        """
+        moved = _moved(self._at_load, under_load)
+        if self._at_weight is None or not under_weight:
+            return self._rows(moved)
+        counted = self._of_poses(_moved(self._at_weight, under_weight))
+        if self._clamped is not None:
+            kept = np.zeros_like(counted)
+            for term in under_weight:
+                kept += self._at_load.lever(term.node, term.component) * term.value[self.unloaded.pose]
+            counted = np.where(self._clamped, kept, counted)
+        return self._rows(moved, counted)
 
     def geometry_rows(self, node: int, component: int) -> Floats:
         """Return (m, n) by one component of a motion of the undeformed chain at a joint's node."""
@@ -103,13 +124,19 @@ class Tangents:
         return None if held is None else np.asarray(held.inverse.any(axis=(0, 1)))
 
     @cached_property
-    def _at_weight(self) -> RestTangent | None:
+    def loads_of_poses(self) -> NodeLoads | None:
+        """What the nodes carry under weight alone, pose by pose, for the laws; None where `poses` is."""
         poses, pose = self.unloaded.poses, self.unloaded.pose
         if poses is None or pose is None:
             return None
         first = np.unique(pose, return_index=True)[1]
-        kelvin = self.data.order.reference_kelvin[first]
-        loads = NodeLoads(poses.wrench, poses.inputs.angles, reference_kelvin=kelvin)
+        return NodeLoads(poses.wrench, poses.inputs.angles, reference_kelvin=self.data.order.reference_kelvin[first])
+
+    @cached_property
+    def _at_weight(self) -> RestTangent | None:
+        poses, loads = self.unloaded.poses, self.loads_of_poses
+        if poses is None or loads is None:
+            return None
         return RestTangent(self.model, poses, loads, self._components, self.data.layout.rods)
 
     @cached_property
@@ -127,41 +154,43 @@ class Tangents:
         return shift_slopes(self.model, self.data, np.stack(displacements(self.model, self.loaded, self.unloaded)))
 
     def _sum(self, under_load: Floats, under_weight: Floats | None) -> Floats:
-        rows, counted = self._rows(under_load), self._counted(under_weight)
-        return rows if counted is None else rows + counted
+        """Return (m, n) of motions (k, n) under the load and (k, poses) of where displacements are counted from."""
+        return self._rows(under_load, None if under_weight is None else self._of_poses(under_weight))
 
-    def _counted(self, motions: Floats | None, kept: Floats | None = None) -> Floats | None:
-        """Return (m, n) of motions (k, poses) of where displacements are counted from: they are lowered by them.
-
-        Parameters
-        ----------
-        kept : (k, n) motions that stand in their place in clamped states.
-        """
-        if motions is None:
-            return None
+    def _of_poses(self, motions: Floats) -> Floats:
+        """Return (k, n) what each state's displacement is counted from of motions (k, poses); nothing of places."""
         moved = motions[:, self.unloaded.pose]
-        if kept is not None and self._clamped is not None:
-            moved = np.where(self._clamped, kept, moved)
-        rows = self._rows(moved, -1.0)
-        return np.where(self.data.absolute, 0.0, -rows) if self.data.absolute.any() else -rows
+        if self.data.absolute.any():
+            moved[:, self.data.absolute] = 0.0
+        return moved
 
-    def _rows(self, motions: Floats, side: float = 1.0) -> Floats:
-        """Return (m, n) what the rows read of motions (k, n), at the end of displacements or (-1) at their begin."""
+    def _rows(self, motions: Floats, counted: Floats | None = None) -> Floats:
+        """Return (m, n) what the rows read of motions (k, n) at the end of displacements, and at their begin."""
         n_targets, n = len(self.data.setup.targets), motions.shape[1]
         count = self._components * n_targets
-        moved = motions[:count].reshape(n_targets, self._components, n)
+        change = motions if counted is None else motions - counted
+        moved = change[:count].reshape(n_targets, self._components, n)
         if self._turn is None:
             full = np.concatenate([moved, np.zeros_like(moved)], axis=1)
         else:
             # of exp(ω) R Rᵀref and R (exp(ω) Rref)ᵀ the rotation vector φ moves by ω ∓ ½ φ × ω
-            full = moved.copy()
+            both = (motions if counted is None else motions + counted)[:count].reshape(moved.shape)
+            full = moved.copy() if counted is None else moved
             for b, turn in enumerate(self._turn):
-                full[b, 3:] -= 0.5 * side * crossed(turn, moved[b, 3:])
+                full[b, 3:] -= 0.5 * crossed(turn, both[b, 3:])
         if self._observed is not None:
             full += np.einsum("bcdn,bdn->bcn", self._observed, full)
         rows = self.data.layout.of_targets(full)
         first = count
         for rods in self.data.layout.rods:
-            rows[rods.row] += motions[first : first + len(rods.row)]
+            rows[rods.row] += change[first : first + len(rods.row)]
             first += len(rods.row)
         return rows
+
+
+def _moved(tangent: RestTangent, terms: Sequence[Term]) -> Floats:
+    """Return (k, n) the targets' motions by displacements of nodes."""
+    moved = np.zeros((tangent.n_motions, tangent.n_states))
+    for term in terms:
+        moved += tangent.motions(term.node, term.component) * term.value
+    return moved
