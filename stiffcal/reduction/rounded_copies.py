@@ -29,6 +29,7 @@ _COMPARED = ("joints", "wrench", "mass", *_MOVED)
 _MOST_DIGITS = 10  # behind the point: more than instruments print
 _WHOLE = 1e-6  # a number of last digits is whole within this: rounding of floating-point numbers of ten digits
 _NEIGHBOURS = 6  # rows next to a row that are compared with it
+_ROWS_AT_ONCE = 1 << 14  # of which pairs are compared, so that memory stays flat
 # The last digit is a zero in one of ten readings: as often a signal of one channel has fewer digits by chance.
 _BY_CHANCE = 0.1
 _CHANCE = 1e-3  # of so many pairs in one table
@@ -136,16 +137,18 @@ def _rounded_pairs(values: Floats, digits: Floats, layout: Layout) -> list[tuple
 
     neighbours = min(_NEIGHBOURS, len(rows))
     _, near = cKDTree(scaled).query(scaled, k=neighbours, p=np.inf, distance_upper_bound=_HALF)
+    near = np.asarray(near).reshape(len(rows), neighbours)
     alike: set[tuple[int, int]] = set()
     copies: dict[int, int] = {}
-    for number, others in enumerate(np.asarray(near)):
-        copy = int(rows[number])
-        for original in rows[others[others < len(rows)]].tolist():
-            if original == copy or np.any(np.abs(values[copy] - values[original]) > tolerance[copy]):
-                continue
-            alike.add((min(copy, original), max(copy, original)))
-            if copy not in copies and _is_coarser(digits[copy], digits[original], layout):
-                copies[copy] = original
+    for start in range(0, len(rows), _ROWS_AT_ONCE):
+        own, place = np.nonzero(near[start : start + _ROWS_AT_ONCE] < len(rows))
+        copy, original = rows[start + own], rows[near[start + own, place]]
+        agree = (copy != original) & np.all(np.abs(values[copy] - values[original]) <= tolerance[copy], axis=1)
+        copy, original = copy[agree], original[agree]
+        alike.update(zip(np.minimum(copy, original).tolist(), np.maximum(copy, original).tolist(), strict=True))
+        coarser = _are_coarser(digits[copy], digits[original], layout)
+        for one, other in zip(copy[coarser].tolist(), original[coarser].tolist(), strict=True):
+            copies.setdefault(one, other)
     return list(copies.items()) if copies and not _is_chance(len(copies), len(alike)) else []
 
 
@@ -175,24 +178,23 @@ def _of_zeros_too(values: Floats, digits: Floats, layout: Layout) -> Floats:
     return filled
 
 
-def _is_coarser(copy: Floats, original: Floats, layout: Layout) -> bool:
-    """Return whether no reading of the original has fewer digits, and most of one signal have more.
+def _are_coarser(copy: Floats, original: Floats, layout: Layout) -> Booleans:
+    """Return for each pair whether no reading of the original has fewer digits, and most of one signal have more.
 
     Parameters
     ----------
-    copy, original : (c,) sizes of the last digits; 0 where a reading is zero, or has all digits that a number holds.
+    copy, original : (n, c) sizes of the last digits; 0 where a reading is zero, or has all digits that a number holds.
     """
     compared = copy > 0.0
     finer = compared & (original < _HALF * copy)
-    if not np.all(finer | ~compared | (original <= copy * (1.0 + _WHOLE))):
-        return False
+    none_less = np.all(finer | ~compared | (original <= copy * (1.0 + _WHOLE)), axis=1)
+    most_of_one = np.zeros(len(copy), dtype=np.bool_)
     start = 0
     for _, count in layout:
         own = slice(start, start + count)
-        if compared[own].any() and 2 * finer[own].sum() > compared[own].sum():
-            return True
+        most_of_one |= 2 * finer[:, own].sum(axis=1) > compared[:, own].sum(axis=1)
         start += count
-    return False
+    return np.asarray(none_less & most_of_one)
 
 
 def _is_chance(copies: int, alike: int) -> bool:
