@@ -100,6 +100,7 @@ def record(
     code = check_out(revision, folder / "code")
     source = code if campaigns is None else check_out(campaigns, folder / "campaigns")
     there = Revision(code, folder / "state")
+    _check_runs(there)
     answers = folder / "answers"
     _write(answers / "schemas.txt", "\n".join(sorted(path.name for path in (code / "schemas").glob("*.json"))))
     for path in (code / "schemas").glob("*.json"):
@@ -120,6 +121,17 @@ def record(
     ]
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(lambda name: _campaign(there, places[name], folder, Path(name)), chosen))
+
+
+def _check_runs(there: Revision) -> None:
+    """Raise where this Python runs another stiffcal than the revision's, as an editable install may."""
+    environment = {**os.environ, "PYTHONPATH": str(there.code)}
+    where = [sys.executable, "-P", "-c", "import stiffcal; print(stiffcal.__file__)"]
+    found = subprocess.run(where, env=environment, capture_output=True, text=True, check=True).stdout.strip()
+    if not Path(found).is_relative_to(there.code):
+        raise RuntimeError(
+            f"this Python runs {found} whatever PYTHONPATH is: use one in which stiffcal is not installed"
+        )
 
 
 def check_out(revision: str, goal: Path) -> Path:
