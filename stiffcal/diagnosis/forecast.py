@@ -12,6 +12,7 @@ from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
 from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.scan import Trial
+from stiffcal.estimation.unknowns import bounds_of
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import members_of
 from stiffcal.model.composite import PlacedEffect
@@ -51,7 +52,8 @@ def forecast_residual(
         pieces.append(columns)
         rows.append(scan.space.rows(columns))
         residual -= regressor.fixed
-        lowest, highest = bounds_of_candidate(regressor)
+        # those of the refit that is forecast
+        lowest, highest = bounds_of([regressor.effect.spec(symbol) for symbol in regressor.symbols])
         low, high = np.append(low, lowest), np.append(high, highest)
     outside = scan.outside_of(kept, len(low))
     return _left_out(scan, np.concatenate(pieces), np.concatenate(rows), residual, (low, high), outside, fold)

@@ -18,7 +18,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.bounded_least_squares import column_scale
 from stiffcal.estimation.triangular import Reduced, triangular
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Problem, fit_problem
+from stiffcal.identification.identify import Problem, fit_problem, raw_whitening
 from stiffcal.identification.least_squares import run_edges, take_out_offsets
 from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Whitening
@@ -166,7 +166,7 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
         step = _solve_without_fold(reduced, *about.rows.steps_within)
         residual[:, members] -= np.einsum("pmn,p->mn", centred[:-1][:, :, members], step)
     residual = corrected_for_freedom(residual, data)
-    return HeldoutResiduals(LEAVE_ONE_POSE_OUT, residual, _without_model(data, fit.whitening), data, fold)
+    return HeldoutResiduals(LEAVE_ONE_POSE_OUT, residual, _without_model(data, about.rows.space.whitening), data, fold)
 
 
 def estimates_without_each(fit: Fit, fold: Integers, name: str) -> Floats:
@@ -214,7 +214,8 @@ class _About:
 
     @classmethod
     def of(cls, fit: Fit, fold: Integers) -> Self:
-        rows = fit.linearised()
+        # of an unknown noise kinds of readings count by their own size, which no model changes: models are compared
+        rows = fit.linearised(raw_whitening(fit.data, None) if fit.noise is None else None)
         white = rows.white.reshape(rows.stack.shape)
         folds = members_of(fold)
         return cls(rows, folds, [triangular(white[:, :, members].reshape(len(white), -1).T) for members in folds])
