@@ -44,8 +44,6 @@ class TakenStep:
     """The problem linearised at the start."""
     checked: Identifiability
     """What the data distinguish there; what they do not is held neutral."""
-    under: Weighed
-    """What the sum of squares is of."""
     change: float
     """Length of all of it, in standard uncertainties, whatever their correlations, per parameter."""
     comparable: bool
@@ -60,11 +58,10 @@ class TakenStep:
         end: Floats,
         reduced: Reduced,
         checked: Identifiability,
-        under: Weighed,
     ) -> TakenStep:
         """Describe a whole step."""
         held = checked.left_at_neutral
-        step = cls(start, end, reduced, checked, under, 0.0, np.array_equal(start[held], end[held]))
+        step = cls(start, end, reduced, checked, 0.0, np.array_equal(start[held], end[held]))
         return replace(step, change=step.distance(end))
 
     def distance(self, other: Floats) -> float:
@@ -86,19 +83,22 @@ class TakenStep:
         """Return the step shortened as much as is done at once: where it ends there is no sum of squares."""
         return replace(self, share=self.share * SHORTEST)
 
-    def shortened(self, reduced: Reduced, under: Weighed) -> TakenStep | None:
+    @property
+    def began(self) -> float:
+        """Sum of squares where it starts."""
+        return self.reduced.cost(np.zeros_like(self.start))
+
+    def shortened(self, squares: float) -> TakenStep | None:
         """Return the step shortened where it has raised the sum of squares; None where it stands.
 
         Parameters
         ----------
-        reduced : the problem linearised where the step ended.
-        under : what that one's sum of squares is of; of something else than the step's, the sums do not compare.
+        squares : the sum of squares where the step ended, of the same readings and weights as where it started.
         """
-        if not (self.comparable and under.sums_as(self.under)):
+        if not self.comparable:
             return None
-        zero = np.zeros_like(self.start)
         slope = -2.0 * float(self.reduced.target @ (self.reduced.factor @ (self.end - self.start))) * self.share
-        rise = reduced.cost(zero) - self.reduced.cost(zero)
+        rise = squares - self.began
         if slope >= 0.0:
             return None
         lowest = slope / (2.0 * (slope - rise))

@@ -31,6 +31,8 @@ SMALL_CORRECTION = 0.02
 # A step of less, in standard uncertainties, is near the solution.
 NEAR = 1.0
 # Steps that are taken whole: on the way through a curved valley the sum of squares may rise and the next step be right.
+# Where they end higher than the fit began, it goes back to the lowest place (the watchdog of Chamberlain, Powell,
+# Lemarechal and Pedersen 1982).
 WHOLE_STEPS = 8
 # A share of the noise may follow the unknowns: each of the first steps has its own weights, and a fit ends on weights
 # from which it moved by less than `ROUGH_STEP`.
@@ -67,6 +69,9 @@ class RowSource(Protocol[W]):
         ------
         NoBalanceError : the model has no equilibrium there.
         """
+
+    def squares(self, values: Floats, reduced: Reduced, weights: W) -> float:
+        """Return the sum of squares of rows about values (p,) under other weights than their own."""
 
     def corrected(self, values: Floats, reduced: Reduced, weights: W) -> tuple[RowSource[W], float]:
         """Return the readings corrected near the solution, and by how many standard uncertainties they moved."""
@@ -112,7 +117,8 @@ def settle(
 
     With ``near`` the steps end where the next one is expected below `NEAR`. A step that goes too far is shortened
     (`TakenStep`) where it is near the solution or `WHOLE_STEPS` were taken; where that leaves nothing of it, the fit
-    stays where the step began. A step to where the model has no equilibrium is shortened too, at any iteration.
+    stays where the step began. Where whole steps have led nowhere, those that follow begin at the lowest place met. A
+    step to where the model has no equilibrium is shortened too, at any iteration.
 
     Parameters
     ----------
@@ -132,7 +138,9 @@ def settle(
     shaped, iterates = bool(unknowns.nonlinear.any()), source.curved
     small = ROUGH_STEP if begun is not None or shaped else SMALL_STEP
     weights: W | None = None
-    moved, weighed_at = 0.0, values
+    under: W | None = None
+    # sums of squares are compared step by step, each under its own weights: of the one where the fit began
+    moved, weighed_at, level, lowest = 0.0, values, 1.0, (1.0, values)
     taken: TakenStep | None = None
     beyond: NoBalanceError | None = None
     least: _Met | None = None
@@ -154,14 +162,26 @@ def settle(
         if taken is not None:
             met = _Met(reduced.cost(np.zeros_like(values)), values, reduced, taken.checked)
             least = met if least is None or renew or met.cost < least.cost else least
-        far = taken is None or (iterations <= WHOLE_STEPS and taken.left >= NEAR)
-        shorter = None if far or taken is None else taken.shortened(reduced, weights)
+        shorter, reached = None, level
+        if taken is not None:
+            alike = under is None or weights.sums_as(under)
+            # near the solution sums under other weights, or of corrected readings, do not compare
+            if alike or iterations <= WHOLE_STEPS + 1:
+                zero = np.zeros_like(values)
+                squares = reduced.cost(zero) if alike or under is None else source.squares(values, reduced, under)
+                reached = level * squares / taken.began if taken.began > 0.0 else level
+                lowest = (reached, values) if reached < lowest[0] else lowest
+            if iterations == WHOLE_STEPS + 1 and reached > 1.0:
+                (level, values), taken, last, stale = lowest, None, 0.0, True
+                continue
+            if alike and not (iterations <= WHOLE_STEPS and taken.left >= NEAR):
+                shorter = taken.shortened(squares)
         if shorter is not None:
             if shorter.left < small or iterations >= MAX_STEPS:
                 values, left = shorter.start, shorter.left
                 stale = shorter.distance(weighed_at) > ROUGH_STEP
                 if stale and iterations < MAX_STEPS:
-                    taken, last = None, np.inf
+                    taken, last = None, 0.0
                     continue
                 if beyond is not None and left >= small:
                     raise beyond
@@ -170,12 +190,13 @@ def settle(
             # The next step cannot be predicted from a shortened one.
             taken, last, values = shorter, 0.0, shorter.reached
             continue
+        level = reached
         held = None if begun is None else begun.checked
         if taken is not None:
             held = taken.checked if begun is not None or taken.left < NEAR else None
         # what shapes do comes and goes on the way, and with it what can be distinguished
         updated, checked = solve_step(reduced, unknowns, values, None if shaped else held)
-        taken = TakenStep.of(values, updated, reduced, checked, weights)
+        taken, under = TakenStep.of(values, updated, reduced, checked), weights
         change, values = taken.left, updated
         # Steps contract evenly: the next one is predicted by this one and the ratio to the last. Next to a corner they
         # do not: the steps of a law with shape parameters have to be small themselves.

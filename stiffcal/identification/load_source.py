@@ -23,6 +23,7 @@ from stiffcal.identification.weights import (
     huber_whitening,
     needs_wrench_sensitivity,
     weighed_alike,
+    without_offsets,
 )
 from stiffcal.model.composite import CompliantRobot
 
@@ -110,6 +111,12 @@ class LoadSource:
         under = LoadWeights(self.data, made, lowered)
         reduced = reduce_blocks(blocks, self.data, under.whitening)
         return reduced.with_prior(prior_rows(robot, self.columns, self.unknowns, self.data)), under
+
+    def squares(self, values: Floats, reduced: Reduced, weights: LoadWeights) -> float:
+        """Return the sum of squares of the rows about values (p,) under other weights."""
+        residual = without_offsets(self.data, reduced.predicted, weights.whitening)
+        before = prior_rows(self.robot_at(values), self.columns, self.unknowns, self.data)
+        return float(np.sum(weights.whitening.apply(residual) ** 2) + np.sum(before[:, -1] ** 2))
 
     def corrected(self, values: Floats, reduced: Reduced, weights: LoadWeights) -> tuple[LoadSource, float]:
         """Return the source with clamped states' wrenches where they lie most probably, and how far they moved."""

@@ -77,16 +77,16 @@ def raw_weights(data: Observations, size: float) -> Weights:
 def test_the_parabola_along_a_step(after: float, share: float | None) -> None:
     data = fit_problem(two_plays(1), joint_springs(six_axes())).data
     under, other_weights = (LoadWeights(data, raw_weights(data, size)) for size in (1.0, 2.0))
+    assert under.sums_as(LoadWeights(data, raw_weights(data, 1.0)))
+    assert not other_weights.sums_as(under)
     free = Identifiability(np.ones(1, dtype=np.bool_), np.zeros(1, dtype=np.bool_), 1.0, ())
-    step = TakenStep.of(np.zeros(1), np.ones(1), Reduced(np.eye(1), np.ones(1), 0.0, 10), free, under)
-    reached = Reduced(np.eye(1), np.zeros(1), after, 10)
-    shorter = step.shortened(reached, under)
+    step = TakenStep.of(np.zeros(1), np.ones(1), Reduced(np.eye(1), np.ones(1), 0.0, 10), free)
+    shorter = step.shortened(after)
     assert (None if shorter is None else shorter.share) == pytest.approx(share)
-    # under other weights, or where a parameter was made neutral, sums of squares do not compare
-    assert step.shortened(reached, other_weights) is None
+    # where a parameter was made neutral, sums of squares do not compare
     held = replace(free, left_at_neutral=np.ones(1, dtype=np.bool_))
-    moved = TakenStep.of(np.ones(1), np.zeros(1), Reduced(np.eye(1), -np.ones(1), 0.0, 10), held, under)
-    assert moved.shortened(reached, under) is None
+    moved = TakenStep.of(np.ones(1), np.zeros(1), Reduced(np.eye(1), -np.ones(1), 0.0, 10), held)
+    assert moved.shortened(after) is None
 
 
 @pytest.mark.parametrize("seed", [1, 4])

@@ -64,6 +64,9 @@ class FunctionSource:
     def reduced(self, values: Floats, weights: Unchanging | None, renew: bool) -> tuple[Reduced, Unchanging]:
         return self.about(values).reduced(), Unchanging()
 
+    def squares(self, values: Floats, reduced: Reduced, weights: Unchanging) -> float:
+        return reduced.cost(np.zeros_like(values))
+
     def corrected(self, values: Floats, reduced: Reduced, weights: Unchanging) -> tuple[FunctionSource, float]:
         return self, 0.0
 
