@@ -10,7 +10,6 @@ section 3.5); the lowest place of the parabola is tried next.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
 
 import numpy as np
 
@@ -23,13 +22,6 @@ from stiffcal.estimation.triangular import Reduced
 TOO_FAR = 2.0 / 3.0
 # A step is not shortened to less than this share of itself at once: the parabola is a guess.
 SHORTEST = 0.25
-
-
-class Weighed(Protocol):
-    """Readings with their weights: what a sum of squares is of."""
-
-    def sums_as(self, other: Any) -> bool:
-        """Return whether a sum of squares compares with that of others, of the same kind."""
 
 
 @dataclass(frozen=True)

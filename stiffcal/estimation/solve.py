@@ -7,14 +7,14 @@ weights of the model where it ends. What the equations do not distinguish is hel
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import Progress
 from stiffcal.estimation.identifiability import Identifiability
-from stiffcal.estimation.shortened_step import TakenStep, Weighed
+from stiffcal.estimation.shortened_step import TakenStep
 from stiffcal.estimation.step import solve_step
 from stiffcal.estimation.triangular import Reduced
 from stiffcal.estimation.unknowns import Unknowns
@@ -37,6 +37,14 @@ WHOLE_STEPS = 8
 # A share of the noise may follow the unknowns: each of the first steps has its own weights, and a fit ends on weights
 # from which it moved by less than `ROUGH_STEP`.
 REWEIGHTED_STEPS = 2
+
+
+class Weighed(Protocol):
+    """Readings with their weights: what a sum of squares is of."""
+
+    def sums_as(self, other: Any) -> bool:
+        """Return whether a sum of squares compares with that of others, of the same kind."""
+
 
 W = TypeVar("W", bound=Weighed)
 
@@ -164,17 +172,17 @@ def settle(
             least = met if least is None or renew or met.cost < least.cost else least
         shorter, reached = None, level
         if taken is not None:
-            alike = under is None or weights.sums_as(under)
+            alike, far = under is None or weights.sums_as(under), taken.left >= NEAR
             # near the solution sums under other weights, or of corrected readings, do not compare
-            if alike or iterations <= WHOLE_STEPS + 1:
+            if alike or (far and iterations <= WHOLE_STEPS + 1):
                 zero = np.zeros_like(values)
                 squares = reduced.cost(zero) if alike or under is None else source.squares(values, reduced, under)
                 reached = level * squares / taken.began if taken.began > 0.0 else level
                 lowest = (reached, values) if reached < lowest[0] else lowest
-            if iterations == WHOLE_STEPS + 1 and reached > 1.0:
+            if far and iterations == WHOLE_STEPS + 1 and reached > 1.0:
                 (level, values), taken, last, stale = lowest, None, 0.0, True
                 continue
-            if alike and not (iterations <= WHOLE_STEPS and taken.left >= NEAR):
+            if alike and not (far and iterations <= WHOLE_STEPS):
                 shorter = taken.shortened(squares)
         if shorter is not None:
             if shorter.left < small or iterations >= MAX_STEPS:
