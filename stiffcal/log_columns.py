@@ -203,6 +203,10 @@ def check_there(path: Path, display_name: str) -> None:
         raise InputError.at(FaultCode.FILE_MISSING, display_name, "", "no such file", "correct the name of the file")
 
 
+# How Python shows an object that has no words of its own: its address means nothing to anybody.
+_OBJECT = re.compile(r":? ?<[^<>]* at 0x[0-9a-fA-F]+>")
+
+
 @contextmanager
 def damaged_file_errors(
     kind: str, display_name: str, mend: str = "copy it again from its origin, or log again"
@@ -226,6 +230,7 @@ def damaged_file_errors(
         if isinstance(error, OSError) and error.errno in (errno.EFBIG, errno.ENOSPC, errno.EDQUOT):
             raise
         message = (str(error).strip("'").splitlines() or [type(error).__name__])[0]
+        message = _OBJECT.sub("", message)
         raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", f"no whole {kind} ({message})", mend) from None
 
 

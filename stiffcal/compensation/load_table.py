@@ -24,6 +24,7 @@ from stiffcal.campaign.file_formats import log_format
 from stiffcal.campaign.reach import check_given, open_given, read_given
 from stiffcal.campaign.toml_reading import LARGEST
 from stiffcal.compensation.table_columns import (
+    ANGLES,
     AXES,
     FORCES,
     MOMENTS,
@@ -32,7 +33,7 @@ from stiffcal.compensation.table_columns import (
     columns_of,
     joints_in_words,
 )
-from stiffcal.compensation.table_doubts import angle_doubts
+from stiffcal.compensation.table_doubts import angle_doubts, position_doubts
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
@@ -204,6 +205,17 @@ def joint_doubts(table: WrittenTable, joint_names: Sequence[str], prismatic: Col
     return angle_doubts(table.block(turning), table.file, _mend(turning[0], "rad", "deg"))
 
 
+def place_doubts(table: WrittenTable) -> list[str]:
+    """Return a warning where positions that state no unit look like metres, and one where angles look like radians."""
+    doubts = []
+    if table.has(POSITION) and not table.stated.intersection(POSITION):
+        doubts += position_doubts(table.block(POSITION), table.file, _mend(POSITION[0], "m", "mm"))
+    if table.has(ANGLES) and not table.stated.intersection(ANGLES):
+        angles = table.block(ANGLES)  # most paths leave two of them at zero
+        doubts += angle_doubts(angles, table.file, _mend(ANGLES[0], "rad", "deg"), "angles of the orientation", 1)
+    return doubts
+
+
 def load_doubts(table: WrittenTable) -> list[str]:
     """Return a warning where one of a force's or moment's components has no column next to the two others."""
     present = table.numbers.keys()
@@ -221,11 +233,6 @@ def load_doubts(table: WrittenTable) -> list[str]:
 def force_mend(table: WrittenTable) -> str:
     """Return what to do where the forces of a table are in another unit, "" where it states theirs."""
     return "" if table.stated.intersection(FORCES) else _mend(FORCES[0], "kN", "N")
-
-
-def place_mend() -> str:
-    """Return what to do where the positions of a table are in metres."""
-    return _mend(POSITION[0], "m", "mm")
 
 
 def _mend(name: str, other: str, default: str) -> str:

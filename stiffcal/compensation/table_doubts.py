@@ -15,13 +15,16 @@ MOST_METRES = 0.01
 LARGEST_M, SMALLEST_M = 0.05, 1e-5
 
 
-def angle_doubts(angles: Floats, where: str, mend: str) -> list[str]:
+def angle_doubts(
+    angles: Floats, where: str, mend: str, what: str = "joint angles", least: int = LEAST_JOINTS
+) -> list[str]:
     """Return a warning where angles that were read as degrees look like radians.
 
     Parameters
     ----------
-    angles : (n, L) of the joints that turn, rad, whose unit is not stated.
+    angles : (n, L) of the joints that turn, or (n, 3) of orientations, rad, whose unit is not stated.
     where : the file or option that they are from. mend : what to do.
+    what : what they are. least : how many of the L have to be elsewhere than at zero.
 
     Examples
     --------
@@ -31,10 +34,10 @@ def angle_doubts(angles: Floats, where: str, mend: str) -> list[str]:
     []
     """
     degrees = np.degrees(np.abs(angles))
-    least = min(LEAST_JOINTS, angles.shape[1])
+    least = min(least, angles.shape[1])
     if not degrees.size or degrees.max() > MOST_RADIANS or np.any(degrees > 0.0, axis=0).sum() < least:
         return []
-    return [f"{where}: all joint angles lie within {degrees.max():.3g} degrees of zero: are they in radians? {mend}"]
+    return [f"{where}: all {what} lie within {degrees.max():.3g} degrees of zero: are they in radians? {mend}"]
 
 
 def position_doubts(position: Floats, where: str, mend: str) -> list[str]:

@@ -13,7 +13,14 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.toml_reading import LARGEST
-from stiffcal.compensation.load_table import WrittenTable, force_mend, joint_doubts, load_doubts, place_mend, read_table
+from stiffcal.compensation.load_table import (
+    WrittenTable,
+    force_mend,
+    joint_doubts,
+    load_doubts,
+    place_doubts,
+    read_table,
+)
 from stiffcal.compensation.table_columns import (
     ANGLES,
     AXES,
@@ -23,7 +30,7 @@ from stiffcal.compensation.table_columns import (
     TIME,
     joints_in_words,
 )
-from stiffcal.compensation.table_doubts import MOST_METRES, angle_doubts, position_doubts
+from stiffcal.compensation.table_doubts import angle_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.reduction.reading_bounds import LARGEST_ANGLE_RAD, LONGEST_TRAVEL_M
@@ -135,8 +142,7 @@ def read_path(
     elif table.has(POSITION):
         joints, goal = _from_poses(fitted, setup, table, start)
         doubts += [] if start is None else pose_doubts(pose_of_words(start, chain, "--start"), chain, "--start")
-        if not table.stated.intersection(POSITION):
-            doubts += position_doubts(goal.position, table.file, place_mend())
+        doubts += place_doubts(table)
     else:
         lacking = next(name for name in names if name not in table.numbers)
         of_joints = joints_in_words(names, chain.prismatic_names)
@@ -161,6 +167,7 @@ def read_path(
 def _check_limits(fitted: FittedRobot, table: WrittenTable, joints: Floats) -> None:
     chain = fitted.campaign.chain
     beyond = (joints < chain.limits[:, 0]) | (joints > chain.limits[:, 1])
+    doubts = _doubts_in_mend(table, joint_doubts(table, chain.joint_names, chain.prismatic_names))
     faults = []
     for row, joint in zip(*np.nonzero(beyond), strict=True):
         mark = " mm" if chain.prismatic[joint] else "°"
@@ -173,10 +180,15 @@ def _check_limits(fitted: FittedRobot, table: WrittenTable, joints: Floats) -> N
                 table.file,
                 table.place(row),
                 reason,
-                f"keep it within {low:g}{mark} … {high:g}{mark}",
+                f"keep it within {low:g}{mark} … {high:g}{mark}{doubts}",
             )
         )
     raise_faults(shortened(faults))
+
+
+def _doubts_in_mend(table: WrittenTable, doubts: list[str]) -> str:
+    """Return as the end of a mend what a table gives reason to doubt: a refusal shows no warnings."""
+    return "".join("; " + doubt.removeprefix(f"{table.file}: ") for doubt in doubts)
 
 
 def shortened(faults: list[Fault]) -> list[Fault]:
@@ -226,8 +238,7 @@ def _from_poses(
     if not reached.all():
         reason = "the robot does not reach this pose within its joint limits"
         mend = "move the path, or state with --start from which joint angles it is reached"
-        if np.abs(goal.position).max() < MOST_METRES:
-            mend += '; X, Y, Z were read as mm: where they are metres, write "X [m]"'
+        mend += _doubts_in_mend(table, place_doubts(table))
         raise_faults(
             shortened(
                 [

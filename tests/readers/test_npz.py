@@ -111,3 +111,12 @@ def test_a_head_that_promises_more_than_the_file_holds_is_one_line(tmp_path: Pat
         FaultCode.SIZE_EXCEEDED,
         FaultCode.FILE_DAMAGED,
     )
+
+
+def test_a_head_that_is_code_is_refused_in_words_of_a_person(tmp_path: Path) -> None:
+    path = tmp_path / "log.npy"
+    np.save(path, Q)
+    path.write_bytes(path.read_bytes().replace(b"(7, 2)", b"exit()"))
+    error = fault(path, WantedColumns(("column1",)))
+    assert error.faults[0].code == FaultCode.FILE_DAMAGED
+    assert "0x" not in str(error)

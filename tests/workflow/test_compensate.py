@@ -285,6 +285,20 @@ def test_units_that_were_forgotten_are_suspected(campaign: Path) -> None:
     assert any("are they in metres?" in text for text in document["warnings"])
 
 
+def test_a_refusal_names_the_unit_that_may_be_its_cause(campaign: Path) -> None:
+    robot = campaign / "robot.toml"
+    robot.write_text(robot.read_text().replace('name = "A2"\n', 'name = "A2"\nlimits_deg = [-120, -30]\n'))
+    file = campaign / "other-units.csv"
+    for text, mends in (
+        (f"{NAMES}\n0.1,-1.2,-0.1,0.3,0.5,0.1\n", ["A1 [rad]"]),
+        ("X,Y,Z,roll,pitch,yaw\n1.4,0,0.9,0,1.57,0\n", ["X [m]", "roll [rad]"]),
+    ):
+        file.write_text(text)
+        with pytest.raises(InputError) as caught:
+            compensate_campaign(campaign, CompensateRequest(file, Forces("0,0,-300")))
+        assert all(mend in caught.value.faults[0].mend for mend in mends)
+
+
 def test_faulty_wishes(campaign: Path) -> None:
     file = path_file(campaign, rows=3)
     forces = Forces("0,0,-300")
