@@ -24,7 +24,8 @@ from stiffcal.errors import InputError
 from tests.fuzz.fence import BrokenFenceError
 from tests.fuzz.targets import check_fault, targets
 
-MOST_SECONDS = 10.0  # of one input: more is a hang
+MOST_SECONDS = 10.0  # of a processor for one input: more is a hang
+WAITS = 6.0  # so many times as long by the clock: on a busy machine an input that is read at once takes that long
 PATIENCE_S = {"commands": 60.0, "stores": 60.0, "plugins": 60.0}
 """Whole commands, the first of which make the campaigns."""
 MOST_BYTES = 3 << 30  # of address space above what the process begins with
@@ -70,9 +71,10 @@ class HangError(BaseException):
 def feed_one(name: str, seed: int, number: int, folder: Path) -> tuple[str, str]:
     """Feed input ``number`` of a target; return what became of it, and the fault's words where there is one."""
     chance = random.Random(f"{name} {seed} {number}")
-    before = signal.signal(signal.SIGALRM, _too_long)
     most = PATIENCE_S.get(name, MOST_SECONDS)
-    signal.setitimer(signal.ITIMER_REAL, most)
+    before = {one: signal.signal(one, _too_long) for one in (signal.SIGPROF, signal.SIGALRM)}
+    signal.setitimer(signal.ITIMER_PROF, most)
+    signal.setitimer(signal.ITIMER_REAL, WAITS * most)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -81,7 +83,7 @@ def feed_one(name: str, seed: int, number: int, folder: Path) -> tuple[str, str]
         unclear = check_fault(error)
         return ("unclear", unclear) if unclear else ("refused", "")
     except HangError:
-        return "hang", f"longer than {most:g} s"
+        return "hang", f"longer than {most:g} s of a processor, or {WAITS * most:g} s by the clock"
     except MemoryError:
         return "memory", "out of memory"
     except (Exception, BrokenFenceError) as error:  # the very thing that is looked for
@@ -90,8 +92,10 @@ def feed_one(name: str, seed: int, number: int, folder: Path) -> tuple[str, str]
         where = own[-1] if own else last[-1]
         return "traceback", f"{type(error).__name__} in {Path(where.filename).name}:{where.lineno}: {str(error)[:160]}"
     finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        for one, handler in before.items():
+            signal.signal(one, handler)
     return "accepted", ""
 
 
@@ -151,7 +155,7 @@ def feed(
         fate = "crash"
         while time.monotonic() - began < seconds:
             try:
-                if not here.poll(PATIENCE_S.get(name, MOST_SECONDS) + HOPELESS_S):
+                if not here.poll(WAITS * PATIENCE_S.get(name, MOST_SECONDS) + HOPELESS_S):
                     fate = "hang"
                     break
                 what, number, words, size = here.recv()

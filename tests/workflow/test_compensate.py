@@ -19,7 +19,7 @@ from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.quaternions import quaternion_from_rotation
 from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
-from stiffcal.workflow.compensation_path import Forces
+from stiffcal.workflow.compensation_path import Forces, read_path
 from stiffcal.workflow.fitted_robot import FittedRobot, _cautions, fitted_robot
 from stiffcal.workflow.steps import RunContext
 from tests.laboratory.fits import fit_of, parameter
@@ -288,14 +288,14 @@ def test_units_that_were_forgotten_are_suspected(campaign: Path) -> None:
 def test_a_refusal_names_the_unit_that_may_be_its_cause(campaign: Path) -> None:
     robot = campaign / "robot.toml"
     robot.write_text(robot.read_text().replace('name = "A2"\n', 'name = "A2"\nlimits_deg = [-120, -30]\n'))
-    file = campaign / "other-units.csv"
+    fitted, file = valued(campaign), campaign / "other-units.csv"
     for text, mends in (
         (f"{NAMES}\n0.1,-1.2,-0.1,0.3,0.5,0.1\n", ["A1 [rad]"]),
         ("X,Y,Z,roll,pitch,yaw\n1.4,0,0.9,0,1.57,0\n", ["X [m]", "roll [rad]"]),
     ):
         file.write_text(text)
         with pytest.raises(InputError) as caught:
-            compensate_campaign(campaign, CompensateRequest(file, Forces("0,0,-300")))
+            read_path(fitted, fitted.aimed_at(None)[0], file, Forces("0,0,-300"), None)
         assert all(mend in caught.value.faults[0].mend for mend in mends)
 
 
