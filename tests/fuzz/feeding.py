@@ -21,6 +21,7 @@ from types import FrameType
 
 from stiffcal import processes
 from stiffcal.errors import InputError
+from stiffcal.files import refusal
 from tests.fuzz.fence import BrokenFenceError
 from tests.fuzz.targets import check_fault, targets
 
@@ -79,24 +80,32 @@ def feed_one(name: str, seed: int, number: int, folder: Path) -> tuple[str, str]
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             targets()[name](chance, folder)
-    except InputError as error:
-        unclear = check_fault(error)
+    except (InputError, OSError) as error:
+        # as `main` does with what a system refuses
+        refused = error if isinstance(error, InputError) else refusal(error)
+        if refused is None:
+            return _traceback(error)
+        unclear = check_fault(refused)
         return ("unclear", unclear) if unclear else ("refused", "")
     except HangError:
         return "hang", f"longer than {most:g} s of a processor, or {WAITS * most:g} s by the clock"
     except MemoryError:
         return "memory", "out of memory"
     except (Exception, BrokenFenceError) as error:  # the very thing that is looked for
-        last = traceback.extract_tb(error.__traceback__)
-        own = [frame for frame in last if "stiffcal" in frame.filename and "tests" not in frame.filename]
-        where = own[-1] if own else last[-1]
-        return "traceback", f"{type(error).__name__} in {Path(where.filename).name}:{where.lineno}: {str(error)[:160]}"
+        return _traceback(error)
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         for one, handler in before.items():
             signal.signal(one, handler)
     return "accepted", ""
+
+
+def _traceback(error: BaseException) -> tuple[str, str]:
+    last = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in last if "stiffcal" in frame.filename and "tests" not in frame.filename]
+    where = own[-1] if own else last[-1]
+    return "traceback", f"{type(error).__name__} in {Path(where.filename).name}:{where.lineno}: {str(error)[:160]}"
 
 
 def _too_long(signum: int, frame: FrameType | None) -> None:
