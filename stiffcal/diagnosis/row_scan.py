@@ -12,6 +12,7 @@ from stiffcal.diagnosis.base_rows import BaseRows, in_order
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
+from stiffcal.estimation.constants import without_constants
 from stiffcal.experiments.row_search import RowFit
 from stiffcal.measurements.load_states import members_of
 
@@ -40,9 +41,7 @@ class RowProjection:
         """Return (q, k) whitened rows."""
         white = np.array(stack[:, 0] / self.sigma, dtype=np.float64)
         for members in self.members:
-            unit = 1.0 / self.sigma[members]
-            unit = unit / np.linalg.norm(unit)
-            white[:, members] -= (white[:, members] @ unit)[:, None] * unit
+            white[:, members] = without_constants(white[:, members], 1.0 / self.sigma[members, None])
         return white
 
 

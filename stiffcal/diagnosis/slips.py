@@ -51,7 +51,7 @@ def best_slip(space: Projection, residual: Floats) -> int | None:
     weighted = np.einsum("abn,bn->an", precision, centred)
     axes = data.rows_of(TRANSLATION, GAUGE)
     best, most = None, 0.0
-    for start, count in zip(space.edges, space.counts, strict=True):
+    for start, count in zip(space.offsets.edges, space.offsets.counts, strict=True):
         if count < 2:
             continue
         run_rows = slice(int(start), int(start + count))

@@ -16,8 +16,8 @@ from stiffcal.diagnosis.judge import f_tail
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P
+from stiffcal.estimation.constants import stretches
 from stiffcal.estimation.triangular import triangular_of_rows
-from stiffcal.identification.least_squares import run_edges
 from stiffcal.identification.observation import Observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.varying import varies
@@ -79,7 +79,7 @@ def _remaining_squares(family: _Family, scan: LoadScan, residual: Floats) -> tup
     if not family.by_run:
         pieces = [stack.reshape(len(stack), -1)]
     else:
-        edges = np.append(run_edges(data.run), data.n_states)
+        edges = np.append(stretches(data.run), data.n_states)
         pieces = [stack[:, :, start:end].reshape(len(stack), -1) for start, end in itertools.pairwise(edges)]
     sizes = [np.sqrt(np.einsum("kn,kn->k", piece[:-1], piece[:-1])) for piece in pieces]
     total = max(float(np.sqrt(residual @ residual)), float(np.finfo(np.float64).tiny))

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.estimation.constants import without_constants
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,6 @@ class GroupNoise:
         own = np.linalg.solve(lower, stack[:, :, members].reshape(k, -1)[:, read].T)
         if self.constant[g]:
             unit = np.repeat(np.eye(m), len(members), axis=0)[read]
-            basis = np.linalg.qr(np.linalg.solve(lower, unit[:, unit.any(axis=0)]))[0]
-            own = own - basis @ (basis.T @ own)
+            own = without_constants(own.T, np.linalg.solve(lower, unit)).T
         white[:, read] = own.T
         return white

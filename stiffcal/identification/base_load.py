@@ -58,5 +58,5 @@ def loaded_by_tilt(robot: CompliantRobot, data: Observations, fixed: frozenset[s
 
 def _columns(robot: CompliantRobot, data: Observations, columns: list[ParameterColumn]) -> Floats:
     """Return (p, m n) regressors on the chain as drawn."""
-    whole = derivatives(robot, data, columns, rigid=True)
+    whole = derivatives(replace(robot, deformed=False), data, columns)
     return np.where(data.measured_mask, whole, 0.0).reshape(len(columns), -1)

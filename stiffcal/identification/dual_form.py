@@ -16,6 +16,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
+from stiffcal.estimation.constants import without_constants
 from stiffcal.estimation.unknowns import free_columns
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
@@ -40,8 +41,6 @@ NEEDS = "joint-compliance"
 # Steps contract a thousandfold and more: after one of this relative size the next is rounding, and is still taken.
 SETTLED = 1e-8
 MAX_STEPS = 25
-# A component of an offset that shows by less than this share of the largest shows by rounding.
-ROUNDING = 1e-12
 # rad: the balance in the matrix form, as far as it goes.
 TIGHT = 1e-15
 
@@ -215,12 +214,9 @@ def _without_offsets(task: _Task, rows: Floats, offsets: Floats) -> tuple[Floats
         rows = rows.copy()
         for run in np.unique(task.data.run[task.data.carries_offset]):
             in_run = task.data.run == run
-            offset_columns = offsets[in_run].reshape(-1, offsets.shape[2])
-            size = np.linalg.norm(offset_columns, axis=0)
-            measurable = offset_columns[:, size > ROUNDING * size.max(initial=0.0)]
-            basis = np.linalg.qr(measurable)[0]
-            flat = rows[in_run].reshape(len(offset_columns), -1)
-            rows[in_run] = (flat - basis @ (basis.T @ flat)).reshape(rows[in_run].shape)
+            own = rows[in_run].reshape(-1, rows.shape[2])
+            left = without_constants(own.T, offsets[in_run].reshape(len(own), -1)).T
+            rows[in_run] = left.reshape(rows[in_run].shape)
     flat = rows.reshape(-1, rows.shape[2])
     return flat[:, :-1], flat[:, -1]
 

@@ -18,12 +18,13 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.parameters import reported_parameters, student_95
+from stiffcal.estimation.triangular import scaled_inverse, triangular_of_rows
 from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry_prior import GeometryPrior, GeometrySource
-from stiffcal.identification.least_squares import reduce_blocks
+from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import Observations, evaluate, predicted, rests
+from stiffcal.identification.observation import Observations, predicted, rests
 from stiffcal.identification.starting import starting_states
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
@@ -110,16 +111,9 @@ def geometry_effect(
     chosen = starting_states(data)
     if chosen is not None:
         data, whitening = data.subset(chosen), whitening.subset(chosen)
-    nuisance = geometry_columns(robot, data)
-    blocks = (
-        replace(block, columns=np.concatenate([block.columns, nuisance[:, :, block.rows]]))
-        for block in evaluate(robot, data, columns)
-    )
-    factor = reduce_blocks(blocks, data, whitening).factor
-    own = factor[:, : len(columns)]
-    scale = np.maximum(np.sqrt(np.sum(own * own, axis=0)), 1e-300)
-    solution = np.linalg.lstsq(own / scale, factor[:, len(columns) :], rcond=1e-13)[0]
-    return np.asarray(solution / scale[:, None])
+    about = LoadRows.about(robot, data, columns, whitening)
+    factor = triangular_of_rows(about.space.rows(np.concatenate([about.derivative, geometry_columns(robot, data)])))
+    return np.asarray(scaled_inverse(factor[:, : len(columns)]) @ factor[:, len(columns) :])
 
 
 def geometry_prior(states: LoadStates, robot: CompliantRobot) -> GeometryPrior:

@@ -24,13 +24,13 @@ from stiffcal.estimation.unknowns import OpenBefore, Unknowns, amplitudes, free_
 from stiffcal.identification.base_load import loaded_by_tilt
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.gauge import held_frames, redundant_geometry
-from stiffcal.identification.least_squares import reduce_blocks
+from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.load_scale import common_scale, redundant_gains
 from stiffcal.identification.load_source import LoadSource, LoadWeights
 from stiffcal.identification.noise import Noise, noise_of_clamped, rms_by_measure, rms_length, stated_noise
 from stiffcal.identification.noise_dominated import noise_dominated_parameters
 from stiffcal.identification.nonlinear_start import lacks_nonlinear_value, start_nonlinear
-from stiffcal.identification.observation import Observations, evaluate, observe
+from stiffcal.identification.observation import Observations, observe
 from stiffcal.identification.problem import Problem
 from stiffcal.identification.repeated_places import repeated_places
 from stiffcal.identification.row_layout import MOTOR
@@ -38,8 +38,6 @@ from stiffcal.identification.settings import Settings
 from stiffcal.identification.starting import starting_runs, starting_states
 from stiffcal.identification.undriven import undriven_parameters
 from stiffcal.identification.weights import (
-    estimate_weights,
-    needs_wrench_sensitivity,
     offset_free_residual,
     predict_observations,
     raw_whitening,
@@ -208,14 +206,12 @@ def _initial_estimate(
     without_values = [placed_effect for placed_effect in robot.placed if lacks_nonlinear_value(placed_effect)]
     # Effects whose nonlinear parameters have no value are left out: columns at a typical value would bias the others.
     first_columns = [c for c in columns if robot.placed[c.placed] not in without_values]
-    present = amplitudes(robot, first_columns)
-    reduced = reduce_blocks(evaluate(robot, data, first_columns, rigid=True), data, whitening)
-    first_step, _ = solve_step(reduced, Unknowns.of(robot, first_columns, open_before), present)
+    straight = LoadRows.about(replace(robot, deformed=False), data, first_columns, whitening)
+    first_step, _ = solve_step(straight.reduced(), Unknowns.of(robot, first_columns, open_before), straight.values)
     start = with_estimates(robot, first_columns, first_step)
     if not without_values:
         return start
-    blocks = list(evaluate(start, data, (), with_sensitivity=needs_wrench_sensitivity(settings.noise)))
-    weights = estimate_weights(data, blocks, problem.groups, problem.stated, settings.noise, settings.equal_weights)
+    weights = LoadSource.of(problem, start, settings, open_before).weights_at(start)
     return start_nonlinear(start, data, weights.whitening, settings.fixed)
 
 

@@ -127,12 +127,19 @@ class LoadSource:
         self, robot: CompliantRobot, weights: Weights | None, renew: bool
     ) -> tuple[Weights, Iterable[Evaluation]]:
         """Return weights and the model's rows; ``weights`` are those of the last step, None where there are none."""
-        data, columns, settings, stated = self.data, self.columns, self.settings, self.stated
+        data, columns, stated = self.data, self.columns, self.stated
         if stated is not None and not self.lasting_weights:
             blocks: Iterable[Evaluation] = evaluate(robot, data, columns, with_sensitivity=stated.carried and renew)
             return weighed_alike(stated, data, blocks) if renew or weights is None else (weights, blocks)
-        rows = list(evaluate(robot, data, columns, with_sensitivity=renew and needs_wrench_sensitivity(settings.noise)))
-        if renew or weights is None:
-            groups, known = self.problem.groups, self.problem.stated
-            weights = estimate_weights(data, rows, groups, known, settings.noise, settings.equal_weights)
-        return weights, rows
+        sensitive = renew and needs_wrench_sensitivity(self.settings.noise)
+        rows = list(evaluate(robot, data, columns, with_sensitivity=sensitive))
+        return (self._estimated(rows) if renew or weights is None else weights), rows
+
+    def weights_at(self, robot: CompliantRobot) -> Weights:
+        """Return the weights that follow from the noise with this robot."""
+        sensitive = needs_wrench_sensitivity(self.settings.noise)
+        return self._estimated(list(evaluate(robot, self.data, with_sensitivity=sensitive)))
+
+    def _estimated(self, blocks: Sequence[Evaluation]) -> Weights:
+        groups, known, settings = self.problem.groups, self.problem.stated, self.settings
+        return estimate_weights(self.data, blocks, groups, known, settings.noise, settings.equal_weights)

@@ -15,9 +15,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import ParameterColumn, free_columns
-from stiffcal.identification.least_squares import take_out_offsets
-from stiffcal.identification.noise import Noise, Whitening
+from stiffcal.identification.noise import Noise
 from stiffcal.identification.observation import Observations, derivatives
+from stiffcal.identification.projection import Projection
 from stiffcal.identification.weights import raw_whitening
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
@@ -47,13 +47,10 @@ def noise_dominated_parameters(
     )
     if not data.setup.moments_measured:
         wrench_noise[3:] = 0.0
-    whitening = raw_whitening(data, noise)
     columns_as_read = _first_order(data, robot, columns)
     columns_of_noise = _first_order(replace(data, wrench=data.wrench + wrench_noise), robot, columns) - columns_as_read
-    squares = [
-        np.sum(whitening.apply(_within_runs(reading, data, whitening)) ** 2, axis=(1, 2))
-        for reading in (columns_as_read, columns_of_noise)
-    ]
+    space = Projection.of(data, raw_whitening(data, noise))
+    squares = [np.sum(space.rows(reading) ** 2, axis=1) for reading in (columns_as_read, columns_of_noise)]
     return frozenset(
         robot.placed[column.placed].parameter_name(column.symbol)
         for column, squared, noisy in zip(columns, squares[0], squares[1], strict=True)
@@ -62,9 +59,5 @@ def noise_dominated_parameters(
 
 
 def _first_order(data: Observations, robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> Floats:
-    """Return the (p, m, n) columns on the rigid chain."""
-    return derivatives(robot, data, columns, rigid=True)
-
-
-def _within_runs(columns: Floats, data: Observations, whitening: Whitening) -> Floats:
-    return take_out_offsets(columns, data.run, whitening, data.carries_offset)[0] if data.free_offset else columns
+    """Return the (p, m, n) columns on the chain as drawn."""
+    return derivatives(replace(robot, deformed=False), data, columns)

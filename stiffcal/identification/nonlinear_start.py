@@ -13,9 +13,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.estimation.triangular import triangular
 from stiffcal.estimation.unknowns import free_columns
+from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import Observations, derivatives
-from stiffcal.identification.projection import Projection
+from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole, Values
@@ -39,15 +39,13 @@ def start_nonlinear(
     data, whitening : the observations and their noise.
     fixed : full names that keep their values; their own effect's other shapes are still profiled.
     """
-    space = Projection.of(data, whitening)
     given = {n: placed.values for n, placed in enumerate(robot.placed) if lacks_nonlinear_value(placed)}
     tried: set[tuple[float, ...]] = set()
     while True:
         for number, values in given.items():
             others = replace(robot, placed=tuple(p for k, p in enumerate(robot.placed) if k != number))
-            started = replace(
-                robot.placed[number], values=_best_shape(others, robot.placed[number], values, data, space, fixed)
-            )
+            best = _best_shape(others, robot.placed[number], values, data, whitening, fixed)
+            started = replace(robot.placed[number], values=best)
             robot = replace(robot, placed=tuple(started if k == number else p for k, p in enumerate(robot.placed)))
         # what the first of several took for its own may be another's: each again, with the others where they are now
         shapes = tuple(value for number in given for value in robot.placed[number].values.values())
@@ -61,7 +59,7 @@ def _best_shape(
     placed: PlacedEffect,
     given: Values,
     data: Observations,
-    space: Projection,
+    whitening: Whitening,
     fixed: frozenset[str],
 ) -> Values:
     """Return the effect's values, its shapes those that leave least with the other effects as they are."""
@@ -71,14 +69,13 @@ def _best_shape(
         for column in free_columns(others, fixed)
         if column.role is not ParameterRole.NONLINEAR and not lacks_nonlinear_value(others.placed[column.placed])
     ]
-    background = derivatives(others, data, columns)
-    residual = np.where(data.measured_mask, data.measured - state.predicted, 0.0)
-    base = space.rows(np.concatenate([background, residual[None]]))
+    about = LoadRows.about(others, data, columns, whitening)
 
     best, least = {spec.symbol: spec.typical for spec in placed.specs(ParameterRole.NONLINEAR)}, np.inf
     for shape in state.shapes(placed.effect, placed.place):
         trial = {**shape, **{s: v for s, v in given.items() if s in shape}}
-        left = remaining_squares(base, space.rows(state.regressor(placed.effect, placed.place, trial).columns))
+        added = about.space.rows(state.regressor(placed.effect, placed.place, trial).columns)
+        left = remaining_squares(about.white, added)
         if left < least:
             best, least = trial, left
     return {**best, **given}

@@ -76,7 +76,6 @@ def evaluate(
     data: Observations,
     columns: Sequence[ParameterColumn] = (),
     with_sensitivity: bool = False,
-    rigid: bool = False,
 ) -> Iterator[Evaluation]:
     """Predict the observations and their derivatives, block by block.
 
@@ -86,37 +85,29 @@ def evaluate(
     data : the observations.
     columns : the free parameters.
     with_sensitivity : also the derivative by the wrench.
-    rigid : take columns on the undeformed chain and predict nothing: the first-order pass.
     """
     for rows in blocks(data.run, data.n_states, keep_runs=True):
-        block = _evaluate_block(robot, data.subset(rows), rows, columns, with_sensitivity, rigid)
+        block = _evaluate_block(robot, data.subset(rows), rows, columns, with_sensitivity)
         check_finite(block.columns, robot, [(column.placed, column.symbol) for column in columns])
         yield block
 
 
-def derivatives(
-    robot: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn], rigid: bool = False
-) -> Floats:
+def derivatives(robot: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn]) -> Floats:
     """Return (p, m, n) derivatives of the predicted observations alone; parameters as of `evaluate`."""
-    return np.concatenate([block.columns for block in evaluate(robot, data, columns, rigid=rigid)], axis=2)
+    return np.concatenate([block.columns for block in evaluate(robot, data, columns)], axis=2)
 
 
 def _evaluate_block(
-    robot: CompliantRobot,
+    model: CompliantRobot,
     data: Observations,
     block: slice,
     columns: Sequence[ParameterColumn],
     with_sensitivity: bool,
-    rigid: bool,
 ) -> Evaluation:
-    model = replace(robot, deformed=False) if rigid else robot
     loaded, unloaded = rests(model, data)
     data = held_by_bent_chain(model, data, unloaded)
-    displacement = np.zeros((len(data.setup.targets), 6, data.n_states))
-    prediction = np.zeros_like(data.measured)
-    if not rigid:
-        displacement = np.stack(displacements(model, loaded, unloaded))
-        prediction = predicted_rows(model, data, displacement, loaded, unloaded)
+    displacement = np.stack(displacements(model, loaded, unloaded))
+    prediction = predicted_rows(model, data, displacement, loaded, unloaded)
     columns_out = np.zeros((len(columns), len(data.measured), data.n_states))
     rows = {
         (column.placed, column.symbol): row
@@ -128,8 +119,7 @@ def _evaluate_block(
         _law_columns(model, data, loaded, tangents, rows, columns_out)
     _observation_columns(model, data, displacement, columns_out, rows)
     _frame_columns(model, data, columns, loaded, unloaded, columns_out)
-    if not rigid:
-        _difference_columns(model, data, columns, columns_out, loaded, tangents)
+    _difference_columns(model, data, columns, columns_out, loaded, tangents)
     sensitivity = tangents.reading_rows() if with_sensitivity else None
     return Evaluation(block, prediction, columns_out, sensitivity)
 

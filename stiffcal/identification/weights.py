@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.least_squares import take_out_offsets
 from stiffcal.identification.noise import (
     ENOUGH_DOF,
     Noise,
@@ -18,6 +17,7 @@ from stiffcal.identification.noise import (
     with_stated_places,
 )
 from stiffcal.identification.observation import Evaluation, Observations, evaluate
+from stiffcal.identification.projection import Projection
 from stiffcal.identification.row_layout import MOTOR, N_KINDS
 from stiffcal.identification.wrench_correction import along_sweep
 from stiffcal.model.composite import CompliantRobot
@@ -183,10 +183,7 @@ def offset_free_residual(robot: CompliantRobot, data: Observations, whitening: W
 def without_offsets(data: Observations, predicted: Floats | None, whitening: Whitening) -> Floats:
     """Return (m, n) measured minus predicted (nothing: measured alone), runs' offsets taken out, 0 where none."""
     residual = np.where(data.measured_mask, data.measured - (0.0 if predicted is None else predicted), 0.0)
-    if data.free_offset:
-        centred, _ = take_out_offsets(residual[None], data.run, whitening, data.carries_offset)
-        residual = np.where(data.measured_mask, centred[0], 0.0)
-    return residual
+    return Projection.of(data, whitening).centred(residual[None])[0]
 
 
 def huber_whitening(full: Whitening, last: Whitening, data: Observations, predicted: Floats) -> Whitening:

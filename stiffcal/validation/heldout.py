@@ -16,13 +16,14 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.bounded_least_squares import column_scale
+from stiffcal.estimation.constants import stretches
 from stiffcal.estimation.triangular import Reduced, triangular
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, fit_problem, raw_whitening
-from stiffcal.identification.least_squares import run_edges, take_out_offsets
 from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Observations
+from stiffcal.identification.weights import without_offsets
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.validation.clamped_folds import with_clamped_folds
@@ -53,7 +54,7 @@ def pose_folds(data: Observations) -> Integers:
 
     Clamped runs have their own, and so have absolute places: what a load moves is not what a place is off by.
     """
-    edges = run_edges(data.run)
+    edges = stretches(data.run)
     fold_of_run = pose_groups(data.angles[:, edges].T, SAME_POSE)
     if data.absolute.any() and not data.absolute.all():
         _, fold_of_run = np.unique(2 * fold_of_run + data.absolute[edges], return_inverse=True)
@@ -136,7 +137,7 @@ def corrected_for_freedom(residual: Floats, data: Observations) -> Floats:
     """Scale each run's residuals by √(n/(n − 1)) where its own offset was taken out."""
     if not data.free_offset:
         return residual
-    edges = run_edges(data.run)
+    edges = stretches(data.run)
     counts = np.diff(np.append(edges, data.n_states))
     readings = np.add.reduceat(data.measured_mask.any(axis=0).astype(np.int64), edges)
     factor = np.sqrt(readings / np.maximum(readings - 1, 1))
@@ -146,8 +147,7 @@ def corrected_for_freedom(residual: Floats, data: Observations) -> Floats:
 def _without_model(data: Observations, whitening: Whitening) -> Floats:
     if not data.free_offset:
         return data.measured
-    centred = take_out_offsets(data.measured[None], data.run, whitening, data.carries_offset)[0][0]
-    return corrected_for_freedom(np.where(data.measured_mask, centred, 0.0), data)
+    return corrected_for_freedom(without_offsets(data, None, whitening), data)
 
 
 def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:

@@ -88,7 +88,7 @@ def finished_matrix(states: LoadStates) -> tuple[Floats, Floats]:
     chain = six_axes()
     robot, data = springs(chain, False, False), observe(states, chain)
     scale = 1.0 / np.where(data.rotational, NOISE.rotation or 1.0, NOISE.translation or 1.0)[:, None]
-    blocks = [block.columns * scale for block in evaluate(robot, data, free_columns(robot), rigid=True)]
+    blocks = [block.columns * scale for block in evaluate(replace(robot, deformed=False), data, free_columns(robot))]
     matrix = np.concatenate(blocks, axis=2)
     return np.ascontiguousarray(matrix.reshape(len(matrix), -1).T), (data.measured * scale).ravel()
 

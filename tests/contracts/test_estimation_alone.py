@@ -14,8 +14,8 @@ ROOT = Path(stiffcal.__file__).parent
 # where fits are made: `estimation`, and `identification`, which makes rows of load states
 OWN = ("estimation/", "identification/")
 
-# Differentiates the model itself: poses that a plan predicts, where nothing is measured; runs against no fit at all.
-COLUMNS = {"planning/information.py", "diagnosis/suspects/bench.py"}
+# Differentiates the model itself: poses that a plan predicts, where nothing is measured.
+COLUMNS = {"planning/information.py"}
 
 # Linearises without a fit: runs that are planned or compared with others.
 ROWS = {"planning/information.py", "planning/rivals.py", "diagnosis/suspects/bench.py"}

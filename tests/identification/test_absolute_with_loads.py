@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.least_squares import reduce_blocks, take_out_offsets
+from stiffcal.identification.least_squares import reduce_blocks
 from stiffcal.identification.noise import Noise, own_variance, stated_noise, whiten, with_stated_places
 from stiffcal.identification.observation import Evaluation, Observations, observe
 from stiffcal.identification.projection import Projection
+from stiffcal.identification.run_offsets import run_offsets
 from stiffcal.identification.weights import huber_whitening
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.validation.heldout import pose_folds, with_load_folds
@@ -40,11 +41,12 @@ def test_runs_of_places_carry_no_offset() -> None:
     whitening = whiten(NOISE, data, None)
     rng = np.random.default_rng(1)
     stack = rng.normal(size=(2, *data.measured.shape))
-    centred, n_offsets = take_out_offsets(stack, data.run, whitening, data.carries_offset)
+    offsets = run_offsets(data, whitening)
+    centred = offsets.centred(stack, whitening.apply(stack))
     assert np.array_equal(centred[:, :, :2], stack[:, :, :2])
     for run in (2, 3, 4):
         assert np.abs(centred[:, :, data.run == run].mean(axis=2)).max() < 1e-12
-    assert n_offsets == 3 * len(data.measured)
+    assert offsets.n_free == 3 * len(data.measured)
 
 
 @pytest.mark.parametrize("correlated", [False, True])

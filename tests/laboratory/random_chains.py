@@ -108,7 +108,7 @@ def columns_of(robot: CompliantRobot, states: LoadStates) -> tuple[tuple[str, ..
     from stiffcal.identification.observation import evaluate, observe
 
     data, free = observe(states, robot.chain), free_columns(robot)
-    found = np.concatenate([block.columns for block in evaluate(robot, data, free, rigid=True)], axis=2)
+    found = np.concatenate([block.columns for block in evaluate(replace(robot, deformed=False), data, free)], axis=2)
     names = tuple(robot.placed[column.placed].parameter_name(column.symbol) for column in free)
     return names, np.moveaxis(found, 0, -1).reshape(-1, len(free))
 

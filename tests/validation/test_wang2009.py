@@ -102,7 +102,7 @@ def test_equations_8_and_9_force_frame_and_measurement_frame_apart() -> None:
 def test_equation_12_is_the_observation_matrix() -> None:
     chain, states, a = experiment(30)
     robot = model(chain, None)
-    blocks = evaluate(robot, observe(states, chain), free_columns(robot), rigid=True)
+    blocks = evaluate(replace(robot, deformed=False), observe(states, chain), free_columns(robot))
     found = np.concatenate([block.columns for block in blocks], axis=2)
     np.testing.assert_allclose(np.moveaxis(found, (0, 1, 2), (2, 1, 0)), a, rtol=1e-9, atol=1e-12)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Noise, stated_noise
 from stiffcal.identification.nonlinear_start import lacks_nonlinear_value
-from stiffcal.identification.observation import Observations, derivatives, observe
+from stiffcal.identification.observation import Observations, observe
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.weights import raw_whitening, residual_noise
 from stiffcal.measurements.load_states import LoadStates, members_of
@@ -97,12 +97,10 @@ def first_order(states: LoadStates, robot: CompliantRobot, fixed: frozenset[str]
         for column in free_columns(robot, fixed)
         if column.role is ParameterRole.AMPLITUDE and robot.placed[column.placed] not in unshaped
     ]
-    measured = np.where(data.measured_mask, data.measured, 0.0)
-    stack = np.concatenate([derivatives(robot, data, columns, rigid=True), measured[None]])
-    projection = Projection.of(data, raw_whitening(data, stated_noise(states.setup.sigma, data)))
-    rows = projection.rows(stack)
-    basis = Basis.of(rows[:-1])
-    return _whitened_runs(data, projection, rows, measured, basis, len(states.runs))
+    weights = raw_whitening(data, stated_noise(states.setup.sigma, data))
+    about = LoadRows.about(replace(robot, deformed=False), data, columns, weights)
+    basis = Basis.of(about.white[:-1])
+    return _whitened_runs(data, about.space, about.white, about.residual, basis, len(states.runs))
 
 
 def _whitened_runs(
