@@ -154,7 +154,7 @@ class LoadGround:
         data = fit.data
         source = RegressorSource(fit.robot, data)
         state = source.state()
-        about = fit.linearised(weights_of(fit) if whitening is None else whitening)
+        about = fit.linearised(weights_of(fit) if whitening is None else whitening, state)
         space, base_columns, residual = about.space, about.derivative, about.residual
         fold = pose_folds(data)
         folds = fold_rows(data, fold)

@@ -108,9 +108,9 @@ class StretchConstants:
         for length in np.unique(self.counts[self.carry]):
             every = np.flatnonzero((self.counts == length) & self.carry)
             for number in np.array_split(every, min(len(every), -(-len(every) * length // STATES_AT_ONCE))):
-                states: Integers | slice = (self.edges[number][:, None] + np.arange(length)).ravel()
-                if states[-1] - states[0] == len(states) - 1:
-                    states = slice(int(states[0]), int(states[-1]) + 1)
+                each = (self.edges[number][:, None] + np.arange(length)).ravel()
+                first, last = int(each[0]), int(each[-1])
+                states = slice(first, last + 1) if last - first == len(each) - 1 else each
                 unit = _stretches_first(np.swapaxes(self.lower[:, :, states], 0, 1), len(number))
                 found.append(_Alike(number, states, *orthonormal(np.swapaxes(unit, 1, 2))))
         return tuple(found)

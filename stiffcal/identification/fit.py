@@ -11,6 +11,7 @@ from stiffcal.estimation.unknowns import ParameterColumn, free_columns
 from stiffcal.identification.geometry_prior import GeometryPrior
 from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Noise, Whitening
+from stiffcal.identification.observation import ModelAtRest
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.weights import raw_whitening
@@ -74,14 +75,15 @@ class Fit:
         """The parameters that the fit solved for: neither fixed nor left at their neutral value."""
         return free_columns(self.robot, self.fixed | self.left_at_neutral)
 
-    def linearised(self, whitening: Whitening | None = None) -> LoadRows:
+    def linearised(self, whitening: Whitening | None = None, at_rest: ModelAtRest | None = None) -> LoadRows:
         """Return the rows about the estimates: the only way from a fit to columns, residual, priors and bounds.
 
         Parameters
         ----------
         whitening : weights of ``data`` to use in place of the fit's own.
+        at_rest : the fitted robot at rest, where it is at hand.
         """
-        return LoadRows.about(self.robot, self.data, self.columns, whitening or self.whitening)
+        return LoadRows.about(self.robot, self.data, self.columns, whitening or self.whitening, at_rest)
 
     def residual_of(self, data: Observations) -> tuple[Projection, Floats]:
         """Return the weights of other observations by the fit's noise, and (m, n) what the model leaves of them.

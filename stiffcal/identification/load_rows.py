@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.estimation.rows import Rows
 from stiffcal.estimation.unknowns import ParameterColumn, Unknowns, amplitudes
 from stiffcal.identification.noise import Noise, Whitening, whiten
-from stiffcal.identification.observation import Observations, evaluate
+from stiffcal.identification.observation import ModelAtRest, Observations, evaluate
 from stiffcal.identification.priors import prior_rows
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.weights import along_the_sweep
@@ -33,6 +33,7 @@ class LoadRows(Rows):
         data: Observations,
         columns: Sequence[ParameterColumn],
         weights: Whitening | Noise,
+        at_rest: ModelAtRest | None = None,
     ) -> LoadRows:
         """Linearise a robot about its values.
 
@@ -42,13 +43,17 @@ class LoadRows(Rows):
         data : the observations.
         columns : the p parameters by which the readings are differentiated.
         weights : the weights, or the noise from which they are made with the robot as it is.
+        at_rest : the robot at rest in all states, where it is at hand; it is found anew where not.
 
         Raises
         ------
         NoBalanceError : the robot finds no balance under a load.
         """
         of_noise = isinstance(weights, Noise) and weights.of_wrench
-        blocks = list(evaluate(robot, data, columns, with_sensitivity=of_noise))
+        if at_rest is None:
+            blocks = list(evaluate(robot, data, columns, with_sensitivity=of_noise))
+        else:
+            blocks = [at_rest.evaluated(slice(0, data.n_states), columns, of_noise)]
         if isinstance(weights, Noise):
             carried = [block.sensitivity for block in blocks if block.sensitivity is not None]
             sensitivity = along_the_sweep(np.concatenate(carried, axis=2), data) if of_noise else None

@@ -69,7 +69,7 @@ def _best_shape(
         for column in free_columns(others, fixed)
         if column.role is not ParameterRole.NONLINEAR and not lacks_nonlinear_value(others.placed[column.placed])
     ]
-    about = LoadRows.about(others, data, columns, whitening)
+    about = LoadRows.about(others, data, columns, whitening, state)
 
     best, least = {spec.symbol: spec.typical for spec in placed.specs(ParameterRole.NONLINEAR)}, np.inf
     for shape in state.shapes(placed.effect, placed.place):

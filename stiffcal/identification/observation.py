@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from stiffcal.identification.weight_columns import weight_column
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.kinematics import StackedFrame, cross
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Inputs, ParameterRole, Term
+from stiffcal.model.effect import Inputs, ParameterRole
 from stiffcal.model.equilibrium import (
     NoBalanceError,
     Rest,
@@ -42,6 +43,7 @@ from stiffcal.model.held_at_rest import held_at_rest, second_order_turn
 
 __all__ = [
     "Evaluation",
+    "ModelAtRest",
     "Observations",
     "derivatives",
     "evaluate",
@@ -87,9 +89,7 @@ def evaluate(
     with_sensitivity : also the derivative by the wrench.
     """
     for rows in blocks(data.run, data.n_states, keep_runs=True):
-        block = _evaluate_block(robot, data.subset(rows), rows, columns, with_sensitivity)
-        check_finite(block.columns, robot, [(column.placed, column.symbol) for column in columns])
-        yield block
+        yield ModelAtRest.about(robot, data.subset(rows)).evaluated(rows, columns, with_sensitivity)
 
 
 def derivatives(robot: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn]) -> Floats:
@@ -97,31 +97,54 @@ def derivatives(robot: CompliantRobot, data: Observations, columns: Sequence[Par
     return np.concatenate([block.columns for block in evaluate(robot, data, columns)], axis=2)
 
 
-def _evaluate_block(
-    model: CompliantRobot,
-    data: Observations,
-    block: slice,
-    columns: Sequence[ParameterColumn],
-    with_sensitivity: bool,
-) -> Evaluation:
-    loaded, unloaded = rests(model, data)
-    data = held_by_bent_chain(model, data, unloaded)
-    displacement = np.stack(displacements(model, loaded, unloaded))
-    prediction = predicted_rows(model, data, displacement, loaded, unloaded)
-    columns_out = np.zeros((len(columns), len(data.measured), data.n_states))
-    rows = {
-        (column.placed, column.symbol): row
-        for row, column in enumerate(columns)
-        if column.role is ParameterRole.AMPLITUDE
-    }
-    tangents = Tangents(model, data, loaded, unloaded)
-    if rows:
-        _law_columns(model, data, loaded, tangents, rows, columns_out)
-    _observation_columns(model, data, displacement, columns_out, rows)
-    _frame_columns(model, data, columns, loaded, unloaded, columns_out)
-    _difference_columns(model, data, columns, columns_out, loaded, tangents)
-    sensitivity = tangents.reading_rows() if with_sensitivity else None
-    return Evaluation(block, prediction, columns_out, sensitivity)
+@dataclass(frozen=True)
+class ModelAtRest:
+    """A model at rest in all states."""
+
+    robot: CompliantRobot
+    """Chain and effects with values."""
+    data: Observations
+    """The observations, what clamped motors read taken on the bent chain."""
+    loaded: Rest
+    """The rests under load."""
+    unloaded: WeightOnlyRest
+    """The rests under weight alone."""
+    displacement: Floats
+    """(B, 6, n) displacements of the targets, before effects of the measurement."""
+    predicted: Floats
+    """(m, n) what the rows read."""
+    tangents: Tangents
+    """How the rows move with displacements of nodes."""
+
+    @classmethod
+    def about(cls, robot: CompliantRobot, data: Observations, for_memory: bool | None = None) -> Self:
+        """Find the rests of a robot in all states; ``for_memory`` as in `rests`."""
+        loaded, unloaded = rests(robot, data, for_memory)
+        data = held_by_bent_chain(robot, data, unloaded)
+        displacement = np.stack(displacements(robot, loaded, unloaded))
+        rows = predicted_rows(robot, data, displacement, loaded, unloaded)
+        return cls(robot, data, loaded, unloaded, displacement, rows, Tangents(robot, data, loaded, unloaded))
+
+    def evaluated(self, rows: slice, columns: Sequence[ParameterColumn], with_sensitivity: bool) -> Evaluation:
+        """Return what is read of these states, which are ``rows`` of all, with its derivatives; see `evaluate`."""
+        sensitivity = self.tangents.reading_rows() if with_sensitivity else None
+        return Evaluation(rows, self.predicted, self.columns(columns), sensitivity)
+
+    def columns(self, columns: Sequence[ParameterColumn]) -> Floats:
+        """Return (p, m, n) derivatives of what the rows read by p free parameters."""
+        result = np.zeros((len(columns), *self.predicted.shape))
+        rows = {
+            (column.placed, column.symbol): row
+            for row, column in enumerate(columns)
+            if column.role is ParameterRole.AMPLITUDE
+        }
+        if rows:
+            _law_columns(self.robot, self.data, self.loaded, self.tangents, rows, result)
+        _observation_columns(self.robot, self.data, self.displacement, result, rows)
+        _frame_columns(self.robot, self.data, columns, self.loaded, self.unloaded, result)
+        _difference_columns(self.robot, self.data, columns, result, self.loaded, self.tangents)
+        check_finite(result, self.robot, [(column.placed, column.symbol) for column in columns])
+        return result
 
 
 def rests(model: CompliantRobot, data: Observations, for_memory: bool | None = None) -> tuple[Rest, WeightOnlyRest]:
@@ -225,14 +248,14 @@ def _law_columns(
 ) -> None:
     """Add tangents times the laws' terms, less those under weight alone: displacements are counted from there."""
     numbers = {id(placed_effect): number for number, placed_effect in enumerate(model.acting)}
-    of_row: dict[int, tuple[list[Term], list[Term]]] = {}
-    for under_weight, terms in enumerate((loaded.terms, [] if tangents.poses is None else tangents.poses.terms)):
-        for placed_effect, term in terms:
-            row = rows.get((numbers[id(placed_effect)], term.symbol))
-            if row is not None:
-                of_row.setdefault(row, ([], []))[under_weight].append(term)
-    for row, of_law in of_row.items():
-        sensitivities[row] += tangents.term_rows(*of_law)
+    acting = (loaded.terms, [] if tangents.poses is None else tangents.poses.terms)
+    under_load, under_weight = (
+        [(rows.get((numbers[id(placed_effect)], term.symbol)), term) for placed_effect, term in terms]
+        for terms in acting
+    )
+    for row, column in tangents.law_columns(under_load, under_weight).items():
+        if row is not None:
+            sensitivities[row] += column
     by_geometry: dict[tuple[int, int], Floats] = {}
     for placed_effect, term in geometry_terms(model, model.placed, data, loaded.inputs.angles):
         row, at = rows.get((numbers[id(placed_effect)], term.symbol)), (term.node, term.component)
@@ -345,11 +368,10 @@ def _shape_slopes(
     tangents: Tangents,
 ) -> dict[str, Floats]:
     """Return symbol to (m, n): what the law gives as its derivatives by shape parameters, moved to the rows."""
-    of_symbol: dict[str, tuple[list[Term], list[Term]]] = {}
     amplitudes = {spec.symbol: placed.amplitude(spec.symbol) for spec in placed.specs(ParameterRole.AMPLITUDE)}
-    for under_weight, carried in enumerate((loads_at_rest(loaded, data), tangents.loads_of_poses)):
-        if carried is None:
-            continue
-        for term in placed.effect.shape_slopes(placed.place, model.chain, carried, {**amplitudes, **placed.shape()}):
-            of_symbol.setdefault(term.symbol, ([], []))[under_weight].append(term)
-    return {symbol: tangents.term_rows(*of_law) for symbol, of_law in of_symbol.items()}
+    values = {**amplitudes, **placed.shape()}
+    under_load, under_weight = (
+        [] if carried is None else placed.effect.shape_slopes(placed.place, model.chain, carried, values)
+        for carried in (loads_at_rest(loaded, data), tangents.loads_of_poses)
+    )
+    return tangents.law_columns(*([(term.symbol, term) for term in terms] for terms in (under_load, under_weight)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -17,17 +17,15 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.geometry_terms import geometry_terms
 from stiffcal.identification.load_scale import is_proportional
 from stiffcal.identification.observation import (
+    ModelAtRest,
     Observations,
-    held_by_bent_chain,
     predicted,
-    predicted_rows,
     rests,
 )
-from stiffcal.identification.tangents import Tangents, loads_at_rest, loads_under_weight
+from stiffcal.identification.tangents import loads_at_rest, loads_under_weight
 from stiffcal.identification.weight_columns import weight_column
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place
-from stiffcal.model.equilibrium import Rest, WeightOnlyRest, displacements
 
 # Bytes of regressors that one source keeps: those of a hundred candidates for some 2500 full poses.
 MOST_KEPT = 1 << 25
@@ -62,32 +60,13 @@ class RegressorMaker(Protocol):
 
 
 @dataclass(frozen=True)
-class Linearised:
-    """The present model at rest in all states."""
-
-    robot: CompliantRobot
-    """Chain and effects with values."""
-    data: Observations
-    """The observations."""
-    loaded: Rest
-    """The rests under load."""
-    unloaded: WeightOnlyRest
-    """The rests under weight alone."""
-    displacement: Floats
-    """(B, 6, n) displacements of the targets, before effects of the measurement."""
-    predicted: Floats
-    """(m, n) what the rows read."""
-    tangents: Tangents
-    """How the rows move with displacements of nodes."""
+class Linearised(ModelAtRest):
+    """The present model at rest, to which effects are added."""
 
     @classmethod
-    def about(cls, robot: CompliantRobot, data: Observations) -> Linearised:
-        """Find the rests of a robot in all states."""
-        loaded, unloaded = rests(robot, data, for_memory=True)
-        data = held_by_bent_chain(robot, data, unloaded)
-        displacement = np.stack(displacements(robot, loaded, unloaded))
-        rows = predicted_rows(robot, data, displacement, loaded, unloaded)
-        return cls(robot, data, loaded, unloaded, displacement, rows, Tangents(robot, data, loaded, unloaded))
+    def about(cls, robot: CompliantRobot, data: Observations, for_memory: bool | None = True) -> Self:
+        """Find the rests of a robot in all states, those under weight alone too: added laws may have a memory."""
+        return super().about(robot, data, for_memory)
 
     @property
     def loads(self) -> NodeLoads:
@@ -112,16 +91,20 @@ class Linearised:
     def regressor(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor:
         """Return an effect's regressor about the present model."""
         data, chain = self.data, self.robot.chain
-        columns: dict[str, Floats] = {}
+        under_load, under_weight = (
+            [] if loads is None else effect.terms(place, chain, loads, shape)
+            for loads in (self.loads, self.tangents.loads_of_poses)
+        )
+        columns = self.tangents.law_columns(
+            *(
+                [(term.symbol, term) for term in terms if self.lever(term.node, term.component) is not None]
+                for terms in (under_load, under_weight)
+            )
+        )
 
         def add(symbol: str, values: Floats) -> None:
             columns[symbol] = columns[symbol] + values if symbol in columns else values
 
-        for under_weight, loads in enumerate((self.loads, self.bare)):
-            for term in effect.terms(place, chain, loads, shape):
-                moved = self.tangents.law_rows(term.node, term.component, bool(under_weight))
-                if moved is not None and moved.any():
-                    add(term.symbol, moved * term.value)
         added = PlacedEffect(effect, place, shape)
         model = replace(self.robot, placed=(*self.robot.placed, added))
         for _, term in geometry_terms(model, (added,), data, self.loaded.inputs.angles):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from stiffcal.mechanics.kinematics import turn_between
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import NodeLoads, Term
 from stiffcal.model.equilibrium import Rest, WeightOnlyRest, displacements
+
+K = TypeVar("K", bound=Hashable)
 
 
 def loads_at_rest(loaded: Rest, data: Observations) -> NodeLoads:
@@ -77,6 +80,21 @@ class Tangents:
                 kept += self._at_load.lever(term.node, term.component) * term.value[self.unloaded.pose]
             counted = np.where(self._clamped, kept, counted)
         return self._rows(moved, counted)
+
+    def law_columns(
+        self, under_load: Iterable[tuple[K, Term]], under_weight: Iterable[tuple[K, Term]]
+    ) -> dict[K, Floats]:
+        """Return (m, n) by each of several parameters of laws.
+
+        Parameters
+        ----------
+        under_load, under_weight : as of `term_rows`, each term with its parameter.
+        """
+        of_parameter: dict[K, tuple[list[Term], list[Term]]] = {}
+        for number, terms in enumerate((under_load, under_weight)):
+            for parameter, term in terms:
+                of_parameter.setdefault(parameter, ([], []))[number].append(term)
+        return {parameter: self.term_rows(*terms) for parameter, terms in of_parameter.items()}
 
     def geometry_rows(self, node: int, component: int) -> Floats:
         """Return (m, n) by one component of a motion of the undeformed chain at a joint's node."""

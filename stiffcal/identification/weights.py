@@ -183,7 +183,7 @@ def offset_free_residual(robot: CompliantRobot, data: Observations, whitening: W
 def without_offsets(data: Observations, predicted: Floats | None, whitening: Whitening) -> Floats:
     """Return (m, n) measured minus predicted (nothing: measured alone), runs' offsets taken out, 0 where none."""
     residual = np.where(data.measured_mask, data.measured - (0.0 if predicted is None else predicted), 0.0)
-    return Projection.of(data, whitening).centred(residual[None])[0]
+    return np.asarray(Projection.of(data, whitening).centred(residual[None])[0])
 
 
 def huber_whitening(full: Whitening, last: Whitening, data: Observations, predicted: Floats) -> Whitening:

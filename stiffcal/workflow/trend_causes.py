@@ -188,7 +188,7 @@ def _taken_up(fit: Fit, columns: Sequence[ParameterColumn], effects: Sequence[Ef
     of the whole load, which no residual shows, makes every compliance grow by the same share.
     """
     state = Linearised.about(fit.robot, fit.data)
-    about = fit.linearised()
+    about = fit.linearised(at_rest=state)
     design = about.white[:-1]
     found = {GAIN: _of_gain(fit, columns)}
     for effect in effects:
