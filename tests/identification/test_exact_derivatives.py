@@ -11,8 +11,8 @@ from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import ParameterColumn, free_columns
 from stiffcal.identification import observation, tangent
 from stiffcal.identification.identify import fit_problem
-from stiffcal.identification.observation import Observations, evaluate, predicted, rests
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.identification.observation import Observations, derivatives, evaluate, predicted, rests
+from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import BeamFrame
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -32,6 +32,7 @@ WITH_CORNERS = {
 # m and rad that a typical value makes by rounding, over the step.
 ROUNDING = 1e-11
 STEP = 1e-3
+PER_TARGET = ("position", "rotation", "deflection", "sigma", "markers_measured")
 EFFECTS = built_in_effects()
 
 
@@ -123,3 +124,32 @@ def test_columns_are_derivatives_of_the_whole_prediction(name: str, absolute: bo
             if away > share * size + ROUNDING / spec.amplitude_of(spec.size):
                 off[robot.placed[column.placed].parameter_name(column.symbol)] = away / (size or 1.0)
     assert off == {}
+
+
+@pytest.mark.parametrize("joint", [2, 4])
+def test_bodies_hang_at_any_frame_and_move_with_other_joints(joint: int) -> None:
+    """Targets on links inboard and outboard of a law: it moves those behind it, and the others by the balance alone."""
+    rng = np.random.default_rng(11)
+    drawn = robot_with(EFFECTS["joint-compliance"], 0, rng)
+    chain = drawn.chain
+    place = next(one for one in EFFECTS["joint-full"].places(chain) if one.joints == (joint,))
+    effect = EFFECTS["joint-full"].at(place, chain)
+    values = {spec.symbol: spec.typical for spec in effect.parameters}
+    robot = replace(drawn, placed=(*drawn.placed, PlacedEffect(effect, place, values)))
+    states = states_of(robot, False, rng)
+    at = [np.vstack([np.column_stack([np.eye(3), rng.uniform(-0.3, 0.3, 3)]), [0.0, 0.0, 0.0, 1.0]]) for _ in range(4)]
+    targets = tuple(Attachment(body, frame) for body, frame in zip((1, 3, 4, 7), at, strict=True))
+    setup = replace(states.setup, targets=targets, target_names=("column", "arm", "wrist", "tool"))
+    per_target = {field: np.repeat(getattr(states, field), 4, axis=1) for field in PER_TARGET}
+    data = fit_problem(replace(states, setup=setup, **per_target), robot).data
+    columns = [column for column in free_columns(robot) if column.placed == len(robot.placed) - 1][::5]
+    as_drawn = replace(robot, deformed=False)
+    found, first_order = (derivatives(one, data, columns) for one in (robot, as_drawn))
+    for row, column in enumerate(columns):
+        exact = difference(robot, data, column)
+        size = float(np.linalg.norm(exact))
+        for body, target in enumerate(targets):
+            of_body = data.body == body
+            assert np.linalg.norm((found[row] - exact)[of_body]) <= SMOOTH * size, target.body
+            assert exact[of_body].any()
+            assert first_order[row][of_body].any() == (target.body >= joint)
