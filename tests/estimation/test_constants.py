@@ -27,7 +27,7 @@ def drawn(correlated: bool) -> tuple[StretchConstants, Floats, Floats]:
 
 
 def white(lower: Floats, stack: Floats) -> Floats:
-    return np.einsum("abn,...bn->...an", lower, stack)
+    return np.asarray(np.einsum("abn,...bn->...an", lower, stack))
 
 
 def columns(lower: Floats) -> Floats:
