@@ -97,7 +97,7 @@ def init(
 
 
 def _ask(question: Question) -> str:
-    from stiffcal.propose.from_folder import numbers_of
+    from stiffcal.propose.answers import numbers_of
 
     text = f"{question.table}.{question.key}: {question.text} (Enter: write it into campaign.toml later)"
     while answer := str(typer.prompt(text, default="", show_default=False, err=True)):

@@ -6,18 +6,17 @@ run's (`run_names`). What no log states, as where the target sits, is a line to 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from stiffcal.campaign.file_formats import format_of
-from stiffcal.campaign.file_patterns import RUN
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.reach import leads_outside
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.answers import Ask, answered, to_write_by_hand
 from stiffcal.propose.column_roles import Roles
 from stiffcal.propose.from_table import (
     Proposal,
@@ -27,15 +26,8 @@ from stiffcal.propose.from_table import (
     robot_text,
     write_proposal,
 )
-from stiffcal.propose.lines import (
-    FORCE_SENSOR,
-    TOOL,
-    TRACKER,
-    FrameNames,
-    ProposedLine,
-    Question,
-    as_text,
-)
+from stiffcal.propose.further_logs import FURTHER, lacking_signals
+from stiffcal.propose.lines import ProposedLine, as_text
 from stiffcal.propose.log_devices import (
     MOST_NAMED,
     JointsOf,
@@ -47,15 +39,14 @@ from stiffcal.propose.log_devices import (
     together,
     with_patterns,
 )
+from stiffcal.propose.log_frames import frame_names, frames_of_logs
 from stiffcal.propose.log_kind import log_kind, unfilled_time
 from stiffcal.propose.table_purpose import serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.propose.templates import chosen_robot, robot_template
 from stiffcal.propose.unnamed_columns import open_columns
 
-LOAD_POINT, TARGET, RAW = "load_point", "target", "raw"
-
-Ask = Callable[[Question], str]
+RAW = "raw"
 
 
 def propose_from_folder(
@@ -133,7 +124,7 @@ def draft_from_folder(
     ----------
     logs : the folder. Files whose names begin with a point are not looked at.
     place : where the logs lie in the campaign folder, "" in itself.
-    urdf : the robot as a URDF; ignored where ``robot`` is given too.
+    urdf : the robot as a URDF; not where `robot` is given too.
     robot : the name of a bundled robot, or the path of a robot file. With neither, robot.toml holds rows to fill in.
     tool : where the load acts and the displacement is measured, m, in the flange frame; None: two frames to fill in.
     ask : called with a question for three numbers, returns the answer or ""; None: the lines are left to be written.
@@ -156,11 +147,11 @@ def draft_from_folder(
 def are_logs(tables: Sequence[Path], urdf: Path | None = None, robot: str | None = None) -> bool:
     """Return whether files are logs over time that no load state can be made of without those of other instruments."""
     chain = chain_of_given(urdf, robot)
-    kinds = [log_kind(path, path.name, _frame_names(None), _joints_of(urdf, robot), chain) for path in tables]
+    kinds = [log_kind(path, path.name, frame_names(None), _joints_of(urdf, robot), chain) for path in tables]
     if any(kind.why_not for kind in kinds):
         return False
     roles = together([LoggingDevice(part) for kind in kinds for part in (kind, *kind.further)])
-    lacking = _lacking(roles)
+    lacking = lacking_signals(roles)
     # without times it may be a table of load states whose columns have other names, unless it is one instrument's alone
     over_time = all(kind.time is not None for kind in kinds)
     # tables of states that belong together are equally long; clocks of their own make logs that are not
@@ -190,7 +181,7 @@ def draft_of_logs(
     InputError
         There is no log, the files' names hold no run, or the joints do not fit the robot.
     """
-    names = _frame_names(tool)
+    names = frame_names(tool)
     found = sorted_files(files, _joints_of(urdf, robot), names, chain_of_given(urdf, robot))
     devices, unused = with_patterns(*of_use(found, names), place)
     if not devices:
@@ -199,14 +190,14 @@ def draft_of_logs(
         raise InputError.at(FaultCode.FILE_MISSING, place or "the folder", "", f"no log is recognised: {reason}", mend)
     runs, unpaired = runs_of(devices)
     roles = together(devices)
-    missing = [signal for signal in _FURTHER if signal.name in _lacking(roles)]
+    missing = [signal for signal in FURTHER if signal.name in lacking_signals(roles)]
     lines = [
         *map(ProposedLine, ('schema = "stiffcal/campaign/1"', 'robot = "robot.toml"')),
-        *_frame_lines(devices, missing, tool),
+        *frames_of_logs(devices, missing, tool),
         *(line for device in devices for line in _source_lines(device)),
         *(ProposedLine(line) for signal in missing for line in signal.lines),
     ]
-    lines = _answered(lines, ask)
+    lines = answered(lines, ask)
     if not any(device.pattern for device in devices):
         named = {device.name: device.files[0] for device in devices}
         lines += [
@@ -223,7 +214,7 @@ def draft_of_logs(
         tuple(f"{file}: {line}" for file, line in marked if line.doubt is not None and line.question is None),
         tuple(dict.fromkeys(column.header for device in devices for column in device.kind.roles.unused)),
         roles=roles,
-        to_write=_to_write(lines, missing, urdf is not None or robot is not None),
+        to_write=to_write_by_hand(lines, missing, urdf is not None or robot is not None),
         runs=tuple(runs),
         remarks=(*unpaired, *unused),
     )
@@ -248,55 +239,6 @@ def _robot(roles: Roles, urdf: Path | None, robot: str | None) -> tuple[str, dic
     return robot_text(roles, urdf, robot, arm_of_given(urdf, robot, roles.joints.columns))
 
 
-@dataclass(frozen=True)
-class _Further:
-    """A signal that the log of a further instrument has to hold."""
-
-    name: str
-    what: str
-    frames: tuple[str, ...]
-    source: str
-    signal: str
-
-    @property
-    def lines(self) -> tuple[str, ...]:
-        """The lines of its source, as comments."""
-        return (
-            "",
-            f"# {self.what}: no log here holds them. Add the logs and begin again with --overwrite, or fill in:",
-            f"# [sources.{self.source}]",
-            f"# {toml_text.pair('file', f'raw/{RUN}_{self.source}.csv')}",
-            '# time = { column = "t", unit = "s" }',
-            f"# {self.signal}",
-        )
-
-
-_FURTHER = (
-    _Further(
-        "joints", "joint angles", (), "controller",
-        'joints = { position = ["A1", "A2", "A3", "A4", "A5", "A6"], units = { position = "deg" } }',
-    ),
-    _Further(
-        "load", "forces", (LOAD_POINT, FORCE_SENSOR), "ft",
-        'wrench = { columns = ["Fx", "Fy", "Fz"], units = { force = "N" }, axes = "ft_sensor", point = "load_point" }',
-    ),
-    _Further(
-        "moved", "positions of the target", (TARGET, TRACKER), "tracker",
-        'pose = { frame = "tracker", body = "target", position = ["X", "Y", "Z"], units = { position = "mm" } }',
-    ),
-)  # fmt: skip
-
-
-def _lacking(roles: Roles) -> list[str]:
-    """Return which of joint angles, load and displacement are not logged, as `_FURTHER` names them."""
-    given = {
-        "joints": roles.joints is not None,
-        "load": roles.force is not None or roles.mass is not None,
-        "moved": roles.deflection is not None or roles.position is not None,
-    }
-    return [name for name, there in given.items() if not there]
-
-
 def _place_in(folder: Path, logs: Path) -> str | None:
     """Return where the logs lie in the campaign folder, None where they lie elsewhere."""
     try:
@@ -304,11 +246,6 @@ def _place_in(folder: Path, logs: Path) -> str | None:
     except ValueError:
         return None
     return "" if inside == "." else inside
-
-
-def _frame_names(tool: Sequence[float] | None) -> FrameNames:
-    point, body = (LOAD_POINT, TARGET) if tool is None else (TOOL, TOOL)
-    return FrameNames(body, point, FORCE_SENSOR)
 
 
 def _source_lines(device: LoggingDevice) -> list[ProposedLine]:
@@ -323,100 +260,3 @@ def _source_lines(device: LoggingDevice) -> list[ProposedLine]:
     lines.append(ProposedLine('sampling = "states"') if states else kind.time or unfilled_time(device.name))
     lines += [kind.rows] if kind.rows is not None else []
     return [*lines, *kind.signals, *(ProposedLine("", sentence) for sentence in open_columns(kind.roles))]
-
-
-def _frame_lines(
-    devices: Sequence[LoggingDevice], missing: Sequence[_Further], tool: Sequence[float] | None
-) -> list[ProposedLine]:
-    """Return the frames that the sources name."""
-    named = {frame for device in devices for line in device.kind.signals for frame in line.frames}
-    named |= {
-        TOOL if tool and frame in (LOAD_POINT, TARGET) else frame for signal in missing for frame in signal.frames
-    }
-    roles = together(devices)
-    known = None if tool is None else f"xyz_m = [{', '.join(map(repr, tool))}]"
-    lines: list[ProposedLine] = []
-    for frame in (TOOL, LOAD_POINT, TARGET):
-        if frame in named:
-            where = _WHERE[TARGET if frame == TOOL and roles.mass is None and roles.force is None else frame]
-            both = "of load and target both; where they differ, write a frame for each" if roles.force else None
-            lines += [
-                *_table(frame, "flange"),
-                ProposedLine(known, both) if known else _question(frame, "xyz_m", where),
-            ]
-    if FORCE_SENSOR in named:
-        where = "origin of the force sensor's axes, from which it counts moments, x, y, z in m in the flange frame"
-        origin = (
-            ProposedLine("xyz_m = [0.0, 0.0, 0.0]") if roles.moment is None else _question(FORCE_SENSOR, "xyz_m", where)
-        )
-        lines += [*_table(FORCE_SENSOR, "flange"), origin, _question(FORCE_SENSOR, "rpy_deg", _TURNED)]
-    if TRACKER in named:
-        doubt = "found from the unloaded poses; or give xyz_m and rpy_deg, as calibrated"
-        lines += [*_table(TRACKER, "base"), ProposedLine("estimate = true", doubt)]
-    return lines
-
-
-_WHERE = {
-    TOOL: "where the load acts and the displacement is measured, x, y, z in m in the flange frame",
-    LOAD_POINT: "where the force acts, x, y, z in m in the flange frame",
-    TARGET: "where the displacement is measured, x, y, z in m in the flange frame",
-}
-_TURNED = "how the force sensor is turned on the flange, about its fixed x, y, z in degrees; 0, 0, 0 where it is not"
-
-
-def _question(frame: str, key: str, what: str) -> ProposedLine:
-    return ProposedLine(f"{key} = []", f"to be filled in: {what}", question=Question(f"frames.{frame}", key, what))
-
-
-def _table(frame: str, parent: str) -> list[ProposedLine]:
-    return [ProposedLine(text) for text in ("", f"[frames.{frame}]", toml_text.pair("parent", parent))]
-
-
-def _answered(lines: Sequence[ProposedLine], ask: Ask | None) -> list[ProposedLine]:
-    """Return the lines with the answers of a person, where one is asked and gives some."""
-    answered = []
-    for line in lines:
-        text = ask(line.question) if ask is not None and line.question is not None else ""
-        if text and line.question is not None:
-            line = ProposedLine(line.question.line(numbers_of(text, len(line.question.numbers))))
-        answered.append(line)
-    return answered
-
-
-def numbers_of(text: str, count: int) -> tuple[float, ...]:
-    """Read ``X,Y,Z``, or one number.
-
-    Raises
-    ------
-    InputError : these are not so many numbers.
-
-    Examples
-    --------
-    >>> numbers_of("0, 0 0.2", 3), numbers_of("50", 1)
-    ((0.0, 0.0, 0.2), (50.0,))
-    """
-    try:
-        numbers = tuple(float(word) for word in text.replace(",", " ").replace(";", " ").split())
-    except ValueError:
-        numbers = ()
-    if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        mend = "give three numbers: X, Y, Z" if count == 3 else "give one number"
-        raise InputError.at(FaultCode.VALUE_INVALID, "answer", "", f"found {text!r}", mend)
-    return numbers
-
-
-def _to_write(lines: Sequence[ProposedLine], missing: Sequence[_Further], has_robot: bool) -> tuple[str, ...]:
-    """Return what a person has to write: each line with its file and table."""
-    written = [
-        f"{MANIFEST_FILE} [{line.question.table}] {line.question.line(line.question.numbers)}  # {line.question.text}"
-        for line in lines
-        if line.question is not None
-    ]
-    written += [
-        f"{MANIFEST_FILE} [sources.{signal.source}] {signal.signal}  # {signal.what}: no log here holds them"
-        for signal in missing
-    ]
-    return tuple(written if has_robot else [*written, _ROWS])
-
-
-_ROWS = "robot.toml [[joints]] a_m, alpha_deg, d_m, theta_deg of each; or begin again with --robot NAME or --urdf FILE"

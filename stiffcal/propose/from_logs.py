@@ -31,18 +31,12 @@ from stiffcal.propose.from_table import (
     robot_text,
     write_proposal,
 )
-from stiffcal.propose.lines import (
-    FORCE_SENSOR,
-    LARGEST_RADIAN,
-    ProposedLine,
-    as_text,
-    columns_text,
-    signal_lines,
-    time_line,
-    unit_of_role,
-)
+from stiffcal.propose.lines import FORCE_SENSOR, ProposedLine, as_text
 from stiffcal.propose.other_tables import table_of
+from stiffcal.propose.role_units import columns_text, unit_of_role
+from stiffcal.propose.signal_lines import LARGEST_RADIAN, signal_lines
 from stiffcal.propose.table_sniffing import SniffedTable
+from stiffcal.propose.time_lines import time_line
 
 CLAMPED, FRICTION = "clamped", "friction"
 KINDS_OF_LOGS = (CLAMPED, FRICTION)
@@ -119,7 +113,7 @@ def draft_from_logs(
     kind : "clamped" or "friction".
     tables : logs over time with a header. Each is a run where all have the same columns; logs of several devices
         (different columns) belong together by name: ``a_ft.csv`` and ``a_drive.csv`` are run ``a``.
-    urdf : the robot as a URDF; ignored where ``robot`` is given too.
+    urdf : the robot as a URDF; not where `robot` is given too.
     robot : the name of a bundled robot. With neither, robot.toml is that of a bench with one joint, or holds rows to
         fill in.
 

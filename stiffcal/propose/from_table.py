@@ -20,16 +20,11 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Roles, recognise
 from stiffcal.propose.explained import ExplainedColumn, explained
 from stiffcal.propose.joint_columns import columns_of_joints
-from stiffcal.propose.lines import (
-    ProposedLine,
-    as_text,
-    frame_lines,
-    run_lines,
-    source_lines,
-)
+from stiffcal.propose.lines import ProposedLine, as_text
 from stiffcal.propose.noise import with_noise_lines
 from stiffcal.propose.other_tables import table_of
 from stiffcal.propose.robot import robot_lines
+from stiffcal.propose.table_lines import frame_lines, run_lines, source_lines
 from stiffcal.propose.table_purpose import check_purpose, serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.templates import chosen_robot, write_folder
@@ -81,7 +76,7 @@ def draft_campaign(
     Parameters
     ----------
     tables : CSV files with a header; one row per load state.
-    urdf : the robot as a URDF; ignored where ``robot`` is given too.
+    urdf : the robot as a URDF; not where `robot` is given too.
     robot : the name of a bundled robot, or the path of a robot file. With neither, robot.toml holds rows to fill in.
     tool : where the load acts and the displacement is measured, m, in the flange frame; None: a line to fill in,
         without which no command computes anything.

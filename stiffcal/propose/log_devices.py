@@ -15,9 +15,10 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.natural_order import natural_key
 from stiffcal.propose.column_roles import Role, Roles
-from stiffcal.propose.lines import FrameNames, signal_lines
+from stiffcal.propose.lines import FrameNames
 from stiffcal.propose.log_kind import LogKind, log_kind, source_name
 from stiffcal.propose.run_names import patterns_of_devices, shape_of
+from stiffcal.propose.signal_lines import signal_lines
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.propose.unnamed_columns import are_numbered
 

@@ -19,19 +19,12 @@ from stiffcal.files import open_regular
 from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Roles, recognise
 from stiffcal.propose.explained import ExplainedColumn, explained
-from stiffcal.propose.lines import (
-    FORCE_SENSOR,
-    TOOL,
-    TRACKER,
-    FrameNames,
-    ProposedLine,
-    Question,
-    signal_lines,
-    time_line,
-)
+from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, Question
 from stiffcal.propose.other_tables import TEXT, tables_of
 from stiffcal.propose.own_rows import by_rows, rows_line
+from stiffcal.propose.signal_lines import signal_lines
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
+from stiffcal.propose.time_lines import time_line
 from stiffcal.propose.unnamed_columns import are_numbered, missing_names, roles_by_values
 from stiffcal.readers import find_reader
 

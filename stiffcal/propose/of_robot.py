@@ -24,7 +24,7 @@ def write_for_robot(folder: Path, *, urdf: Path | None, robot: str | None, overw
 
     Parameters
     ----------
-    folder : made where it does not exist. urdf : the robot as a URDF; ignored where `robot` is given too.
+    folder : made where it does not exist. urdf : the robot as a URDF; not where `robot` is given too.
     robot : the name of a bundled robot, or the path of a robot file. overwrite : also over files that are there.
 
     Raises

@@ -15,7 +15,8 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.propose.from_folder import draft_from_folder, numbers_of, propose_from_folder
+from stiffcal.propose.answers import numbers_of
+from stiffcal.propose.from_folder import draft_from_folder, propose_from_folder
 from stiffcal.propose.lines import Question
 from stiffcal.workflow.init import init_campaign
 

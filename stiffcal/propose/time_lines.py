@@ -1,0 +1,45 @@
+"""The line of a log's time: its column, or the rate."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from stiffcal.campaign.column_names import is_unit_of
+from stiffcal.campaign.source import TIMES_IN_WORDS
+from stiffcal.escapes import toml_text
+from stiffcal.propose.lines import ProposedLine
+from stiffcal.propose.table_sniffing import SniffedColumn
+from stiffcal.quantities import unit
+
+
+def time_line(time: SniffedColumn | None, rate_hz: float | None) -> ProposedLine | None:
+    """Return the line of a log's time: its column, or the rate where the column stands still; None without both.
+
+    Parameters
+    ----------
+    time : the column; None where there is none. rate_hz : as the log states it, where it does.
+    """
+    if time is not None and (rate_hz is None or not stands_still(time)):
+        known = time.unit in TIMES_IN_WORDS or (time.unit is not None and is_unit_of(time.unit, "time"))
+        written = str(time.unit) if known else _likely_time_unit(time)
+        written = written if written in TIMES_IN_WORDS else unit(written, "time").name
+        line = toml_text.pair("time", {"column": time.header, "unit": written})
+        return ProposedLine(line, time.doubt if known else f"{written}, judged by the values (up to {time.size:.10g})")
+    if rate_hz is None:
+        return None
+    why = "as stated in its first lines"
+    if time is not None:
+        why += f"; {time.header} repeats values: its resolution is lower than the rate"
+    return ProposedLine(f"time = {{ rate_hz = {rate_hz:g} }}", why)
+
+
+def _likely_time_unit(time: SniffedColumn) -> str:
+    """Return the unit of a time without one: seconds, unless they count from 1970 in finer steps."""
+    size = time.size
+    finer = [name for name, least in (("ns", 1e17), ("us", 1e14), ("ms", 1e11)) if size > least]
+    return finer[0] if finer else "s"
+
+
+def stands_still(time: SniffedColumn) -> bool:
+    """Return whether a column of times gives no order of the rows, rounded to the same value as it is."""
+    return any(later <= earlier for earlier, later in pairwise(time.values))
