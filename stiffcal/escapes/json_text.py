@@ -44,5 +44,8 @@ def document_text(document: Any, *, indent: int | None = 2) -> str:
 def _escape_hidden(text: str) -> str:
     """Write hidden characters as JSON does; between the texts of a document there are none but line feeds."""
     if not text.isascii() or "\x7f" in text:
-        text = hidden().sub(lambda match: match[0] if match[0] == "\n" else json.dumps(match[0])[1:-1], text)
+        # sought among the characters that occur: a document has many lines, and few characters
+        found = hidden().findall("".join(set(text) - {"\n"}))
+        written_out = {ord(character): json.dumps(character)[1:-1] for character in found}
+        text = text.translate(written_out) if found else text
     return _COMMAND.sub(r"\\u0023", text) if "##" in text else text

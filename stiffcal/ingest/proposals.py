@@ -47,11 +47,27 @@ def propose_sources(campaign: Campaign) -> list[ProposedSource]:
     -------
     list of ProposedSource
     """
+    files = _unnamed(campaign)[:LOOKED_AT]
+    if not files:
+        return []
     taken_names, frames = set(campaign.manifest.sources), set(campaign.manifest.frames)
     groups: dict[tuple[_SniffedLog, ...], list[str]] = {}
-    for file in _unnamed(campaign)[:LOOKED_AT]:
-        groups.setdefault(_sniff(campaign, file, frames), []).append(file)
-    return [_proposal(log, files, taken_names, frames) for logs, files in groups.items() for log in logs]
+    of_runs = _of_known_sources(campaign, files)
+    listed = {file for proposal in of_runs for file in proposal.files}
+    for file in files:
+        if file not in listed:
+            groups.setdefault(_sniff(campaign, file, frames), []).append(file)
+    return of_runs + [_proposal(log, files, taken_names, frames) for logs, files in groups.items() for log in logs]
+
+
+def _of_known_sources(campaign: Campaign, files: list[str]) -> list[ProposedSource]:
+    """Return the runs of files that sources of the manifest read, once `[[runs]]` lists them."""
+    from stiffcal.ingest.unlisted_files import unlisted_runs
+
+    return [
+        ProposedSource(files=list(run.files.values()), device="", lines=list(run.lines), columns=[])
+        for run in unlisted_runs(campaign, files)
+    ]
 
 
 def _proposal(log: _SniffedLog, files: list[str], taken_names: set[str], frames: set[str]) -> ProposedSource:

@@ -313,13 +313,14 @@ def _noise_of_sensor(states: LoadStates, members: Integers, part: Part) -> float
 def _step_of(readings: Floats) -> tuple[int, Floats, float]:
     """Part readings (u, 3), in order, into two groups that scatter least: where, the step, the scatter about both."""
     u = len(readings)
-
-    def left(k: int) -> float:
-        return float(sum(((piece - piece.mean(axis=0)) ** 2).sum() for piece in (readings[:k], readings[k:])))
-
-    k = min(range(1, u), key=left)
-    step = readings[k:].mean(axis=0) - readings[:k].mean(axis=0)
-    return k, step, float(np.sqrt(left(k) / (3 * max(u - 2, 1))))
+    # Σ|x − mean|² of both pieces is least where Σ|piece's sum|² / piece's count, about any point, is largest
+    sums = np.cumsum(readings - readings.mean(axis=0), axis=0)
+    counts = np.arange(1, u)
+    between = (sums[:-1] ** 2).sum(axis=1) / counts + ((sums[-1] - sums[:-1]) ** 2).sum(axis=1) / (u - counts)
+    k = 1 + int(np.argmax(between))
+    before, after = readings[:k].mean(axis=0), readings[k:].mean(axis=0)
+    left = ((readings[:k] - before) ** 2).sum() + ((readings[k:] - after) ** 2).sum()
+    return k, after - before, float(np.sqrt(left / (3 * max(u - 2, 1))))
 
 
 def _line_of(time: Floats, readings: Floats) -> tuple[Floats, float]:

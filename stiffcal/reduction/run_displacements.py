@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 
 import numpy as np
 
+from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
@@ -22,14 +23,13 @@ def check_displacements(states: LoadStates, file: str) -> list[Fault]:
     ----------
     states : of load runs, those that are used. file : the manifest.
     """
-    runs = (states.select(members) for members in members_of(states.run, len(states.runs)))
-    return [fault for run in runs for fault in _of_run(run, file)]
+    runs = members_of(states.run)
+    far = np.flatnonzero(_moved_in(states.position, runs) > LARGEST_DEFLECTION_M)
+    return [_fault_of(states.select(runs[number]), file) for number in far]
 
 
-def _of_run(run: LoadStates, file: str) -> Iterator[Fault]:
+def _fault_of(run: LoadStates, file: str) -> Fault:
     largest = _moved(run)
-    if largest <= LARGEST_DEFLECTION_M:
-        return
     lost = lost_states(run)
     place = f"run {run.runs[int(run.run[0])].name}"
     reason = f"the target moved by {largest:.3g} m under load"
@@ -49,12 +49,25 @@ def _of_run(run: LoadStates, file: str) -> Iterator[Fault]:
             f"({', '.join(named[:MOST_NAMED])}{more}): the target was lost, or the channel is dead"
         )
         mend = "measure these states again, or exclude them with [[exclude]]"
-    yield Fault(FaultCode.READING_IMPLAUSIBLE, file, place, reason, mend)
+    return Fault(FaultCode.READING_IMPLAUSIBLE, file, place, reason, mend)
 
 
 def _moved(run: LoadStates) -> float:
     """Return the largest difference of two readings of a component, m; zero where none was measured."""
-    places = run.position[:, np.isfinite(run.position).any(axis=(0, 2))]
-    if places.size == 0:
-        return 0.0
-    return float(np.nanmax(np.nanmax(places, axis=0) - np.nanmin(places, axis=0)))
+    return float(_moved_in(run.position, [np.arange(len(run))])[0])
+
+
+def _moved_in(position: Floats, runs: Sequence[Integers]) -> Floats:
+    """Return (r,) of each run the largest difference of two readings of a component, m; zero where none was measured.
+
+    Parameters
+    ----------
+    position : (n, t, 3) m, of targets; NaN where not measured. runs : the indices of r runs, none empty.
+    """
+    if not runs:
+        return np.zeros(0)
+    starts = np.cumsum([0, *(len(members) for members in runs[:-1])])
+    ordered = position[np.concatenate(runs)]
+    # fmax and fmin pass over what was not measured
+    moved = np.fmax.reduceat(ordered, starts) - np.fmin.reduceat(ordered, starts)
+    return np.asarray(np.nan_to_num(moved, nan=0.0).max(axis=(1, 2), initial=0.0))

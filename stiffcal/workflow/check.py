@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -25,6 +25,8 @@ from stiffcal.workflow.check_results import (
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.campaign.source import Source
+    from stiffcal.ingest.data_quality import DataQuality
     from stiffcal.ingest.non_load_runs import NonLoadRuns
     from stiffcal.ingest.read_run import ReadRun
     from stiffcal.measurements.load_states import LoadStates
@@ -102,7 +104,7 @@ def check_loaded(
     result = CheckResult(
         warnings=[],
         campaign=campaign.name,
-        sources=[_file(campaign, source, log) for (source, _, _), log in quality.logs.items()],
+        sources=_files(campaign, quality),
         runs=[],
         kinematics=None,
         n_states=0,
@@ -267,14 +269,22 @@ def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     ] + sentences
 
 
-def _file(campaign: Campaign, name: str, log: LogSummary) -> CheckedSource:
-    """Return the summary of a file as it was read."""
-    source = campaign.manifest.sources[name]
+def _files(campaign: Campaign, quality: DataQuality) -> list[CheckedSource]:
+    """Return the summaries of the files as they were read."""
+    sources = {name: campaign.manifest.sources[name] for name, _, _ in quality.logs}
     units = {
-        column: unit.name
-        for signal in source.signals().values()
-        for column, unit in signal.columns_with_units().items()
+        name: {
+            column: unit.name
+            for signal in source.signals().values()
+            for column, unit in signal.columns_with_units().items()
+        }
+        for name, source in sources.items()
     }
+    return [_file(name, sources[name], units[name], log) for (name, _, _), log in quality.logs.items()]
+
+
+def _file(name: str, source: Source, units: Mapping[str, str], log: LogSummary) -> CheckedSource:
+    """Return the summary of a file; units are those in which its columns are written."""
     checked = []
     for signal, low in log.low.items():
         high, columns = log.high[signal], log.columns.get(signal, ())

@@ -46,7 +46,7 @@ def init_campaign(
         one, forces in another), instead; for clamped and friction runs from their logs, one run each. Or one folder of
         logs.
     urdf, robot : the robot as URDF (a file, or the folder of its package), or the name of a bundled one or a robot file
-        (*.toml); of templates that of "load" alone takes one.
+        (*.toml), not both; of templates that of "load" alone takes one.
     tool : with a table: where the load acts and the displacement is measured, m, in the flange frame.
     ask : of a folder of logs: called with what no log states, returns the answer or "".
     overwrite : also over files that are there.
@@ -74,7 +74,15 @@ def init_campaign(
         raise InputError.at(
             FaultCode.OPTION_CONFLICT, "command line", "--tool", f"a {kind} run has no tool point", "leave it out"
         )
-    if urdf is not None and robot is None:
+    if urdf is not None and robot is not None:
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT,
+            "command line",
+            "--urdf",
+            f"--robot {robot} names another robot",
+            "leave out one of the two",
+        )
+    if urdf is not None:
         urdf = chosen_urdf(urdf)
     if not tables and tool is None and kind in (None, "load") and (urdf is not None or robot is not None):
         from stiffcal.propose.of_robot import write_for_robot

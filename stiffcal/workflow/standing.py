@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.model_file import MODEL_FILE, load_model
 from stiffcal.ingest.parts import INGEST
 from stiffcal.ingest.sources import manifest_data_files
 from stiffcal.results.next_step import Standing
@@ -59,9 +59,11 @@ def has_effects(folder: Path) -> bool:
 
     Raises
     ------
-    InputError : the folder holds no campaign.
+    InputError : the model file is faulty.
     """
-    return not (Path(folder) / MODEL_FILE).exists() or bool(load_campaign(folder, check_files=False).model.effects)
+    path = Path(folder)
+    # of how many joints they are does not matter: the logs are not looked for once more
+    return not (path / MODEL_FILE).exists() or bool(load_model(path, n_joints=0).effects)
 
 
 def logs_complete(folder: Path) -> bool:

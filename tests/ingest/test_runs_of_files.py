@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import tomllib
 from pathlib import Path
 
 from stiffcal.campaign.loading import load_campaign
@@ -71,3 +72,32 @@ def test_a_file_of_a_run_that_lacks_another_log_needs_no_source(tmp_path: Path) 
     assert campaign.found is not None
     assert [entry.run for entry in campaign.found.unpartnered] == ["pose2"]
     assert propose_sources(campaign) == []
+
+
+def test_files_of_listed_runs_are_proposed_as_runs(tmp_path: Path) -> None:
+    folder = campaign_of_files(tmp_path / "campaign")
+    (folder / "pose2_states.csv").rename(folder / "raw/pose2_states.csv")
+    shutil.copy(folder / "raw/pose2_states.csv", folder / "raw/pose3_states.csv")
+    for run in ("pose1", "pose2"):
+        (folder / f"raw/{run}_holds.csv").write_text("t,A1,A2,A3,A4,A5,A6\n0.0,1,2,3,4,5,6\n0.1,1,2,3,4,5,6\n")
+    (folder / "raw/notes_states.csv").write_text("what,who\n1,2\n")
+    for names in (("pose1", "pose2"), ("first", "second")):  # the runs are named like their logs, or otherwise
+        listed = (
+            '[sources.holds]\ntime = { column = "t", unit = "s" }\n'
+            'joints = { position = "A1..A6", units = { position = "deg" } }\n'
+            f'[[runs]]\nid = "{names[0]}"\n'
+            'files = { table = "raw/pose1_states.csv", holds = "raw/pose1_holds.csv" }\n'
+            f'[[runs]]\nid = "{names[1]}"\nfiles = {{ table = "raw/pose2_states.csv" }}\n'
+        )
+        (folder / "campaign.toml").write_text(PATTERN.replace('file = "raw/{run}_states.csv"\n', "") + listed)
+        second, third, notes = propose_sources(load_campaign(folder, check_files=False))
+        assert (second.files, third.files) == (["raw/pose2_holds.csv"], ["raw/pose3_states.csv"])
+        (mend,) = second.lines
+        assert f'"{names[1]}"' in mend
+        files = {"table": "raw/pose2_states.csv", "holds": "raw/pose2_holds.csv"}
+        assert tomllib.loads(mend[mend.index("files") :])["files"] == files
+        (run,) = tomllib.loads("\n".join(third.lines))["runs"]
+        assert (run["id"], run["files"]) == ("pose3", {"table": "raw/pose3_states.csv"})
+        assert third.lines[-1].startswith("#")
+        assert "holds" in third.lines[-1]
+        assert notes.files == ["raw/notes_states.csv"]

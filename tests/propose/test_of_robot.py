@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -68,3 +69,12 @@ def test_what_is_no_single_urdf_is_named(package: Path, tmp_path: Path) -> None:
     assert fault(cell, package / "meshes.urdf").code == FaultCode.FILE_MISSING
     (tmp_path / "empty").mkdir()
     assert fault(cell, tmp_path / "empty").code == FaultCode.FILE_MISSING
+
+
+@pytest.mark.parametrize("further", [{}, {"kind": "load", "tool": (0.0, 0.0, 0.2)}])
+def test_two_robots_are_refused(package: Path, tmp_path: Path, further: dict[str, Any]) -> None:
+    with pytest.raises(InputError) as caught:
+        init_campaign(tmp_path / "cell", urdf=package, robot="kr125", **further)
+    (only,) = caught.value.faults
+    assert (only.code, only.place) == (FaultCode.OPTION_CONFLICT, "--urdf")
+    assert not (tmp_path / "cell").exists()
