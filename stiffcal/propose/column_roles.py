@@ -117,7 +117,8 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     assigned |= set(matrix.columns) if matrix is not None else set()
     sigma = sigma_columns({column: words_of(column.name)[0] for column in columns if column not in assigned})
     free = [column for column in columns if column.values and column not in (assigned | set(sigma.values()))]
-    triples = _triples(free, quaternion.body if quaternion is not None else "")
+    turned = quaternion or matrix
+    triples = _triples(free, turned.body if turned is not None else "")
     targets = _targets(free, plain) if quaternion is None and "deflection" not in triples else ()
     triples |= {"position": targets[0][1]} if targets else {}
     if not triples.keys() & {"position", "deflection"} and (
@@ -273,10 +274,20 @@ def _is_unit_length(role: Role) -> bool:
 _NUMBERED: tuple[str, ...] = NUMBERED_QUATERNION
 _UNIT_LENGTH = 0.1  # four numbers of one decimal, each off by half a digit
 _MATRIX = re.compile(r"r(?:ot|otation|matrix)?([0-3])([0-3])")
+# Qualisys (IMUSim's reader of its 6D exports, which the manufacturer's manual agrees with): Rot[0], [1], [2] are the
+# first column.
+_BY_COLUMN = re.compile(r"(.{0,200})Rot\[0\]")
 
 
 def _matrix(columns: list[SniffedColumn], plain: dict[str, str]) -> Role | None:
-    """Find nine elements of a rotation matrix, numbered from 0 or 1."""
+    """Find nine elements of a rotation matrix, numbered from 0 or 1; those of `_BY_COLUMN` count down its columns."""
+    by_header = {column.header: column for column in columns if column.values}
+    for header in by_header:
+        if (match := _BY_COLUMN.fullmatch(header)) is not None:
+            names = [f"{match[1]}Rot[{row + 3 * k}]" for row in range(3) for k in range(3)]
+            if all(name in by_header for name in names):
+                place = component_of(f"{match[1]}X", None)
+                return Role(tuple(by_header[name] for name in names), body=place.body if place is not None else "")
     found = {
         (match[1], match[2]): column
         for column in columns

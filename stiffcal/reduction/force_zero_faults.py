@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
@@ -57,14 +57,14 @@ def _best(states: LoadStates, accounts: Sequence[MovedZero], motion: Floats) -> 
         if account.earliest is not None:
             latest = int(np.flatnonzero(account.members == account.between[1])[0])
             trials = [account, *(started_at(account, start) for start in range(account.earliest, latest))]
-        weighed = max(((trial, _evidence(states, trial, motion)) for trial in trials), key=lambda entry: entry[1])
+        weighed = max(zip(trials, _evidence(states, trials, motion), strict=True), key=lambda entry: entry[1])
         needed = CLEAR if account.single else -CLEAR
         if weighed[1] > needed and (best is None or weighed[1] > best[1]):
             best = weighed
     return best
 
 
-def _evidence(states: LoadStates, moved: MovedZero, motion: Floats) -> float:
+def _evidence(states: LoadStates, trials: Sequence[MovedZero], motion: Floats) -> list[float]:
     """Return twice the logarithm of how many times likelier the motion is with the zero moved than with a load left on.
 
     In one pose the motion is a linear map of the load, whatever the robot's springs and geometry; what play and
@@ -72,17 +72,27 @@ def _evidence(states: LoadStates, moved: MovedZero, motion: Floats) -> float:
 
     Parameters
     ----------
+    trials : of one account of a run, which differ in what the sensor reads too much in each of its states.
     motion : (n, k) m, of all states.
     """
-    parts = [Part.FORCE] if moved.part is Part.FORCE else list(Part)
-    load = states.wrench[moved.members]
-    as_read, without = _directed(load, parts), _directed(load - moved.zero, parts)
-    evidence = 0.0
-    for target in motion[moved.members].T:
-        seen = np.isfinite(target)
-        squares = [_misfit(design[seen], target[seen]) for design in (as_read, without)]
-        free = int(seen.sum()) - as_read.shape[1]
-        evidence += max(free, 0) * float(np.log(max(squares[0], 1e-300) / max(squares[1], 1e-300)))
+    part, members = trials[0].part, trials[0].members
+    parts = [Part.FORCE] if part is Part.FORCE else list(Part)
+    load = states.wrench[members]
+    measured = [(seen, target) for target in motion[members].T if (seen := np.isfinite(target)).any()]
+    of_seen: dict[bytes, tuple[Booleans, list[Floats]]] = {}
+    for seen, target in measured:
+        of_seen.setdefault(seen.tobytes(), (seen, []))[1].append(target[seen])
+    together = [(seen, np.stack(targets, axis=1)) for seen, targets in of_seen.values()]
+    as_read = _directed(load, parts)
+    left = [_misfits(as_read[seen], targets) for seen, targets in together]
+    evidence = []
+    for trial in trials:
+        without = _directed(load - trial.zero, parts)
+        found = 0.0
+        for (seen, targets), squares in zip(together, left, strict=True):
+            free = max(len(targets) - as_read.shape[1], 0)
+            found += free * float(np.sum(np.log(squares / _misfits(without[seen], targets))))
+        evidence.append(found)
     return evidence
 
 
@@ -102,9 +112,11 @@ def _largest(readings: Floats) -> float:
     return max(float(np.linalg.norm(readings, axis=1).max()), 1e-300)
 
 
-def _misfit(design: Floats, target: Floats) -> float:
+def _misfits(design: Floats, targets: Floats) -> Floats:
+    """Return (k,) the sums of squares that least squares on a design (m, p) leave of targets (m, k)."""
     scale = np.maximum(np.abs(design).max(axis=0, initial=0.0), 1e-300)
-    return float(np.sum((target - design @ (np.linalg.lstsq(design / scale, target, rcond=1e-9)[0] / scale)) ** 2))
+    left = targets - design @ (np.linalg.lstsq(design / scale, targets, rcond=1e-9)[0] / scale[:, None])
+    return np.asarray(np.maximum((left**2).sum(axis=0), 1e-300))
 
 
 def _fault(states: LoadStates, moved: MovedZero, evidence: float, bias: str, file: str) -> Fault:

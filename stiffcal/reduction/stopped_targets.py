@@ -104,10 +104,12 @@ def _alike(states: LoadStates, measured: Floats, least: int, rounding: float) ->
         same = (np.abs(np.diff(measured, axis=0)) <= rounding).all(axis=1)
     if not states.deflection_given:
         same &= np.diff(states.run) == 0
-    ends = [0, *(np.flatnonzero(~same) + 1).tolist(), n]
-    for start, end in pairwise(ends):
-        if end - start >= (2 if (np.abs(measured[start]) > rounding).any() else least):
-            yield np.arange(start, end)
+    starts = np.append(0, np.flatnonzero(~same) + 1)
+    ends = np.append(starts[1:], n)
+    with np.errstate(invalid="ignore"):
+        moved = (np.abs(measured[starts]) > rounding).any(axis=1) if n else np.zeros(1, dtype=np.bool_)
+    for k in np.flatnonzero(ends - starts >= np.where(moved, 2, least)):
+        yield np.arange(starts[k], ends[k])
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ _ALONE = re.compile(r"[0-9]{1,9}(?:\.[0-9]{1,9})?")
 _STEP = re.compile(r"^delta_x\s+" + _NUMBER, re.IGNORECASE)
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 _MARKER_KEYS = ("marker_names", "markernames", "markers", "marker names")
+_OF_BODY = ("X", "Y", "Z", "Roll", "Pitch", "Yaw", "Residual", *(f"Rot[{k}]" for k in range(9)))
 _LENGTH_KEYS = ("length units", "length unit", "units", "unit", "einheit")
 
 
@@ -90,6 +91,29 @@ def marker_names(rows: Sequence[Sequence[str]], width: int) -> tuple[str, ...]:
         before = width - 3 * len(names)
         if row and row[0].lower() in _MARKER_KEYS and names and 0 <= before <= 2:
             return (*("Frame", "Time")[:before], *(f"{name} {axis}" for name in names for axis in "XYZ"))
+    return ()
+
+
+def body_names(rows: Sequence[Sequence[str]], width: int) -> tuple[str, ...]:
+    """Return the names of the columns of rigid bodies that a line lists (Qualisys, 6D); empty where none lists them.
+
+    A line below names the components of the first body alone, or of each, without the body.
+
+    Parameters
+    ----------
+    width : columns of the table: sixteen for each body, and up to two before them (frame, time).
+
+    Examples
+    --------
+    >>> names = body_names([["DATA_INCLUDED", "6D"], ["BODY_NAMES", "probe", "base"]], 33)
+    >>> len(names), names[:5], names[-1]
+    (33, ('Frame', 'probe X', 'probe Y', 'probe Z', 'probe Roll'), 'base Rot[8]')
+    """
+    for row in rows:
+        bodies = [cell for cell in row[1:] if cell]
+        before = width - len(_OF_BODY) * len(bodies)
+        if row and row[0].lower() == "body_names" and bodies and 0 <= before <= 2:
+            return (*("Frame", "Time")[:before], *(f"{body} {part}" for body in bodies for part in _OF_BODY))
     return ()
 
 

@@ -14,7 +14,7 @@ from stiffcal.campaign.column_names import bare_unit, header_parts, is_unit_row
 from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header, scope_columns, scope_units
 from stiffcal.table_layout.cells import is_gap, is_reading, marks_of
 from stiffcal.table_layout.composed_names import composed_names
-from stiffcal.table_layout.key_lines import length_unit_of, marker_names, rate_of
+from stiffcal.table_layout.key_lines import body_names, length_unit_of, marker_names, rate_of
 
 COMMENT_SIGNS = ("#", "%", "//", ";", "!")
 """What begins a line of names in files of numerical programs (``np.savetxt`` writes "# ")."""
@@ -79,6 +79,8 @@ def layout_of_rows(
     ('column1', 'column2')
     """
     kinds = _Kinds(rows, decimal)
+    if header_row is None and (bodies := _of_bodies(rows, kinds)) is not None:
+        return bodies
     names_row = header_row if header_row is not None else _names_row(rows, kinds, wanted)
     if names_row is None:
         return _nameless(rows, kinds, wanted)
@@ -244,6 +246,25 @@ def _nameless(rows: Sequence[Sequence[str]], kinds: _Kinds, wanted: Collection[s
         kinds.decimal,
         kinds.thousands,
         rate_of(rows[:first]),
+        holds_numbers=True,
+    )
+
+
+def _of_bodies(rows: Sequence[Sequence[str]], kinds: _Kinds) -> Layout | None:
+    """Return the layout of a table whose bodies a line above lists; None where none lists them."""
+    width = max((c + 1 for c, used in enumerate(kinds.used) if used), default=0)
+    first = next((k for k in range(len(rows)) if kinds.is_data(k)), len(rows))
+    names = body_names(rows[:first], width)
+    if not names:
+        return None
+    return Layout(
+        columns=names,
+        header_row=None,
+        first_data_row=first,
+        shortest=width,
+        decimal=kinds.decimal,
+        thousands=kinds.thousands,
+        rate_hz=rate_of(rows[:first]),
         holds_numbers=True,
     )
 

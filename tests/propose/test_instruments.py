@@ -70,6 +70,18 @@ def qualisys() -> str:
     return head + lines_of(next_to(PLACE, np.tile([10.0, 20.0, 30.0], (N, 1))), "\t")
 
 
+def qualisys_6d(others: Sequence[str], named: str, frames: bool) -> str:
+    """Write rigid bodies of which the first moves; a line names the components of the first, of each or of none."""
+    head = "\t".join(["NO_OF_FRAMES\t40\nFREQUENCY\t50\nDATA_INCLUDED\t6D\nBODY_NAMES\tprobe", *others]) + "\n"
+    components = [" X", " Y", " Z", " Roll", " Pitch", " Yaw", " Residual", *(f" Rot[{k}]" for k in range(9))]
+    names = components * {"none": 0, "first": 1, "each": 1 + len(others)}[named]
+    if names:
+        head += "\t".join([*(["Frame", "Time"] if frames else []), *names]) + "\n"
+    probe = np.column_stack([PLACE, np.ones((N, 4)), R[:, [0, 3, 6, 1, 4, 7, 2, 5, 8]]])
+    still = np.tile([10.0, 20.0, 30.0, *[1.0] * 4, *np.eye(3).ravel()], (N, len(others)))
+    return head + lines_of(next_to(*([np.arange(N), TIME] if frames else []), probe, still), "\t")
+
+
 def labview(first: object = TIME) -> str:
     head = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\n***End_of_Header***\t\n\t\nChannels\t3\t\t\t\n"
     head += (
@@ -220,6 +232,19 @@ def test_orientations_come_along(tmp_path: Path) -> None:
     for write in (motive, polaris, ndi):
         _, signals = readings(tmp_path, "log.csv", proposed(tmp_path, "log.csv", write()))
         assert np.allclose(signals["quaternion.tool"], Q.T)
+
+
+@pytest.mark.parametrize("named", ["none", "first", "each"])
+@pytest.mark.parametrize("frames", [True, False])
+@pytest.mark.parametrize("others", [(), ("base plate", "a")])
+def test_place_and_orientation_are_of_the_same_rigid_body(
+    tmp_path: Path, others: Sequence[str], named: str, frames: bool
+) -> None:
+    kind = proposed(tmp_path, "log.tsv", qualisys_6d(others, named, frames))
+    time, signals = readings(tmp_path, "log.tsv", kind)
+    assert np.allclose(time - time[0], TIME, atol=1e-5)
+    assert np.allclose(signals[POSITION], PLACE.T / 1e3, rtol=1e-12)
+    assert np.allclose(signals["quaternion.tool"], Q.T)
 
 
 def test_an_orientation_that_never_changes_is_not_measured(tmp_path: Path) -> None:
