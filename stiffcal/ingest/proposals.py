@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from stiffcal.documents import NOT_IN_DOCUMENT
 from stiffcal.escapes import toml_text
-from stiffcal.propose.explained import ExplainedColumn
+from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.lines import TOOL, FrameNames, ProposedLine
 
 if TYPE_CHECKING:

@@ -3,29 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from stiffcal.propose.column_roles import Role, Roles
+from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.table_sniffing import SniffedTable
 from stiffcal.propose.unnamed_columns import are_numbered
 
 _SIGNALS = ("joints", "force", "moment", "mass", "deflection", "rotation", "position", "quaternion", "matrix")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ExplainedColumn:
-    """A column of a table, and what it is taken for."""
-
-    file: str
-    """The file that holds it."""
-    column: str
-    """Its name for the manifest."""
-    taken_as: str
-    """What it is taken for: joints, force, …, time, run, sigma of another; "" where it is not used."""
-    unit: str
-    """As the file states it, "" where it does not."""
-    why: str
-    """By what that was decided."""
 
 
 def explained(tables: Sequence[SniffedTable], roles: Roles) -> list[ExplainedColumn]:

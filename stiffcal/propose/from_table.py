@@ -18,7 +18,8 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Roles, recognise
-from stiffcal.propose.explained import ExplainedColumn, explained
+from stiffcal.propose.explained import explained
+from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.joint_columns import columns_of_joints
 from stiffcal.propose.lines import ProposedLine, as_text
 from stiffcal.propose.noise import with_noise_lines

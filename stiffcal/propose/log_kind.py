@@ -18,7 +18,8 @@ from stiffcal.escapes import toml_text
 from stiffcal.files import open_regular
 from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Roles, recognise
-from stiffcal.propose.explained import ExplainedColumn, explained
+from stiffcal.propose.explained import explained
+from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, Question
 from stiffcal.propose.other_tables import TEXT, tables_of
 from stiffcal.propose.own_rows import by_rows, rows_line

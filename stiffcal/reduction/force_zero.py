@@ -7,6 +7,7 @@ do. The motion of the robot is not consulted, as play and friction keep an unloa
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -94,14 +95,19 @@ class _Unloaded:
         """(m, 3) N, against the reference."""
         return np.asarray(self.wrench[:, :3])
 
-    @cached_property
+    @property
     def largest(self) -> float:
         """N, of all forces."""
         return self.largest_of(Part.FORCE)
 
     def largest_of(self, part: Part) -> float:
         """Return the largest force, N, or moment, N·m."""
-        return float(np.linalg.norm(self.wrench[:, part.columns], axis=1).max())
+        return self._largest[part]
+
+    @cached_property
+    def _largest(self) -> dict[Part, float]:
+        squares = self.wrench**2
+        return {part: float(np.sqrt(squares[:, part.columns].sum(axis=1).max())) for part in Part}
 
     def readings(self, part: Part) -> Floats:
         """Return (u, 3) N or N·m of the unloaded states."""
@@ -110,7 +116,9 @@ class _Unloaded:
     @cached_property
     def alike(self) -> Booleans:
         """(m, m) whether two readings differ by less than a step that counts."""
-        return np.asarray(np.linalg.norm(self.force[:, None] - self.force[None], axis=2) < LEAST_STEP * self.largest)
+        share = self.force / (LEAST_STEP * self.largest)
+        squares = (share**2).sum(axis=1)
+        return np.asarray(squares[:, None] + squares - 2.0 * (share @ share.T) < 1.0)
 
 
 def moved_zeros(states: LoadStates) -> list[list[MovedZero]]:
@@ -135,12 +143,12 @@ def moved_zeros(states: LoadStates) -> list[list[MovedZero]]:
 
 def _accounts_of_runs(states: LoadStates, runs: Sequence[_Unloaded], part: Part) -> list[list[MovedZero]]:
     """Return the accounts of each run; none where its readings agree, or nothing shows their noise."""
-    scatters = [_scatter(run, part) if run.largest_of(part) > 0.0 else None for run in runs]
+    scatters = _scatters(runs, part)
     known = [scatter for scatter in scatters if scatter is not None]
     usual = float(np.median(known)) if known else None
     found: list[list[MovedZero]] = []
-    for run, own in zip(runs, scatters, strict=True):
-        floors = [value for value in (own, usual, _noise_of_sensor(states, run.members, part)) if value is not None]
+    for run, own, of_sensor in zip(runs, scatters, _noise_of_sensor(states, runs, part), strict=True):
+        floors = [value for value in (own, usual, of_sensor) if value is not None]
         found.append(_accounts(states, run, max(floors), part) if floors else [])
     return found
 
@@ -193,12 +201,13 @@ def _returns(force: Floats, zero: Floats, near: float) -> list[int]:
     """
     places: list[int] = []
     inside: list[tuple[float, int]] = []
-    for k, reading in enumerate(force):
-        away = float(np.linalg.norm(reading - zero))
+    readings, unloaded = force.tolist(), zero.tolist()
+    for k, reading in enumerate(readings):
+        away = math.dist(reading, unloaded)
         if away >= near and inside:
             places.append(min(inside)[1])
-            inside, zero = [], force[places[-1]]
-            away = float(np.linalg.norm(reading - zero))
+            inside, unloaded = [], readings[places[-1]]
+            away = math.dist(reading, unloaded)
         if away < near:
             inside.append((away, k))
     return [*places, min(inside)[1]] if inside else places
@@ -289,46 +298,68 @@ def _any_aside(force: Floats, steps: Floats, sizes: Floats, least: float) -> boo
     return bool(((size > least) & aside).any())
 
 
-def _scatter(run: _Unloaded, part: Part) -> float | None:
-    """Return the scatter of one component of the unloaded readings about their best account; None: too few."""
-    readings = run.readings(part)
-    if len(readings) < 3:
-        return None
-    at = run.time[run.places]
-    steps = np.linalg.norm(np.diff(readings, axis=0), axis=1)
-    between = float(np.median(steps) / MEDIAN_OF_DIFFERENCES)
-    return min(_step_of(readings)[2], _line_of(at, readings)[1], between)
+def _scatters(runs: Sequence[_Unloaded], part: Part) -> list[float | None]:
+    """Return of each run the scatter of one component of the unloaded readings about their best account.
+
+    None: there are too few readings, or the part reads nothing.
+    """
+    found: list[float | None] = [None] * len(runs)
+    of_count: dict[int, list[int]] = {}
+    for k, run in enumerate(runs):
+        if run.places.size >= 3 and run.largest_of(part) > 0.0:
+            of_count.setdefault(run.places.size, []).append(k)
+    for numbers in of_count.values():
+        readings = np.stack([runs[k].readings(part) for k in numbers])
+        at = np.stack([runs[k].time[runs[k].places] for k in numbers])
+        between = np.median(np.sqrt((np.diff(readings, axis=1) ** 2).sum(axis=2)), axis=1) / MEDIAN_OF_DIFFERENCES
+        least = np.minimum(np.minimum(_step_of(readings)[2], _line_of(at, readings)[1]), between)
+        for k, scatter in zip(numbers, least.tolist(), strict=True):
+            found[k] = scatter
+    return found
 
 
-def _noise_of_sensor(states: LoadStates, members: Integers, part: Part) -> float | None:
-    """Return the noise of a state's reading as the manifest states it or the log shows it; None: neither does."""
-    scatter = states.wrench_scatter[members, part.columns] / np.sqrt(np.maximum(states.n_readings[members], 1))[:, None]
-    finite = scatter[np.isfinite(scatter)]
-    shown = float(np.sqrt(np.mean(finite**2))) if finite.size else 0.0
+def _noise_of_sensor(states: LoadStates, runs: Sequence[_Unloaded], part: Part) -> list[float | None]:
+    """Return of each run the noise of a reading as the manifest states it or the log shows it; None: neither does."""
     sigma = states.setup.sigma
     stated = (sigma.force if part is Part.FORCE else sigma.moment) or 0.0
-    return max(shown, stated) or None
+    if not runs:
+        return []
+    members = np.concatenate([run.members for run in runs])
+    starts = np.cumsum([0, *(run.members.size for run in runs[:-1])])
+    squares = states.wrench_scatter[members, part.columns] ** 2 / np.maximum(states.n_readings[members], 1)[:, None]
+    finite = np.isfinite(squares)
+    sums = np.add.reduceat(np.where(finite, squares, 0.0).sum(axis=1), starts)
+    counts = np.add.reduceat(finite.sum(axis=1), starts)
+    shown = np.sqrt(sums / np.maximum(counts, 1))
+    return [max(own, stated) or None for own in shown.tolist()]
 
 
-def _step_of(readings: Floats) -> tuple[int, Floats, float]:
-    """Part readings (u, 3), in order, into two groups that scatter least: where, the step, the scatter about both."""
-    u = len(readings)
+def _step_of(readings: Floats) -> tuple[Integers, Floats, Floats]:
+    """Part readings (r, u, 3) of r runs, in order, into two groups each that scatter least.
+
+    Returns
+    -------
+    Where the second group begins (r,), the step (r, 3), the scatter about both (r,).
+    """
+    u = readings.shape[1]
     # Σ|x − mean|² of both pieces is least where Σ|piece's sum|² / piece's count, about any point, is largest
-    sums = np.cumsum(readings - readings.mean(axis=0), axis=0)
+    sums = np.cumsum(readings - readings.mean(axis=1, keepdims=True), axis=1)
     counts = np.arange(1, u)
-    between = (sums[:-1] ** 2).sum(axis=1) / counts + ((sums[-1] - sums[:-1]) ** 2).sum(axis=1) / (u - counts)
-    k = 1 + int(np.argmax(between))
-    before, after = readings[:k].mean(axis=0), readings[k:].mean(axis=0)
-    left = ((readings[:k] - before) ** 2).sum() + ((readings[k:] - after) ** 2).sum()
-    return k, after - before, float(np.sqrt(left / (3 * max(u - 2, 1))))
+    first, second = (sums[:, :-1] ** 2).sum(axis=2), ((sums[:, -1:] - sums[:, :-1]) ** 2).sum(axis=2)
+    at = 1 + np.argmax(first / counts + second / (u - counts), axis=1)
+    after = (np.arange(u) >= at[:, None])[:, :, None]
+    means = [(readings * own).sum(axis=1) / own.sum(axis=1) for own in (~after, after)]
+    rest = readings - np.where(after, means[1][:, None], means[0][:, None])
+    return at, means[1] - means[0], np.sqrt((rest**2).sum(axis=(1, 2)) / (3 * max(u - 2, 1)))
 
 
-def _line_of(time: Floats, readings: Floats) -> tuple[Floats, float]:
-    """Return the slope (c,) of readings (u, c) over time (u,), per s, and their scatter about that line."""
-    at = time - time.mean()
-    slope = at @ readings / (at @ at)
-    rest = readings - readings.mean(axis=0) - at[:, None] * slope
-    return slope, float(np.sqrt(np.sum(rest**2) / (readings.shape[1] * max(len(readings) - 2, 1))))
+def _line_of(time: Floats, readings: Floats) -> tuple[Floats, Floats]:
+    """Return the slopes (r, c) of readings (r, u, c) over times (r, u), per s, and their scatter (r,) about these."""
+    at = time - time.mean(axis=1, keepdims=True)
+    slope = np.einsum("ru,ruc->rc", at, readings) / (at**2).sum(axis=1)[:, None]
+    rest = readings - readings.mean(axis=1, keepdims=True) - at[:, :, None] * slope[:, None]
+    free = readings.shape[2] * max(readings.shape[1] - 2, 1)
+    return slope, np.sqrt((rest**2).sum(axis=(1, 2)) / free)
 
 
 def _moved(states: LoadStates, run: _Unloaded, scatter: float, part: Part) -> MovedZero | None:
@@ -337,10 +368,10 @@ def _moved(states: LoadStates, run: _Unloaded, scatter: float, part: Part) -> Mo
     if len(readings) < 2:
         return None
     least = max(LEAST_STEP * run.largest_of(part), CLEARLY * scatter)
-    if np.linalg.norm(readings - readings[0], axis=1).max() < least:
+    if ((readings - readings[0]) ** 2).sum(axis=1).max() < least**2:
         return None
-    k, _, about_step = _step_of(readings)
-    _, about_line = _line_of(time[places], readings)
+    (k,), _, (about_step,) = _step_of(readings[None])
+    _, (about_line,) = _line_of(time[None, places], readings[None])
     first, last = int(places[0]), int(places[-1])
     # what neither a step nor a trend explains is several steps, each of which the readings around it show
     if len(readings) == 2:
@@ -360,7 +391,7 @@ def _moved(states: LoadStates, run: _Unloaded, scatter: float, part: Part) -> Mo
         change, around = unloaded[far] - unloaded[0], (first, int(places[far]))
         zero = np.stack([np.interp(time, time[places], column - column[0]) for column in unloaded.T], axis=1)
     else:
-        slope, _ = _line_of(time[places], unloaded)
+        (slope,), _ = _line_of(time[None, places], unloaded[None])
         change, around = slope * (time[last] - time[first]), (first, last)
         zero = (time - time[first])[:, None] * slope
     if kind is not ZeroChange.STEPS and np.linalg.norm(change[part.columns]) < least:

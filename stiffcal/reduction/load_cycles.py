@@ -6,6 +6,7 @@ axes are as good as any.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,8 @@ UNLOADED_SHARE = 0.06
 SAME_DIRECTION = np.cos(np.radians(15.0))
 # Loads of like level differ by less than this share of the run's largest load.
 SAME_LEVEL_SHARE = 0.08
+# Of the moment, 1/m: a lever of a thousand kilometres, such a force is what rounding leaves of none.
+LEAST_FORCE = 1e-6
 
 UNLOADED, LOADING, PEAK, UNLOADING = 0, 1, 2, 3
 BRANCH_NAMES = ("unloaded", "loading", "peak", "unloading")
@@ -55,40 +58,45 @@ def load_vector(wrench: Floats) -> Floats:
 
 def load_unit(wrench: Floats) -> str:
     """Return the unit of `load_vector` of wrenches (n, 6): N, or N·m where no force was applied that matters."""
-    # A lever of a thousand kilometres: such a force is what rounding leaves of none.
-    least = 1e-6 * float(np.max(np.abs(np.nan_to_num(wrench[:, 3:])), initial=0.0))
+    least = LEAST_FORCE * float(np.max(np.abs(np.nan_to_num(wrench[:, 3:])), initial=0.0))
     return "N" if float(np.max(np.abs(wrench[:, :3]), initial=0.0)) > least else "N·m"
 
 
-def _directions(vectors: Floats, loaded: NDArray[np.bool_]) -> tuple[Integers, Integers]:
-    """Number the signed directions and the axes of one run's loads."""
+def _directions(vectors: Floats, size: Floats, loaded: NDArray[np.bool_], run: Integers) -> tuple[Integers, Integers]:
+    """Number the signed directions and the axes of each run's loads, for all runs at once.
+
+    Parameters
+    ----------
+    vectors : (n, 3) N or N·m, of `size` (n,). loaded : (n,). run : (n,) numbers, each in one stretch, from 0.
+    """
     direction = np.full(len(vectors), -1, dtype=np.int64)
-    size = np.sqrt(np.sum(vectors**2, axis=1))
     unit = vectors / np.where(size > 0.0, size, 1.0)[:, None]
     founders: list[Floats] = []
-    waiting = loaded.copy()
-    while waiting.any():
-        # The largest load gives its direction best; it founds the next cluster.
-        founder = unit[int(np.argmax(np.where(waiting, size, -1.0)))]
-        same_direction = waiting & (unit @ founder > SAME_DIRECTION)
-        direction[same_direction] = len(founders)
-        waiting &= ~same_direction
+    waiting = np.flatnonzero(loaded)
+    n_runs = int(run[-1]) + 1 if len(run) else 0
+    # The largest load gives its direction best; it founds the next cluster. Of equal ones the first is taken.
+    waiting = waiting[np.lexsort((waiting, -size[waiting], run[waiting]))]
+    while waiting.size:
+        first = waiting[np.append(True, np.diff(run[waiting]) != 0)]
+        founder = np.zeros((n_runs, 3))
+        founder[run[first]] = unit[first]
+        same_direction = np.einsum("nc,nc->n", unit[waiting], founder[run[waiting]]) > SAME_DIRECTION
+        direction[waiting[same_direction]] = len(founders)
+        waiting = waiting[~same_direction]
         founders.append(founder)
-    axis_of = np.arange(len(founders))
-    if founders:
-        opposite = np.stack(founders) @ np.stack(founders).T < -SAME_DIRECTION
-        for number in range(len(founders)):
-            earlier = np.flatnonzero(opposite[number, :number])
-            if len(earlier):
-                axis_of[number] = axis_of[earlier[0]]
-    axis = np.where(direction >= 0, np.append(axis_of, -1)[direction], -1).astype(np.int64)
+    axis_of = np.tile(np.arange(len(founders) + 1), (n_runs, 1))
+    for number, founder in enumerate(founders):
+        for earlier in range(number - 1, -1, -1):
+            opposite = np.einsum("rc,rc->r", founder, founders[earlier]) < -SAME_DIRECTION
+            axis_of[opposite, number] = axis_of[opposite, earlier]
+    axis = np.where(direction >= 0, axis_of[run, direction], -1).astype(np.int64)
     return direction, axis
 
 
-def _branches(direction: Integers, magnitude: Floats, step: float) -> Integers:
-    """Distinguish loading from unloading within each stretch of one direction."""
+def _branches(direction: Sequence[int], magnitude: Sequence[float], step: float) -> list[int]:
+    """Distinguish loading from unloading within each stretch of one direction, in one run."""
     n = len(direction)
-    branch = np.full(n, UNLOADED, dtype=np.int64)
+    branch = [UNLOADED] * n
     start = 0
     while start < n:
         if direction[start] < 0:
@@ -130,17 +138,30 @@ def find_load_cycles(states: LoadStates) -> LoadCycles:
     loaded_alone, size_alone = _loaded_alone(states)
     magnitude[loaded_alone], branch[loaded_alone], cycle[loaded_alone] = size_alone, PEAK, 1
     direction[loaded_alone] = axis[loaded_alone] = last_direction[loaded_alone] = 0
-    for members in run_members(states.run):
-        if len(members) == 1:
-            continue
-        vectors = load_vector(states.wrench[members])
-        size = np.sqrt(np.sum(vectors**2, axis=1))
-        largest = float(np.max(size, initial=0.0))
-        signed, unsigned = _directions(vectors, size > UNLOADED_SHARE * largest)
-        magnitude[members], direction[members], axis[members] = size, signed, unsigned
-        branch[members] = _branches(signed, size, 0.3 * SAME_LEVEL_SHARE * largest)
-        cycle[members], last_direction[members], first[members] = _count_cycles(signed, unsigned, branch[members])
+    runs = [members for members in run_members(states.run) if len(members) > 1]
+    if not runs:
+        return LoadCycles(magnitude, direction, axis, branch, cycle, last_direction, first)
+    chosen, run = np.concatenate(runs), np.repeat(np.arange(len(runs)), [len(members) for members in runs])
+    starts = np.cumsum([0, *(len(members) for members in runs[:-1])])
+    vectors = _load_vectors(states.wrench[chosen], starts, run)
+    size = np.sqrt(np.sum(vectors**2, axis=1))
+    largest = np.maximum.reduceat(size, starts)
+    signed, unsigned = _directions(vectors, size, size > UNLOADED_SHARE * largest[run], run)
+    magnitude[chosen], direction[chosen], axis[chosen] = size, signed, unsigned
+    for members, step in zip(runs, (0.3 * SAME_LEVEL_SHARE * largest).tolist(), strict=True):
+        own, axes = direction[members].tolist(), axis[members].tolist()
+        branches = _branches(own, magnitude[members].tolist(), step)
+        branch[members] = branches
+        cycle[members], last_direction[members], first[members] = _count_cycles(own, axes, branches)
     return LoadCycles(magnitude, direction, axis, branch, cycle, last_direction, first)
+
+
+def _load_vectors(wrench: Floats, starts: Integers, run: Integers) -> Floats:
+    """Return (n, 3) what `load_vector` gives of each run's wrenches (n, 6); a run begins at each of `starts`."""
+    sizes = np.abs(wrench)
+    force = np.maximum.reduceat(sizes[:, :3].max(axis=1), starts)
+    moment = np.maximum.reduceat(np.nan_to_num(sizes[:, 3:]).max(axis=1), starts)
+    return np.where((force > LEAST_FORCE * moment)[run][:, None], wrench[:, :3], wrench[:, 3:])
 
 
 def _loaded_alone(states: LoadStates) -> tuple[Integers, Floats]:
@@ -156,27 +177,26 @@ def _loaded_alone(states: LoadStates) -> tuple[Integers, Floats]:
 
 
 def _count_cycles(
-    signed: Integers, unsigned: Integers, branch: Integers
-) -> tuple[Integers, Integers, NDArray[np.bool_]]:
+    signed: Sequence[int], unsigned: Sequence[int], branch: Sequence[int]
+) -> tuple[list[int], list[int], list[bool]]:
     """Count, state by state, how often a direction has been loaded, and mark the first time along its axis."""
-    n = len(signed)
-    cycle, last_direction = np.zeros(n, dtype=np.int64), np.full(n, -1, dtype=np.int64)
-    first = np.zeros(n, dtype=np.bool_)
+    cycle, last_direction, first = [], [], []
     count: dict[int, int] = {}
     earlier_axes: set[int] = set()
     current, previous_branch, virgin = -1, UNLOADED, False
-    for i in range(n):
-        if signed[i] >= 0:
+    for own, axis, now in zip(signed, unsigned, branch, strict=True):
+        if own >= 0:
             # A new cycle begins with a new direction, or when the load turns up again without a full release.
-            turned_up = branch[i] in (LOADING, PEAK) and previous_branch in (UNLOADED, UNLOADING)
-            if signed[i] != current or turned_up:
-                count[int(signed[i])] = count.get(int(signed[i]), 0) + 1
-                virgin = int(unsigned[i]) not in earlier_axes
-                earlier_axes.add(int(unsigned[i]))
-            current = int(signed[i])
-            first[i] = virgin and branch[i] == LOADING
-        cycle[i], last_direction[i] = count.get(current, 0), current
-        previous_branch = int(branch[i])
+            turned_up = now in (LOADING, PEAK) and previous_branch in (UNLOADED, UNLOADING)
+            if own != current or turned_up:
+                count[own] = count.get(own, 0) + 1
+                virgin = axis not in earlier_axes
+                earlier_axes.add(axis)
+            current = own
+        first.append(own >= 0 and virgin and now == LOADING)
+        cycle.append(count.get(current, 0))
+        last_direction.append(current)
+        previous_branch = now
     return cycle, last_direction, first
 
 

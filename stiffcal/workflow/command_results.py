@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from stiffcal.documents import NOT_PROMISED, CommandResult, Number, OrAbsent, Origin
 from stiffcal.model.summary import ModelSummary
-from stiffcal.propose.explained import ExplainedColumn
+from stiffcal.propose.explained_column import ExplainedColumn
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
