@@ -87,17 +87,18 @@ _ALIASES: dict[int, dict[str, str]] = {
 # Units written out, in whatever case, as programs of motion capture and LabVIEW write them.
 _WORDS: dict[str, str] = {
     **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
-    **dict.fromkeys(("millimeter", "millimeters", "millimetre", "millimetres"), "mm"),
+    **dict.fromkeys(("millimeter", "millimeters", "millimetre", "millimetres", "毫米", "ミリ"), "mm"),
     **dict.fromkeys(("centimeter", "centimeters", "centimetre", "centimetres"), "cm"),
     **dict.fromkeys(("micrometer", "micrometers", "micrometre", "micrometres", "microns"), "um"),
     **dict.fromkeys(("radian", "radians"), "rad"),
-    **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("newton", "newtons", "牛", "牛顿"), "N"),
     **dict.fromkeys(("newtonmeter", "newton-meter", "newton-meters", "newtonmeters"), "N*m"),
-    **dict.fromkeys(("second", "seconds", "sekunde", "sekunden", "secondes"), "s"),
-    **dict.fromkeys(("millisecond", "milliseconds", "millisekunden"), "ms"),
+    **dict.fromkeys(("second", "seconds", "sekunde", "sekunden", "seconde", "secondes", "segundo", "segundos"), "s"),
+    **dict.fromkeys(("secondo", "secondi", "秒"), "s"),
+    **dict.fromkeys(("millisecond", "milliseconds", "millisekunden", "millisecondes", "毫秒", "ミリ秒"), "ms"),
     **dict.fromkeys(("minute", "minutes", "minuten"), "min"),
     **dict.fromkeys(("celsius", "°celsius"), "degC"),
-    **dict.fromkeys(("degree", "degrees"), "deg"),
+    **dict.fromkeys(("degree", "degrees", "degré", "degrés", "grado", "grados", "gradi", "度"), "deg"),
 }
 
 

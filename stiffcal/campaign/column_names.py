@@ -18,7 +18,7 @@ from stiffcal.quantities import is_known, quantities
 # Words that say where, not what; they are noted and taken off the name.
 PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "fts", "wrench", "mean", "avg")
 JOINT_STEMS = (
-    *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "th", "gelenk", "angle", "winkel", "achswinkel"),
+    *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "θ", "th", "gelenk", "angle", "winkel", "achswinkel"),
     *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
     *("aiposa", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),

@@ -113,9 +113,8 @@ class _Unloaded:
         """Return (u, 3) N or N·m of the unloaded states."""
         return np.asarray(self.wrench[self.places, part.columns])
 
-    @cached_property
     def alike(self) -> Booleans:
-        """(m, m) whether two readings differ by less than a step that counts."""
+        """Return (m, m) whether two readings differ by less than a step that counts."""
         share = self.force / (LEAST_STEP * self.largest)
         squares = (share**2).sum(axis=1)
         return np.asarray(squares[:, None] + squares - 2.0 * (share @ share.T) < 1.0)
@@ -217,21 +216,31 @@ def _accounts(states: LoadStates, run: _Unloaded, scatter: float, part: Part) ->
     """Return the accounts of what the sensor reads in a run whenever the load is taken off; none where that agrees."""
     if part is Part.MOMENT:  # the forces say when the load is off
         return [account for account in (_moved(states, run, scatter, part),) if account is not None]
+    alike = run.alike()
     ends = [*run.places.tolist(), run.members.size]
-    gaps = [place for start, end in pairwise(ends) for place in _new_zero(run, start, end)]
+    gaps = [place for start, end in pairwise(ends) for place in _new_zero(run, alike, start, end)]
     several = replace(run, places=np.array(sorted([*run.places.tolist(), *gaps]), dtype=np.int64))
     accounts = [_moved(states, readings, scatter, part) for readings in ([run, several] if gaps else [run])]
-    return [account for account in (*accounts, *_large_steps(states, run, scatter)) if account is not None]
+    return [account for account in (*accounts, *_large_steps(states, run, alike, scatter)) if account is not None]
 
 
-def _large_steps(states: LoadStates, run: _Unloaded, scatter: float) -> list[MovedZero]:
+def _large_steps(states: LoadStates, run: _Unloaded, alike: Booleans, scatter: float) -> list[MovedZero]:
     """Return accounts of one step as large as a load, after which readings near the old zero are loads."""
     n, number = run.members.size, int(states.run[run.members[0]])
-    least = [run.places.size - k for k in range(run.places.size)]  # more than the readings near the old zero after it
-    groups = [(k, _new_zero(run, int(place), n, least[k])) for k, place in enumerate(run.places)]
-    groups = [(k, group) for k, group in groups if group]
+    groups = []
+    alike_after, stop = (
+        np.zeros(n, dtype=np.int64),
+        n,
+    )  # of each reading, those that differ little and come after `stop`
+    for k in range(run.places.size - 1, -1, -1):
+        start, least = int(run.places[k]) + 1, run.places.size - k  # more than the readings near the old zero after it
+        alike_after += alike[start:stop].sum(axis=0)
+        stop = start
+        if alike_after[start:].max(initial=0) >= max(least, LEAST_RETURNS):
+            group = _new_zero(run, alike, start - 1, n, least)
+            groups += [(k, group)] if group else []
     if groups:
-        k, group = max(groups, key=lambda entry: entry[0] + len(entry[1]))
+        k, group = max(reversed(groups), key=lambda entry: entry[0] + len(entry[1]))
     elif run.places.size and run.places[-1] < n - 1:
         k, group = run.places.size - 1, [n - 1]
     else:
@@ -248,17 +257,18 @@ def _large_steps(states: LoadStates, run: _Unloaded, scatter: float) -> list[Mov
     return [started_at(account, group[0])]
 
 
-def _new_zero(run: _Unloaded, start: int, end: int, least: int = LEAST_RETURNS) -> list[int]:
+def _new_zero(run: _Unloaded, alike: Booleans, start: int, end: int, least: int = LEAST_RETURNS) -> list[int]:
     """Return the states between two at which the load is off, though the zero has moved by as much as a load.
 
     They are what the load returns to, between loads in directions other than that of the change.
 
     Parameters
     ----------
-    start : an unloaded state. end : the next one, or the number of states. least : of them.
+    alike : (m, m) which readings of the run differ little. start : an unloaded state. end : the next one, or the number
+        of states. least : of them.
     """
     force = run.force[start + 1 : end] - run.force[start]
-    alike = run.alike[start + 1 : end, start + 1 : end]
+    alike = alike[start + 1 : end, start + 1 : end]
     returns = alike.sum(axis=1)
     least = max(least, LEAST_RETURNS)
     if returns.max(initial=0) < least:

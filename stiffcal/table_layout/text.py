@@ -231,7 +231,7 @@ def _delimiter(lines: Sequence[str], wanted: Collection[str], skip_rows: int | N
     below = judged[-max(3, min(_LINES_JUDGED, len(judged) // 2)) :]
     present = "".join(judged)
     apart = sum(1 for line in below if _NUMBERS_APART.search(line))
-    best, merit = "", (False, 0.0, False, 0)
+    best, merit = "", (False, 0.0, 0, 0)
     for candidate in DELIMITERS:
         if candidate not in present or (candidate == BLANKS and 2 * apart < len(below)):
             continue
@@ -243,8 +243,11 @@ def _delimiter(lines: Sequence[str], wanted: Collection[str], skip_rows: int | N
 
 def _merit(
     judged: Sequence[str], below: Sequence[str], delimiter: str, wanted: Collection[str], decimal: str | None
-) -> tuple[bool, float, bool, int]:
-    """Return what speaks for a delimiter: wanted names, share of cells that are numbers, a header as wide, cells."""
+) -> tuple[bool, float, int, int]:
+    """Return what speaks for a delimiter: wanted names, share of cells that are numbers, a header as wide, cells.
+
+    A header of just as many names speaks for it more than a wider one: blanks cut dates into two, and units off names.
+    """
     rows, _ = rows_of_lines(below, delimiter)
     names, _ = rows_of_lines(judged[: _LINES_JUDGED + 1], delimiter)
     held = bool(wanted) and any(set(wanted) <= set(without_comment_sign(row, 0)) for row in names)
@@ -255,5 +258,6 @@ def _merit(
     filled = [cell for row in rows if len(row) == width for cell in row if cell]
     numbers = sum(is_reading(cell, mark, thousands) or is_gap(cell) for cell in filled)
     share = numbers / max(1, sum(1 for row in rows for cell in row if cell))
-    as_wide = any(len(row) >= width and not any(is_reading(cell, mark, thousands) for cell in row) for row in names)
+    of_words = [row for row in names if not any(is_reading(cell, mark, thousands) for cell in row)]
+    as_wide = max((1 + (len(row) == width) for row in of_words if len(row) >= width), default=0)
     return held, round(share, 2), as_wide, width

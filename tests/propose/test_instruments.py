@@ -124,6 +124,11 @@ def dated(form: str) -> str:
     return "Zeitstempel;Kraft X [N];Kraft Y [N];Kraft Z [N]\n" + lines_of(next_to(words, FORCE), ";")
 
 
+def joints_named(name: str) -> str:
+    head = ",".join(["t", *(name.format(k) for k in range(1, 7))]) + "\n"
+    return head + lines_of(next_to(TIME, JOINTS), ",")
+
+
 def low_resolution() -> str:
     steps = np.floor(TIME / 0.05) * 50
     head = "Name;PLC force cell\nSampleTime[ms];20\nUnit;ms / N\n\nTime [ms];Fx;Fy;Fz\n"
@@ -169,6 +174,15 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
     "libfranka": (franka, "log.csv", "utf-8", ANGLES),
     "day first": (lambda: dated("20.11.2026 10:15:{comma}"), "scope.csv", "utf-16", WRENCH),
     "month first": (lambda: dated("11/20/2026 10:15:{seconds} AM"), "scope.log", "utf-8", WRENCH),
+    "dates of two words between tabs": (
+        lambda: dated("20/11/2026 10:15:{comma}").replace(";", "\t"),
+        "scope.txt",
+        "utf-8",
+        WRENCH,
+    ),
+    "joints in Spanish": (lambda: joints_named("Eje{} [grados]"), "j.csv", "utf-8", ANGLES),
+    "joints in Chinese": (lambda: joints_named("关节{}(度)"), "j.csv", "utf-16", ANGLES),
+    "joints in Greek letters": (lambda: joints_named("θ{} [°]"), "j.csv", "utf-8", ANGLES),
     "a time of day": (lambda: dated("10:15:{comma}"), "scope.csv", "utf-8-sig", WRENCH),
     "C, Unix": (lambda: dated("Fri Nov 20 10:15:{seconds} 2026"), "scope.csv", "utf-8", WRENCH),
     "month in words": (lambda: dated("Nov 20, 2026 10:15:{seconds} AM"), "scope.csv", "utf-8", WRENCH),
