@@ -1,23 +1,21 @@
 """The model in poses left out of the fit.
 
 Held out are *poses*: all runs whose joints agree within 1° fall into one fold, and a fold is left out whole.
-Around the full fit the problem is linear to within a fraction of a standard uncertainty, so that leaving a fold out is
-a matter of the folds' triangular factors and not of new fits. An held-out run's constant offset (the error of its
+Around the full fit the problem is linear to within a fraction of a standard uncertainty, so that leaving a fold out
+needs no new fit (`stiffcal.estimation.leave_out`). An held-out run's constant offset (the error of its
 reference) is the weighted mean of its own residuals, and the lost degree of freedom is counted by √(n/(n − 1)).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.estimation.bounded_least_squares import column_scale
 from stiffcal.estimation.constants import stretches
-from stiffcal.estimation.triangular import Reduced, triangular
+from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, fit_problem, raw_whitening
 from stiffcal.identification.load_rows import LoadRows
@@ -151,7 +149,7 @@ def _without_model(data: Observations, whitening: Whitening) -> Floats:
 
 
 def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
-    """Leave each fold out in turn, from the folds' triangular factors about the full fit.
+    """Leave each fold out in turn, about the full fit.
 
     Parameters
     ----------
@@ -159,18 +157,17 @@ def left_out_residuals(fit: Fit, fold: Integers) -> HeldoutResiduals:
     fold : (n,) fold numbers; states of a run share one.
     """
     data = fit.data
-    about = _About.of(fit, fold)
-    centred = about.rows.space.centred(about.rows.stack)
+    rows, problem = _leave_out(fit, fold)
+    centred = rows.space.centred(rows.stack)
     residual = centred[-1].copy()
-    for members, reduced in zip(about.folds, about.without_each(), strict=True):
-        step = _solve_without_fold(reduced, *about.rows.steps_within)
+    for members, step in zip(members_of(fold), problem.steps, strict=True):
         residual[:, members] -= np.einsum("pmn,p->mn", centred[:-1][:, :, members], step)
     residual = corrected_for_freedom(residual, data)
-    return HeldoutResiduals(LEAVE_ONE_POSE_OUT, residual, _without_model(data, about.rows.space.whitening), data, fold)
+    return HeldoutResiduals(LEAVE_ONE_POSE_OUT, residual, _without_model(data, rows.space.whitening), data, fold)
 
 
 def estimates_without_each(fit: Fit, fold: Integers, name: str) -> Floats:
-    """Return (F,) one parameter as it is estimated without each fold, from the folds' factors about the full fit.
+    """Return (F,) one parameter as it is estimated without each fold, about the full fit.
 
     NaN where the other folds do not determine it. The others keep within their bounds, as in each fit; it itself has
     none: an estimate kept at its limit would seem surer than it is.
@@ -183,79 +180,18 @@ def estimates_without_each(fit: Fit, fold: Integers, name: str) -> Floats:
     ------
     ValueError : no free parameter has this name.
     """
-    about = _About.of(fit, fold)
-    number = about.rows.unknowns.names.index(name)
-    lowest, highest = about.rows.steps_within
-    lowest[number], highest[number] = -np.inf, np.inf
-    steps = [
-        _solve_without_fold(reduced, lowest, highest)[number] if _determines(reduced.factor, number) else np.nan
-        for reduced in about.without_each()
-    ]
-    return np.asarray(about.rows.values[number] + np.array(steps), dtype=np.float64)
+    rows, problem = _leave_out(fit, fold)
+    number = rows.unknowns.names.index(name)
+    steps = problem.without_bounds(number).steps[:, number]
+    return np.asarray(np.where(problem.determined(number), rows.values[number] + steps, np.nan), dtype=np.float64)
 
 
-def _determines(factor: Floats, number: int) -> bool:
-    """Return whether a triangular factor (p, p) determines a parameter, whatever it leaves open of the others."""
-    _, singular, directions = np.linalg.svd(factor / column_scale(factor))
-    left_open = directions[singular <= 1e-9 * singular[0], number]
-    return bool(np.sum(left_open**2) < 1e-9)
-
-
-@dataclass(frozen=True)
-class _About:
-    """A fit's data about its estimates, where they are linear, with the triangular factor of each fold."""
-
-    rows: LoadRows
-    """Readings about the estimates of p free parameters."""
-    folds: Sequence[Integers]
-    """Members of each fold."""
-    factors: Sequence[Floats]
-    """(p + 1, p + 1) of each fold."""
-
-    @classmethod
-    def of(cls, fit: Fit, fold: Integers) -> Self:
-        # of an unknown noise kinds of readings count by their own size, which no model changes: models are compared
-        rows = fit.linearised(raw_whitening(fit.data, None) if fit.noise is None else None)
-        white = rows.white.reshape(rows.stack.shape)
-        folds = members_of(fold)
-        return cls(rows, folds, [triangular(white[:, :, members].reshape(len(white), -1).T) for members in folds])
-
-    def without_each(self) -> Iterator[Reduced]:
-        """Yield the problem without each fold."""
-        p, prior = len(self.rows.values), self.rows.prior
-        for factor in factors_without_each(self.factors, triangular(prior) if len(prior) else None):
-            yield Reduced(factor[:p, :p], factor[:p, p], 0.0, 0)
-
-
-def factors_without_each(factors: Sequence[Floats], outside: Floats | None = None) -> Iterator[Floats]:
-    """Yield, for every triangular factor, that of all the others together.
-
-    Halving shares the work: what one half has in common is brought to triangular form once for all of the other half,
-    so that the time grows with N log N.
-
-    Parameters
-    ----------
-    factors : N ≥ 1 factors (k, k). outside : of rows that are in none of them; None: there are no such rows.
-    """
-    if len(factors) == 1:
-        yield np.zeros_like(factors[0]) if outside is None else outside
-        return
-    middle = len(factors) // 2
-    halves = factors[:middle], factors[middle:]
-    for half, other_half in (halves, halves[::-1]):
-        shared = triangular(np.vstack([*other_half] if outside is None else [outside, *other_half]))
-        yield from factors_without_each(half, shared)
-
-
-def _solve_without_fold(reduced: Reduced, lowest: Floats, highest: Floats) -> Floats:
-    """Solve for the step without a fold; directions that only the fold measured stay where the full fit has them."""
-    if len(lowest) == 0:
-        return np.zeros(0)
-    scale = column_scale(reduced.factor)
-    singular = np.linalg.svd(reduced.factor / scale, compute_uv=False)
-    if singular[-1] > 1e-9 * singular[0]:
-        return reduced.solve_bounded(lowest, highest, independent=True)[0]
-    return np.clip(reduced.solve(), lowest, highest)
+def _leave_out(fit: Fit, fold: Integers) -> tuple[LoadRows, LeaveOut]:
+    """Return a fit's rows about its estimates, where they are linear, and folds (n,) of its states left out."""
+    # of an unknown noise kinds of readings count by their own size, which no model changes: models are compared
+    rows = fit.linearised(raw_whitening(fit.data, None) if fit.noise is None else None)
+    positions = np.arange(rows.measured.size).reshape(rows.measured.shape)
+    return rows, LeaveOut.of(rows, [positions[:, members].ravel() for members in members_of(fold)])
 
 
 __all__ = [

@@ -18,14 +18,13 @@ from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.estimation.triangular import triangular, triangular_of_rows
+from stiffcal.estimation.triangular import triangular_of_rows
 from stiffcal.identification.identify import Settings, fit_problem, identify_parameters
 from stiffcal.identification.regressors import StoredRegressor
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.validation.heldout import factors_without_each
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
@@ -104,17 +103,6 @@ def test_structure_run_by_run_is_that_of_all_runs_together() -> None:
     share = (total - rest - by_chance) / avoidable
     found = {one.follows: one.share for one in what_it_follows(scan, states)}
     assert found["joint angle"] == pytest.approx(min(share, 1.0), rel=1e-9)
-
-
-@pytest.mark.parametrize("n", [2, 3, 7, 8])
-def test_a_factor_without_each_is_that_of_all_others(n: int) -> None:
-    """RᵀR is the sum of the others' inner products."""
-    rng = np.random.default_rng(n)
-    pieces = [rng.normal(size=(9, 4)) for _ in range(n)]
-    factors = [triangular(piece) for piece in pieces]
-    for number, found in enumerate(factors_without_each(factors)):
-        others = np.vstack([piece for k, piece in enumerate(pieces) if k != number])
-        assert np.allclose(found.T @ found, others.T @ others, rtol=1e-12, atol=1e-12)
 
 
 def test_a_factor_of_many_rows_is_made_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,96 @@
+"""Fits without each fold are those that are made from the other rows alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.estimation.leave_out import LeaveOut
+
+
+def drawn(rng: np.random.Generator) -> LeaveOut:
+    """Return a small problem: folds of one to many rows, some in none, bounds, some unknowns on them, and priors."""
+    p, n = int(rng.integers(1, 6)), int(rng.integers(12, 60))
+    columns = rng.normal(size=(p, n)) * 10.0 ** rng.uniform(-4, 4, (p, 1))
+    truth = rng.normal(size=p) / np.linalg.norm(columns, axis=1) * 3.0
+    wanted = truth @ columns + rng.normal(size=n)
+    size = 1.0 / np.linalg.norm(columns, axis=1)
+    lower = np.where(rng.random(p) < 0.5, -rng.random(p) * size, -np.inf)
+    upper = np.where(rng.random(p) < 0.3, rng.random(p) * size, np.inf)
+    lower = np.where(rng.random(p) < 0.2, 0.0, lower)
+    r = int(rng.integers(0, 3))
+    prior = np.concatenate([rng.normal(size=(r, p)) / size, rng.normal(size=(r, 1))], axis=1)
+    fold = rng.integers(0, rng.integers(2, 9), n)
+    if rng.random() < 0.3:
+        fold = np.arange(n)  # single rows
+    elif rng.random() < 0.3:
+        # the first unknown is measured by one fold alone, or nearly so
+        columns[0, fold != 0] *= float(rng.choice([0.0, 1e-7]))
+    folds = [np.flatnonzero(fold == number) for number in np.unique(fold) if number != 7]
+    return LeaveOut(np.vstack([columns, wanted]), folds, prior, lower, upper)
+
+
+def refit(problem: LeaveOut, kept: Integers) -> tuple[Floats, float]:
+    """Return what scipy finds of some rows and the prior, and by how many standard errors it may be off."""
+    matrix = np.vstack([problem.white[:-1, kept].T, problem.prior[:, :-1]])
+    wanted = np.append(problem.white[-1, kept], problem.prior[:, -1])
+    scale = np.linalg.norm(matrix, axis=0)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    answer = lsq_linear(
+        matrix / scale, wanted, (problem.lower * scale, problem.upper * scale), method="bvls", tol=1e-15
+    )
+    return answer.x / scale, float(np.sum((matrix @ (answer.x / scale) - wanted) ** 2))
+
+
+def squares(problem: LeaveOut, kept: Integers, x: Floats) -> float:
+    matrix = np.vstack([problem.white[:-1, kept].T, problem.prior[:, :-1]])
+    return float(np.sum((matrix @ x - np.append(problem.white[-1, kept], problem.prior[:, -1])) ** 2))
+
+
+def test_two_hundred_problems_against_plain_refits() -> None:
+    rng = np.random.default_rng(39)
+    deleted = 0
+    for _ in range(200):
+        problem = drawn(rng)
+        deleted += int(problem._by_deletion()[1].sum())
+        every = np.arange(problem.white.shape[1])
+        for step, fold in zip(problem.steps[:6], problem.folds[:6], strict=False):
+            kept = np.setdiff1d(every, fold)
+            expected, least = refit(problem, kept)
+            assert np.all((step >= problem.lower) & (step <= problem.upper))
+            # of dependent unknowns many answers leave as little
+            assert squares(problem, kept, step) <= least * (1.0 + 1e-9) + 1e-9
+            matrix = np.vstack([problem.white[:-1, kept].T, problem.prior[:, :-1]])
+            scale = np.linalg.norm(matrix, axis=0)
+            if scale.all() and np.linalg.cond(matrix / scale) < 1e6:
+                np.testing.assert_allclose(step * scale, expected * scale, atol=1e-7)
+    assert deleted > 500  # the formula answers most, not the refits that it falls back on
+
+
+@pytest.mark.parametrize("p", [0, 2])
+def test_rows_left_out_and_columns_added(p: int) -> None:
+    rng = np.random.default_rng(5)
+    white = rng.normal(size=(p + 1, 30))
+    folds = [np.arange(k, 24, 4) for k in range(4)]  # six rows are in no fold
+    infinite = np.full(p, np.inf)
+    problem = LeaveOut(white, folds, np.zeros((0, p + 1)), -infinite, infinite)
+    added = rng.normal(size=(1, 30))
+    more = problem.with_columns(added, np.zeros(1), np.full(1, np.inf))
+    for fold in folds:
+        kept = np.setdiff1d(np.arange(30), fold)
+        expected, _ = refit(more, kept)
+        np.testing.assert_allclose(more.residual[fold], white[-1, fold] - expected @ more.white[:-1, fold], atol=1e-12)
+    assert problem.steps.shape == (4, p)
+
+
+def test_what_one_fold_alone_determines() -> None:
+    rng = np.random.default_rng(6)
+    white = rng.normal(size=(3, 12))
+    white[1, 4:] = 0.0
+    infinite = np.full(2, np.inf)
+    problem = LeaveOut(white, [np.arange(4), np.arange(4, 8), np.arange(8, 12)], np.zeros((0, 3)), -infinite, infinite)
+    assert problem.determined(1).tolist() == [False, True, True]
+    assert problem.determined(0).tolist() == [True, True, True]
+    assert problem.steps[0, 1] == 0.0
