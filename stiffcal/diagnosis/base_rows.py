@@ -24,11 +24,6 @@ def choice_groups(n_folds: int) -> Integers:
     return np.arange(n_folds, dtype=np.int64) % min(n_folds, CHOICE_FOLDS)
 
 
-def has_prior(prior: Floats | None) -> bool:
-    """Return whether anything is known of a parameter before the data."""
-    return prior is not None and bool(prior.any())
-
-
 def sorted_by_fold(folds: Sequence[Integers]) -> tuple[Integers, list[slice]]:
     """Return (m · n,) indices that sort whitened rows by fold, and the rows of each fold after sorting."""
     ends = np.cumsum([len(fold) for fold in folds])
@@ -38,7 +33,6 @@ def sorted_by_fold(folds: Sequence[Integers]) -> tuple[Integers, list[slice]]:
 def of_folds(
     rows: Floats,
     cuts: Sequence[slice],
-    prior: Floats | None,
     few: FewRows | None = None,
     outside: Floats | None = None,
 ) -> FoldProducts | AddedColumns:
@@ -47,14 +41,13 @@ def of_folds(
     Parameters
     ----------
     cuts : the rows of each fold.
-    prior : as in `fold_products`, which folds of few rows do not take.
     few : the first of these rows, where they are prepared already.
-    outside : as in `FoldProducts`, which folds of few rows do not take either.
+    outside : as in `FoldProducts`, which folds of few rows do not take.
     """
-    if few is None and outside is None and not has_prior(prior):
+    if few is None and outside is None:
         few = FewRows.of(rows[:-1], cuts)
     if few is None:
-        return FoldProducts.of(rows, cuts, prior, outside)
+        return FoldProducts.of(rows, cuts, outside)
     return AddedColumns(few, np.ascontiguousarray(rows[few.columns.shape[1] :].T))
 
 
@@ -98,31 +91,28 @@ class BaseRows:
     """Its score, of the sorted rows."""
     outside: Floats
     """(r, p + 1) rows of what is known of the base model's parameters before, in no fold; the residual last."""
-    prior: Floats | None = None
-    """(p,) precision of the base columns' parameters before the data; None: none."""
-
     few: FewRows | None = None
     """The base columns, where folds have few rows."""
 
     @cached_property
     def inner(self) -> Floats:
         """(F, p, p) inner products of the base columns, by fold."""
-        return fold_products(self.rows, self.cuts, self.prior)
+        return fold_products(self.rows, self.cuts)
 
     @classmethod
     def of(
         cls, state: RegressorMaker, space: RowSpace, stack: Floats, folds: Sequence[Integers], low: Floats,
-        high: Floats, outside: Floats, prior: Floats | None = None,
+        high: Floats, outside: Floats,
     ) -> BaseRows:  # fmt: skip
-        """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual, ``prior`` (p,) their precision."""
+        """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual."""
         order, cuts = sorted_by_fold(folds)
         rows = space.rows(stack)[:, order]
         known = inner_outside(outside, len(low))
-        whole, groups = of_folds(rows, cuts, prior, outside=known), choice_groups(len(folds))
+        whole, groups = of_folds(rows, cuts, outside=known), choice_groups(len(folds))
         base, inner = score_variants([whole], low, high, groups), whole.total[:-1, :-1]
         few = whole.base if isinstance(whole, AddedColumns) else None
         return cls(
-            state, space, rows[:-1], rows[-1:], order, cuts, inner, groups, low, high, base, outside, prior, few
+            state, space, rows[:-1], rows[-1:], order, cuts, inner, groups, low, high, base, outside, few
         )  # fmt: skip
 
     def rows_of(self, regressor: Regressor) -> Floats:

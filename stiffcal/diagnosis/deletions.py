@@ -204,15 +204,13 @@ def _without_groups(
     """
     group_of_row = groups[scan.fold_of_row]
     products = fold_products(data, [np.flatnonzero(group_of_row == group) for group in range(int(groups.max()) + 1)])
-    prior = np.zeros(len(data) - 1)
-    if scan.prior is not None:
-        prior[: len(scan.prior)] = scan.prior / len(groups)
-        first = np.arange(len(prior))
-        products[:, first, first] += np.bincount(groups)[:, None] * prior
-    outside = inner_outside(scan.outside, len(prior))
+    before, base = scan.outside, len(scan.columns)
+    outside = inner_outside(before, len(data) - 1)
     rest = without_rows(products.sum(axis=0) + (0.0 if outside is None else outside), products)
     solutions = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], *bounds, trial.score.solution)
-    errors = np.stack([scan.by_fold((data[-1] - x @ data[:-1]) ** 2) + prior @ x**2 for x in solutions])
+    # what misses what is known before is an error of all poses alike
+    missed = np.sum((before[:, -1] - solutions[:, :base] @ before[:, :-1].T) ** 2, axis=1) / len(groups)
+    errors = np.stack([scan.by_fold((data[-1] - x @ data[:-1]) ** 2) for x in solutions]) + missed[:, None]
     return solutions, errors
 
 

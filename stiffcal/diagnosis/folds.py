@@ -31,17 +31,9 @@ class LeftOutFolds:
     """(F, k) the parameters of these fits; None where folds have few rows, whose number is that of the readings."""
 
 
-def fold_products(rows: Floats, folds: Sequence[Integers | slice], prior: Floats | None = None) -> Floats:
-    """Return (F, k, k) inner products of rows (k, m · n), fold by fold.
-
-    ``prior`` (p,) is the precision of the first p columns' parameters before the data, about zero: each fold holds an
-    equal part of it, as if every pose brought a reading of them.
-    """
-    products = np.stack([rows[:, fold] @ rows[:, fold].T for fold in folds])
-    if prior is not None:
-        first = np.arange(len(prior))
-        products[:, first, first] += prior / len(folds)
-    return products
+def fold_products(rows: Floats, folds: Sequence[Integers | slice]) -> Floats:
+    """Return (F, k, k) inner products of rows (k, m · n), fold by fold."""
+    return np.stack([rows[:, fold] @ rows[:, fold].T for fold in folds])
 
 
 def inner_outside(outside: Floats, k: int) -> Floats | None:
@@ -70,15 +62,9 @@ class FoldProducts:
     """(k + 1, k + 1) inner products of what is known before and stays when a fold is left out; None: nothing is."""
 
     @classmethod
-    def of(
-        cls,
-        rows: Floats,
-        folds: Sequence[Integers | slice],
-        prior: Floats | None = None,
-        outside: Floats | None = None,
-    ) -> FoldProducts:
-        """Prepare rows (k + 1, N), residual last; ``prior`` as in `fold_products`."""
-        return cls(fold_products(rows, folds, prior), rows, folds, outside)
+    def of(cls, rows: Floats, folds: Sequence[Integers | slice], outside: Floats | None = None) -> FoldProducts:
+        """Prepare rows (k + 1, N), residual last."""
+        return cls(fold_products(rows, folds), rows, folds, outside)
 
     @cached_property
     def total(self) -> Floats:

@@ -82,7 +82,7 @@ def residual_without_folds(scan: LoadScan, trial: Trial | None, fold: Integers) 
     low, high = scan.bounds if trial is None else bounds_with(scan, trial.regressor)
     rows = scan.space.rows(np.concatenate([columns, residual[None]]))
     outside = inner_outside(scan.outside, len(columns))
-    products = FoldProducts.of(rows, fold_rows(scan.fit.data, fold), scan.prior, outside)
+    products = FoldProducts.of(rows, fold_rows(scan.fit.data, fold), outside)
     left, _ = products.left_out(low, high, score.solution)
     own = _own_columns(scan, len(columns))
     assert left.without is not None  # folds of many rows keep the parameters

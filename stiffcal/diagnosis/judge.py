@@ -291,13 +291,10 @@ def _not_reproduced(scan: Scan, trial: Trial, other_trial: Trial) -> float:
     aim = values[:base] @ rows[:base] + values[base:] @ rows[width:-1] + rows[-1]
     columns = rows[:width]
     normal = columns @ columns.T
-    known = np.zeros(base) if scan.prior is None else scan.prior
-    normal[range(base), range(base)] += known
-    normal[:base, :base] += scan.outside[:, :-1].T @ scan.outside[:, :-1]
+    known, target = scan.outside[:, :-1], scan.outside[:, -1]
+    normal[:base, :base] += known.T @ known
     right = columns @ aim
-    known_before = scan.outside[:, :-1]
-    right[:base] += known_before.T @ (known_before @ values[:base])
+    right[:base] += known.T @ target
     solution = solve_within(normal, right, *bounds_with(scan, other))
-    left = float(solution @ (normal @ solution - 2.0 * right) + aim @ aim)
-    left += float(np.sum((known_before @ values[:base]) ** 2))
-    return max(left - float(known @ values[:base] ** 2), 0.0)
+    left = float(solution @ (normal @ solution - 2.0 * right) + aim @ aim + target @ target)
+    return max(left - float(np.sum((target - known @ values[:base]) ** 2)), 0.0)

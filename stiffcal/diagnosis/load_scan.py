@@ -159,20 +159,21 @@ class LoadGround:
         fold = pose_folds(data)
         folds = fold_rows(data, fold)
         low, high = about.steps_within
-        prior, outside = None, about.prior
+        outside = about.prior
         if geometry is not None:
             nuisance = geometry.directions(space, base_columns)
+            p, q = len(base_columns), len(nuisance)
             base_columns = np.concatenate([base_columns, nuisance])
-            prior = np.repeat([0.0, 1.0], [len(low), len(nuisance)])
-            outside = np.insert(outside, [len(low)] * len(nuisance), 0.0, axis=1)
-            free = np.full(len(nuisance), np.inf)
+            outside = np.insert(outside, [p] * q, 0.0, axis=1)
+            outside = np.concatenate([outside, np.eye(q, p + q + 1, p)])
+            free = np.full(q, np.inf)
             low, high = np.append(low, -free), np.append(high, free)
         stack = np.concatenate([base_columns, residual[None]])
-        rows = BaseRows.of(state, space, stack, folds, low, high, outside, prior)
+        rows = BaseRows.of(state, space, stack, folds, low, high, outside)
         scan = LoadScan(
             fit=fit, base=in_order(rows.base, rows.order), trials=(), folds=tuple(folds), groups=rows.groups,
             dof=about.dof, n_columns=len(about.values), n_tried=1, space=space, columns=base_columns, residual=residual,
-            bounds=(rows.low, rows.high), fold_of_state=fold, source=source, prior=prior, outside=outside,
+            bounds=(rows.low, rows.high), fold_of_state=fold, source=source, outside=outside,
             geometry=geometry,
         )  # fmt: skip
         return cls(scan, rows, state)

@@ -105,13 +105,11 @@ class Scan:
     """(p + q,) lower and upper, how far the base model's parameters and the nuisance errors can go."""
     outside: Floats = field(kw_only=True)
     """(r, p + q + 1) rows of what is known of them before, in no fold, the residual last."""
-    prior: Floats | None = field(default=None, kw_only=True)
-    """(p + q,) precision of each before the data: zero of the model's own parameters; None without nuisance errors."""
 
     @property
     def residual_dof(self) -> int:
         """Degrees of freedom of the base model's sum of squares, to which what is known before belongs."""
-        return self.dof + int(np.count_nonzero(self.outside.any(axis=1))) - self.n_columns
+        return self.dof + int(np.count_nonzero(self.outside.any(axis=1))) - len(self.columns)
 
     @property
     def own_columns(self) -> Floats:
@@ -132,14 +130,14 @@ class Scan:
 
     def products(self, rows: Floats) -> FoldProducts:
         """Return inner products of rows (k + 1, m · n) fold by fold, `columns` first, residual last."""
-        return FoldProducts.of(rows, self.folds, self.prior, inner_outside(self.outside, len(rows) - 1))
+        return FoldProducts.of(rows, self.folds, inner_outside(self.outside, len(rows) - 1))
 
     def score_of(self, rows: Floats, low: Floats, high: Floats) -> Score:
         """Score rows (k + 1, m · n), `columns` first, residual last, as an addition to the model within bounds (k,)."""
         order, cuts = sorted_by_fold(self.folds)
         base = replace(self.base, left=replace(self.base.left, residual=self.base.left.residual[order]))
         known = inner_outside(self.outside, len(low))
-        whole = of_folds(rows[:, order], cuts, self.prior, outside=known)
+        whole = of_folds(rows[:, order], cuts, outside=known)
         score = score_variants([whole], low, high, self.groups, base)
         return in_order(score, order)
 

@@ -53,6 +53,21 @@ def test_the_score_is_that_of_readings_with_the_geometry_in_their_covariance(cam
     assert scan.base.sum_of_squares == pytest.approx(float(left @ left), rel=1e-8)
 
 
+def test_a_pose_left_out_takes_nothing_of_what_is_known_of_the_geometry(campaign: Hidden, fit: Fit) -> None:
+    scan = scan_candidates(fit, [], geometry=nuisance_of(campaign.states, fit))
+    rows = scan.space.rows(np.concatenate([scan.columns, scan.residual[None]]))
+    errors = np.arange(len(scan.columns)) >= scan.n_columns
+    for number, fold in enumerate(scan.folds[:3]):
+        others = np.delete(np.arange(rows.shape[1]), fold)
+        # every error of the geometry has its prior of unit variance, once
+        matrix = np.vstack([rows[:-1, others].T, np.diag(errors.astype(np.float64))])
+        wanted = np.append(rows[-1, others], np.zeros(len(errors)))
+        scale = np.linalg.norm(matrix, axis=0)
+        refit = np.linalg.lstsq(matrix / scale, wanted, rcond=None)[0] / scale
+        left = rows[-1, fold] - refit @ rows[:-1, fold]
+        assert scan.base.heldout[number] == pytest.approx(float(left @ left), rel=1e-6)
+
+
 def test_directions_looked_for_in_some_runs_are_those_of_the_whole_chain(campaign: Hidden, fit: Fit) -> None:
     nuisance = nuisance_of(campaign.states, fit)
     axis = np.random.default_rng(3).normal(size=len(nuisance.sizes))

@@ -74,13 +74,16 @@ def test_the_shape_is_chosen_without_the_fold_it_is_judged_on() -> None:
 def test_the_change_of_a_prediction_is_of_the_variant_that_is_judged() -> None:
     """Also of what a variant adds without a parameter, and without what a prior adds to the inner products."""
     rng, open_to = np.random.default_rng(5), np.full(2, np.inf)
-    folds, groups, prior = [np.arange(k, 60, 3) for k in range(3)], np.arange(3), np.array([2.0])
+    folds, groups, prior = [np.arange(k, 60, 3) for k in range(3)], np.arange(3), np.array([[1.4, 0.0]])
     column, residual = rng.normal(size=(2, 60))
     base = score_variants(
-        [FoldProducts.of(np.stack([column, residual]), folds, prior)], -open_to[:1], open_to[:1], groups
+        [FoldProducts.of(np.stack([column, residual]), folds, inner_outside(prior, 1))],
+        -open_to[:1],
+        open_to[:1],
+        groups,
     )
     variants = [
-        FoldProducts.of(np.stack([column, rng.normal(size=60), residual - fixed]), folds, prior)
+        FoldProducts.of(np.stack([column, rng.normal(size=60), residual - fixed]), folds, inner_outside(prior, 2))
         for fixed in 0.3 * rng.normal(size=(4, 60))
     ]
     alone = [score_variants([variant], -open_to, open_to, groups, base) for variant in variants]
