@@ -6,11 +6,11 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.choosing import choice_without_each_group
-from stiffcal.diagnosis.folds import FoldProducts, inner_outside
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated, ErrorInExperiment
 from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
 from stiffcal.diagnosis.scan import Trial, bounds_with
 from stiffcal.diagnosis.scoring import Score
+from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import amplitudes, with_estimates
 from stiffcal.identification.fit import Fit
 from stiffcal.measurements.experiment import Experiment
@@ -81,12 +81,10 @@ def residual_without_folds(scan: LoadScan, trial: Trial | None, fold: Integers) 
     residual = residual.copy()
     low, high = scan.bounds if trial is None else bounds_with(scan, trial.regressor)
     rows = scan.space.rows(np.concatenate([columns, residual[None]]))
-    outside = inner_outside(scan.outside, len(columns))
-    products = FoldProducts.of(rows, fold_rows(scan.fit.data, fold), outside)
-    left, _ = products.left_out(low, high, score.solution)
+    known = np.insert(scan.outside, [len(scan.columns)] * (len(columns) - len(scan.columns)), 0.0, axis=1)
+    problem = LeaveOut(rows, fold_rows(scan.fit.data, fold), known, low, high)
     own = _own_columns(scan, len(columns))
-    assert left.without is not None  # folds of many rows keep the parameters
-    for values, members in zip(left.without, members_of(fold), strict=True):
+    for values, members in zip(problem.steps, members_of(fold), strict=True):
         residual[:, members] -= np.tensordot(values * own, columns[:, :, members], axes=1)
     _take_out_slip(residual, score, columns, own)
     return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
