@@ -18,6 +18,7 @@ from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
 from stiffcal.diagnosis.thresholds import LINGERING
+from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import amplitudes
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import raw_whitening
@@ -229,5 +230,7 @@ def _slip(
         for stretch in load_stretches(data, members)
     ]
     number = int(np.searchsorted(np.unique(fold), fold[first]))
-    score = score_in_run(score, ground.base, folds, rows, stretches, number, ground.groups, *bounds)
+    p, q = len(ground.rows), len(regressor.symbols)
+    known = np.insert(ground.outside, [p] * q, 0.0, axis=1)
+    score = score_in_run(score, ground.base, LeaveOut(rows, stretches, known, *bounds), number, ground.groups)
     return Trial(candidate, regressor, score, data.n_states)

@@ -11,15 +11,13 @@ in its stead (physics, section 4).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.folds import FoldProducts
-from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
 from stiffcal.diagnosis.scoring import Score
+from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.row_layout import GAUGE, TRANSLATION
@@ -84,13 +82,9 @@ def load_stretches(data: Observations, members: Integers) -> list[Integers]:
 def score_in_run(
     score: Score,
     base: Score,
-    products: FoldProducts,
-    rows: Floats,
-    stretches: Sequence[Integers],
+    problem: LeaveOut,
     fold: int,
     groups: Integers,
-    lower: Floats,
-    upper: Floats,
 ) -> Score:
     """Return a slip's score with the pose that slipped judged by leaving out its load cycles.
 
@@ -98,27 +92,20 @@ def score_in_run(
     ----------
     score : as poses left out give it.
     base : the base model's.
-    products : inner products, base columns first, residual last.
-    rows : (k + 1, m · n) the whitened rows behind them.
-    stretches : positions in ``rows`` of each stretch.
+    problem : of the base model's columns and the slip's after them, the load cycles of the pose that slipped as folds.
     fold : number of the pose's fold.
     groups : (F,) groups of folds for the repeated choice.
-    lower, upper : (k,) bounds.
     """
-    total = products.total
-    stretch_products = np.stack([rows[:, stretch] @ rows[:, stretch].T for stretch in stretches])
-    rest = without_rows(total, stretch_products)
     p = len(base.solution)
-    plain = np.ix_(range(len(stretch_products)), [*range(p), total.shape[0] - 1], [*range(p), total.shape[0] - 1])
-    x = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], lower, upper)
-    y = solve_within(rest[plain][:, :-1, :-1], rest[plain][:, :-1, -1], lower[:p], upper[:p])
-    fall = float(np.sum(quadratic(stretch_products[plain], y) - quadratic(stretch_products, x)))
-    change = x.copy()
-    change[:, :p] -= y
+    plain = problem.of_first(p)
+    cycles = np.concatenate(problem.folds)
+    fall = float(np.sum(plain.residual[cycles] ** 2) - np.sum(problem.residual[cycles] ** 2))
+    change = problem.steps.copy()
+    change[:, :p] -= plain.steps
     heldout, squared_change, nested = score.heldout.copy(), score.prediction_change.copy(), score.nested.copy()
     better = base.heldout[fold] - fall
     nested[:, groups[fold]] += better - heldout[fold]
     heldout[fold] = better
-    squared_change[fold] = float(np.einsum("fk,fkl,fl->", change, stretch_products[:, :-1, :-1], change))
-    in_run = tuple(zip(stretches, change, strict=True))
+    in_run = tuple(zip(problem.folds, change, strict=True))
+    squared_change[fold] = sum(float(np.sum((step @ problem.white[:-1, cycle]) ** 2)) for cycle, step in in_run)
     return replace(score, heldout=heldout, prediction_change=squared_change, nested=nested, in_run=in_run)

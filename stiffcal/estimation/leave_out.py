@@ -64,6 +64,17 @@ class LeaveOut:
         low, high = np.append(self.lower, lower), np.append(self.upper, upper)
         return replace(self, white=white, prior=prior, lower=low, upper=high)
 
+    def of_first(self, count: int) -> Self:
+        """Return the problem of the first unknowns alone, the others held where they are."""
+        kept = [*range(count), len(self.white) - 1]
+        return replace(
+            self,
+            white=self.white[kept],
+            prior=self.prior[:, kept],
+            lower=self.lower[:count],
+            upper=self.upper[:count],
+        )
+
     def without_bounds(self, number: int) -> Self:
         """Return the problem with one unknown's bounds taken away."""
         lower, upper = self.lower.copy(), self.upper.copy()

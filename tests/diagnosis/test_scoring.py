@@ -14,6 +14,7 @@ from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import score_in_run
+from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import free_columns
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs
@@ -137,9 +138,8 @@ def test_a_slip_changes_its_pose_in_every_repeated_choice_alike() -> None:
     base = score_variants([FoldProducts(plain, rows[[0, 1, 2, 4]], folds)], open_below[:3], open_above[:3], groups)
     score = score_variants([FoldProducts(products, rows, folds)], open_below, open_above, groups, base)
     stretches = np.split(folds[2], 3)
-    judged = score_in_run(
-        score, base, FoldProducts(products, rows, folds), rows, stretches, 2, groups, open_below, open_above
-    )
+    problem = LeaveOut(rows, stretches, np.zeros((0, 5)), open_below, open_above)
+    judged = score_in_run(score, base, problem, 2, groups)
     np.testing.assert_allclose(judged.nested[:, 2] - score.nested[:, 2], judged.heldout[2] - score.heldout[2])
     others = [0, 1, 3]
     np.testing.assert_array_equal(judged.nested[:, others], score.nested[:, others])

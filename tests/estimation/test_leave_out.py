@@ -83,6 +83,7 @@ def test_rows_left_out_and_columns_added(p: int) -> None:
         expected, _ = refit(more, kept)
         np.testing.assert_allclose(more.residual[fold], white[-1, fold] - expected @ more.white[:-1, fold], atol=1e-12)
     assert problem.steps.shape == (4, p)
+    np.testing.assert_allclose(more.of_first(p).steps, problem.steps, atol=1e-12)
 
 
 def test_what_one_fold_alone_determines() -> None:
