@@ -130,7 +130,7 @@ class Whitening:
         """Whiten (k, m, n) or (m, n) stacks."""
         if self.lower is None:
             return np.asarray(stack * self.scale)
-        return times(self.lower, stack, triangular=True)
+        return _lower_times(self.lower, stack)
 
     def precision(self) -> Floats:
         """Return the inverse covariances (m, m, n)."""
@@ -148,19 +148,14 @@ class Whitening:
         return result
 
 
-def times(matrix: Floats, stack: Floats, triangular: bool = False) -> Floats:
-    """Return matrix @ stack for (m, m, n) matrices and (…, m, n) stacks, state by state.
-
-    Parameters
-    ----------
-    triangular : the matrices are zero above their diagonals.
-    """
+def _lower_times(matrix: Floats, stack: Floats) -> Floats:
+    """Return matrix @ stack for (m, m, n) lower triangular matrices and (…, m, n) stacks, state by state."""
     m = len(matrix)
     result = np.empty_like(stack)
     term = np.empty_like(stack[..., 0, :])
     for a in range(m):
         np.multiply(stack[..., 0, :], matrix[a, 0], out=result[..., a, :])
-        for b in range(1, a + 1 if triangular else m):
+        for b in range(1, a + 1):
             np.multiply(stack[..., b, :], matrix[a, b], out=term)
             result[..., a, :] += term
     return result
