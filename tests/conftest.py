@@ -7,6 +7,7 @@ import signal
 from collections.abc import Iterator
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 from stiffcal.trust import notices
@@ -37,6 +38,10 @@ __all__ = [
 # Python's search for unused cycles goes through all objects that there are, here nine thousand tests and all libraries:
 # a third of what collecting takes. Seldom is enough; what nothing refers to is freed without it.
 gc.set_threshold(100_000)
+
+# The same inputs each time: what is found at random belongs to `make fuzz`, and no change fails by luck.
+hypothesis.settings.register_profile("the same inputs", derandomize=True, database=None, deadline=None)
+hypothesis.settings.load_profile("the same inputs")
 
 # A shell that starts the tests in the background has them ignore Ctrl-C, and every process that they start with them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -347,13 +347,11 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
         if isinstance(signal, Pose):
             for marker, point in signal.markers.items():
                 if point.at_m is None and marker not in manifest.frames:
-                    stated: dict[str, toml_text.TomlValue] = {"columns": list(point.columns), "at_m": [0.0, 0.05, 0.1]}
-                    mend = f"write {toml_text.pair(marker, stated)}, say: at_m in metres"
                     yield _fault(
                         FaultCode.KEY_MISSING,
                         f"{place}.markers.{marker}",
                         "its position on the body is not stated",
-                        mend,
+                        "write it as a table of columns and at_m = [0.0, 0.05, 0.1], say, in metres",
                     )
     for name, rod in manifest.ids.items():
         if links is not None and rod.link not in links:

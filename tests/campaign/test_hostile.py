@@ -67,7 +67,7 @@ def broken(draw: st.DrawFn, document: dict[str, Any]) -> dict[str, Any]:
     return changed
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     manifest=st.one_of(st.just(MANIFEST), broken(MANIFEST)),
     robot=st.one_of(st.just(ROBOT_FILE), broken(ROBOT_FILE)),
@@ -87,6 +87,20 @@ def test_a_campaign_or_faults(manifest: dict[str, Any], robot: dict[str, Any], m
                 assert fault.mend, fault
                 assert "\n" not in str(fault)
                 assert "pydantic" not in str(fault)
+
+
+def test_a_marker_without_a_place_is_one_line(tmp_path: Path) -> None:
+    """The mend can be pasted, as every one that a test of ours prints."""
+    folder = write_campaign(tmp_path / "c")
+    manifest = (DATA / "everything.toml").read_text(encoding="utf-8")
+    at_m = ", at_m = [0.1, 0, 0]"
+    assert at_m in manifest
+    (folder / "campaign.toml").write_text(manifest.replace(at_m, ""), encoding="utf-8")
+    with pytest.raises(InputError, match=r"at_m = \[0.0, 0.05, 0.1\]") as refused:
+        load_campaign(folder, check_files=False)
+    assert [fault.place for fault in refused.value.faults if "at_m" in fault.mend] == [
+        "sources.k600.poses.target.markers.m2"
+    ]
 
 
 def test_a_file_whose_name_holds_a_nul_is_one_line(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def compared_with_all(angles: Floats, tolerance: float) -> Integers:
     return found
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.integers(0, 2**32 - 1), st.integers(0, 80), st.integers(1, 7), st.sampled_from([0.3, 1.0, 3.0, 60.0])
 )  # fmt: skip

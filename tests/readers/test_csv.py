@@ -283,7 +283,7 @@ def check_same_or_fault(content: bytes, **options: Any) -> None:
 styles = st.sampled_from([(",", "."), (";", "."), (";", ","), ("\t", ",")])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(style=styles, cut=st.integers(0, 90))
 def test_a_log_cut_anywhere(style: tuple[str, str], cut: int) -> None:
     content = written(*style)
@@ -312,7 +312,7 @@ hostile = st.sampled_from(
 )
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(style=styles, row=st.integers(0, 3), column=st.integers(0, 2), cell=hostile)
 def test_a_hostile_cell(style: tuple[str, str], row: int, column: int, cell: bytes) -> None:
     lines = written(*style).split(b"\n")
@@ -357,7 +357,7 @@ edits = st.lists(
 )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(style=styles, edits=edits, crlf=st.booleans())
 @example(style=(";", "."), edits=[(20, b'"'), (40, b'"')], crlf=False)
 def test_hostile_insertions(style: tuple[str, str], edits: list[tuple[int, bytes]], crlf: bool) -> None:
@@ -373,7 +373,7 @@ def test_hostile_insertions(style: tuple[str, str], edits: list[tuple[int, bytes
     check_same_or_fault(content, decimal=style[1], delimiter=style[0])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     values=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=20),
     delimiter=st.sampled_from(",;\t| "),

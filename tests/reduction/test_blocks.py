@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from stiffcal.reduction.blocks import BlockAverager, blocks_of, noise_of
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=12), st.integers(4, 64), st.integers(0, 1000))
 def test_blocks_give_the_samples_sums(sizes: list[int], most: int, seed: int) -> None:
     generator = np.random.default_rng(seed)

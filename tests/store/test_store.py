@@ -47,7 +47,7 @@ json_values = st.recursive(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     name=st.lists(names, min_size=1, max_size=3).map("/".join),
     columns=st.dictionaries(names, st.lists(floats, min_size=4, max_size=4), min_size=1, max_size=3),
