@@ -35,8 +35,8 @@ NEAR = 1.0
 # Lemarechal and Pedersen 1982).
 WHOLE_STEPS = 8
 # A share of the noise may follow the unknowns: each of the first steps has its own weights, and a fit ends on weights
-# from which it moved by less than `ROUGH_STEP`.
-REWEIGHTED_STEPS = 2
+# of its last step, or on such from which it moved by less than `ROUGH_STEP`.
+REWEIGHTED_STEPS = 3
 
 
 class Weighed(Protocol):
@@ -94,13 +94,17 @@ class Settled(Generic[W]):
     weights: W
     """Of the last rows."""
     reduced: Reduced
-    """The last rows that were solved, about where that step began: a negligible step away from the estimates."""
+    """The last rows that were solved, about where the last step began."""
     checked: Identifiability
     """What they determine."""
     iterations: int
     """Steps taken."""
+    moved: float
+    """How far the estimates are from where `reduced` was made, in standard uncertainties per parameter."""
+    contraction: float = 1.0
+    """The next step is expected to be that share of the last one: what that was of the one before."""
     last_step: float | None = None
-    """The last step, in standard uncertainties per parameter, where the fit did not settle; None where it did."""
+    """Length of the last step where the fit did not settle; None where it did."""
 
 
 @dataclass(frozen=True)
@@ -120,8 +124,8 @@ def settle(
     """Take steps until one is negligible, at most `MAX_STEPS`.
 
     One that does not settle, as where two sets of what is held take turns, ends at the least sum that it has met. With
-    ``begun``, where a part of the data ended, the noise is known, and what is held is held again as long as as
-    much has to be.
+    ``begun``, where a part of the data ended, the noise is known, steps contract as they did there, and what is held is
+    held again as long as as much has to be.
 
     With ``near`` the steps end where the next one is expected below `NEAR`. A step that goes too far is shortened
     (`TakenStep`) where it is near the solution or `WHOLE_STEPS` were taken; where that leaves nothing of it, the fit
@@ -143,6 +147,7 @@ def settle(
     """
     unknowns = source.unknowns
     values, iterations, last = start, 0, np.inf
+    contraction = 1.0 if begun is None else begun.contraction
     shaped, iterates = bool(unknowns.nonlinear.any()), source.curved
     small = ROUGH_STEP if begun is not None or shaped else SMALL_STEP
     weights: W | None = None
@@ -193,7 +198,7 @@ def settle(
                     continue
                 if beyond is not None and left >= small:
                     raise beyond
-                ended = Settled(values, weights, shorter.reduced, shorter.checked, iterations)
+                ended = Settled(values, weights, shorter.reduced, shorter.checked, iterations, 0.0)
                 return ended if left < small else replace(ended, last_step=left)
             # The next step cannot be predicted from a shortened one.
             taken, last, values = shorter, 0.0, shorter.reached
@@ -208,20 +213,23 @@ def settle(
         change, values = taken.left, updated
         # Steps contract evenly: the next one is predicted by this one and the ratio to the last. Next to a corner they
         # do not: the steps of a law with shape parameters have to be small themselves.
-        next_step = change * min(1.0, change / last) if iterations > 1 and last > 0.0 else change
+        if iterations > 1:
+            contraction = min(1.0, change / last) if last > 0.0 else 1.0
+        next_step = change * contraction
         # Far from the solution a residual is the model's, not the readings'.
         corrected, moved = source.corrected(values, reduced, weights) if next_step < NEAR else (source, 0.0)
         settled = moved < SMALL_CORRECTION and (
             change < small or (next_step < small and not (source.lasting_weights or shaped))
         )
-        stale = settled and taken.distance(weighed_at) > ROUGH_STEP
+        stale = settled and not renew and taken.distance(weighed_at) > ROUGH_STEP
         settled = (settled and not stale) or (near and next_step < NEAR)
         if settled or not iterates or iterations >= MAX_STEPS:
             last_step = change if iterates and not settled else None
             if last_step is None:
-                return Settled(values, weights, reduced, checked, iterations)
+                return Settled(values, weights, reduced, checked, iterations, change, contraction)
             if beyond is not None:
                 raise beyond
-            final = least or _Met(np.inf, values, reduced, checked)
-            return Settled(final.values, weights, final.reduced, final.checked, iterations, last_step)
+            if least is None:
+                return Settled(values, weights, reduced, checked, iterations, change, contraction, last_step)
+            return Settled(least.values, weights, least.reduced, least.checked, iterations, 0.0, 1.0, last_step)
         last, source = change, corrected

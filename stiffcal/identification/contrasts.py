@@ -77,38 +77,37 @@ def contrasts(data: Observations, predicted: Floats, sensitivity: Floats, groups
     sensitivity : (m, 6, n).
     groups : positions (in ``data``) of states that repeat each other.
     """
-    differences, levers, runs = [], [], []
-    spreads: list[tuple[Floats, Floats]] = []
-    for group in groups:
-        group = group[data.measured_mask[:, group].all(axis=0)]
-        if len(group) < 2:
-            continue
-        residual = (data.measured[:, group] - predicted[:, group]).T
-        count = np.arange(1, len(group))[:, None]
+    read = np.asarray(data.measured_mask.all(axis=0))
+    groups = [kept for group in groups if len(kept := group[read[group]]) > 1]
+    m, c = len(data.measured), sum(len(group) - 1 for group in groups)
+    result = Contrasts(np.zeros((c, m)), np.zeros((c, m, 6)), np.zeros(c, dtype=np.int64))
+    if data.spread is not None and groups:
+        result = replace(result, translation=np.zeros((c, m)), rotation=np.zeros((c, m, m)))
+    size = np.array([len(group) for group in groups], dtype=np.int64)
+    first = np.cumsum(size - 1) - (size - 1)
+    residual = data.measured - predicted
+    # groups of one size at once
+    for g in np.unique(size):
+        alike = np.flatnonzero(size == g)
+        members = np.stack([groups[k] for k in alike], axis=1)
+        to = first[alike] + np.arange(g - 1)[:, None]
+        count = np.arange(1, g).reshape(-1, 1, 1)
+        own = np.moveaxis(residual[:, members], 0, -1)
         # Helmert: the k-th member against the mean of those before.
-        before = np.cumsum(residual[:-1], axis=0) / count
-        differences.append((residual[1:] - before) * np.sqrt(count / (count + 1.0)))
-        lever = np.cumsum(np.moveaxis(sensitivity[:, :, group], -1, 0), axis=0)[1:]
-        levers.append(lever / (count[:, :, None] + 1.0))
-        runs.append(np.full(len(count), data.run[group[0]], dtype=np.int64))
-        if data.spread is not None:
-            own = (
-                np.moveaxis(data.spread.translation[:, group], -1, 0),
-                np.moveaxis(data.spread.rotation[:, :, group], -1, 0),
-            )
-            spreads.append((_of_contrasts(own[0]), _of_contrasts(own[1])))
-    m = len(data.measured)
-    if not differences:
-        return Contrasts(np.zeros((0, m)), np.zeros((0, m, 6)), np.zeros(0, dtype=np.int64))
-    result = Contrasts(np.concatenate(differences), np.concatenate(levers), np.concatenate(runs))
-    if not spreads:
-        return result
-    translation, rotation = (np.concatenate([spread[k] for spread in spreads]) for k in (0, 1))
-    return replace(result, translation=translation, rotation=rotation)
+        before = np.cumsum(own[:-1], axis=0) / count
+        result.differences[to] = (own[1:] - before) * np.sqrt(count / (count + 1.0))
+        lever = np.cumsum(np.moveaxis(sensitivity[:, :, members], (0, 1), (-2, -1)), axis=0)[1:]
+        result.compliance[to] = lever / (count[..., None] + 1.0)
+        result.run[to] = data.run[members[0]]
+        if data.spread is not None and result.translation is not None and result.rotation is not None:
+            spread = data.spread
+            result.translation[to] = _of_contrasts(np.moveaxis(spread.translation[:, members], 0, -1))
+            result.rotation[to] = _of_contrasts(np.moveaxis(spread.rotation[:, :, members], (0, 1), (-2, -1)))
+    return result
 
 
 def _of_contrasts(variance: Floats) -> Floats:
-    """Return (g − 1, …) the variances of a group's contrasts from those of its g members."""
+    """Return (g − 1, …) the variances of groups' contrasts from those (g, …) of their members."""
     count = np.arange(1, len(variance)).reshape(-1, *[1] * (variance.ndim - 1))
     before = np.cumsum(variance[:-1], axis=0) / count**2
     return np.asarray((variance[1:] + before) * count / (count + 1.0))

@@ -55,6 +55,10 @@ __all__ = [
 ]  # fmt: skip
 
 
+# Standard uncertainties of a reading, rms, by which predictions may be off.
+SMALL_MOTION = 1e-2
+
+
 def fit_problem(states: LoadStates, robot: CompliantRobot, keep: Booleans | None = None) -> Problem:
     """Prepare load states for a fit; runs marked ``holdout`` are left out.
 
@@ -218,8 +222,10 @@ def _initial_estimate(
 def _summarise(source: LoadSource, settled: Settled[LoadWeights]) -> Fit:
     data, robot, weights = settled.weights.data, source.robot_at(settled.values), settled.weights.weights
     names, settings, reduced, checked = source.unknowns.names, source.settings, settled.reduced, settled.checked
-    # The last step was a small share of a standard uncertainty: what it moved in the predictions is invisible.
-    predicted = reduced.predicted if robot.deformed else predict_observations(robot, data)
+    # predictions are those of where the last step began, as long as it moved them by less than a hundredth of the noise
+    moved = settled.moved * np.sqrt(np.count_nonzero(~checked.left_at_neutral) / max(reduced.dof, 1))
+    near = robot.deformed and moved < SMALL_MOTION
+    predicted = reduced.predicted if near else predict_observations(robot, data)
     residual = without_offsets(data, predicted, settled.weights.whitening)
     white = weights.whitening.apply(residual)
     free, known_ones = ~checked.left_at_neutral, checked.identifiable
