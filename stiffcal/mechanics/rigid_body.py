@@ -7,6 +7,8 @@ Whoever fits these numbers takes weight and inertia out of a measured torque wit
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from stiffcal.arrays import Floats
@@ -44,9 +46,42 @@ def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, accelerat
     """
     n, count = angles.shape
     result = np.zeros((n, count, PER_LINK * count))
+    turns: list[Floats] = []
+    for k, (turn, wrench) in enumerate(_moving_links(chain, angles, velocity, acceleration)):
+        turns.append(turn)
+        columns = slice(PER_LINK * k, PER_LINK * (k + 1))
+        for j in range(k, -1, -1):
+            result[:, j, columns] = wrench[:, 5]
+            wrench = _carried(wrench, turns[j], chain.fixed[j, :3, 3])
+    return result
+
+
+def rigid_torque(chain: Chain, angles: Floats, velocity: Floats, acceleration: Floats) -> Floats:
+    """Return (n, J) torques of a chain of point masses as the robot file gives them, N·m; see `inertial_regressor`."""
+    links = []
+    for k, (turn, wrench) in enumerate(_moving_links(chain, angles, velocity, acceleration)):
+        mass, (x, y, z) = chain.link_mass[k], chain.link_com[k]
+        spread = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y]
+        links.append((turn, wrench @ (mass * np.array([[1.0, x, y, z, *spread]]).T)))
+    result, carried = np.zeros_like(angles), np.zeros((len(angles), 6, 1))
+    for j in range(chain.n_joints - 1, -1, -1):
+        turn, wrench = links[j]
+        wrench = wrench + carried
+        result[:, j] = wrench[:, 5, 0]
+        carried = _carried(wrench, turn, chain.fixed[j, :3, 3])
+    return result
+
+
+def _moving_links(
+    chain: Chain, angles: Floats, velocity: Floats, acceleration: Floats
+) -> Iterator[tuple[Floats, Floats]]:
+    """Yield each link's turn against the one inboard (n, 3, 3), and its `_link_wrench`.
+
+    Arguments as those of `inertial_regressor`.
+    """
+    n, count = angles.shape
     spin, change = np.zeros((n, 3)), np.zeros((n, 3))
     lift = np.tile(-chain.gravity, (n, 1))  # weight as an acceleration of the base upwards
-    turns: list[Floats] = []
     for k in range(count):
         place = chain.fixed[k, :3, 3]
         turn = chain.fixed[k, :3, :3] @ _turns_about_z(angles[:, k])
@@ -57,25 +92,18 @@ def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, accelerat
         change = change + np.cross(spin, axis)
         change[:, 2] += acceleration[:, k]
         spin = spin + axis
-        turns.append(turn)
-        wrench = _link_wrench(lift, spin, change)
-        columns = slice(PER_LINK * k, PER_LINK * (k + 1))
-        for j in range(k, -1, -1):
-            result[:, j, columns] = wrench[:, 5]
-            force = turns[j] @ wrench[:, :3]
-            moment = turns[j] @ wrench[:, 3:] + _skew(chain.fixed[j, :3, 3]) @ force
-            wrench = np.concatenate([force, moment], axis=1)
-    return result
+        yield turn, _link_wrench(lift, spin, change)
 
 
-def rigid_torque(chain: Chain, angles: Floats, velocity: Floats, acceleration: Floats) -> Floats:
-    """Return (n, J) torques of a chain of point masses as the robot file gives them, N·m; see `inertial_regressor`."""
-    numbers = np.zeros((chain.n_joints, PER_LINK))
-    for k, (mass, centre) in enumerate(zip(chain.link_mass, chain.link_com, strict=True)):
-        x, y, z = centre
-        spread = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y]
-        numbers[k] = mass * np.array([1.0, x, y, z, *spread])
-    return np.asarray(inertial_regressor(chain, angles, velocity, acceleration) @ numbers.ravel())
+def _carried(wrench: Floats, turn: Floats, place: Floats) -> Floats:
+    """Return wrenches (n, 6, c) of a link in the axes and about the origin of the one inboard.
+
+    Parameters
+    ----------
+    turn : (n, 3, 3) axes of the link in those of the one inboard. place : (3,) its origin there, m.
+    """
+    force = turn @ wrench[:, :3]
+    return np.concatenate([force, turn @ wrench[:, 3:] + _skew(place) @ force], axis=1)
 
 
 def _turns_about_z(angle: Floats) -> Floats:

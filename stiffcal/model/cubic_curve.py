@@ -58,29 +58,30 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
     [-2.0, 0.0, 3.0]
     """
     torque = np.asarray(torque, dtype=np.float64)
-    p1, p2, p3 = curve
     largest = float(np.abs(torque).max(initial=0.0))
     if not largest < _BEYOND:
         return np.full_like(torque, np.nan)
-    low, high, table, torques = _table(curve, int(np.frexp(largest)[1]))
+    low, high, table, torques, slopes = _table(curve, int(np.frexp(largest)[1]))
     cell = np.clip(np.searchsorted(torques, torque) - 1, 0, _TABLE - 2)
-    below, above = table[cell], table[cell + 1]
-    angle = below + (above - below) * (torque - torques[cell]) / (torques[cell + 1] - torques[cell])
+    below, above, width = table[cell], table[cell + 1], torques[cell + 1] - torques[cell]
+    # the cubic through both ends with the curve's slopes there
+    share = (torque - torques[cell]) / width
+    chord = above - below
+    start, end = slopes[cell] * width - chord, chord - slopes[cell + 1] * width
+    angle = below + share * (chord + (1.0 - share) * (start * (1.0 - share) + end * share))
     for _ in range(_MOST_STEPS):
         residual = _between(angle, curve, low, high) - torque
         if np.abs(residual).max(initial=0.0) <= _SETTLED * largest:
             return np.asarray(angle)
         below, above = np.where(residual < 0.0, angle, below), np.where(residual > 0.0, angle, above)
-        inside = np.clip(angle, low, high)
-        slope = np.maximum(p1 + inside * (2.0 * p2 + inside * 3.0 * p3), LEAST_SLOPE * p1)
-        tried = angle - residual / slope
+        tried = angle - residual / _slope(angle, curve, low, high)
         angle = np.where((tried < below) | (tried > above), 0.5 * (below + above), tried)
     raise ArithmeticError(f"no angle of the spring exists for a torque of {largest:.3g} N·m")
 
 
 @lru_cache(maxsize=64)
-def _table(curve: tuple[float, float, float], exponent: int) -> tuple[float, float, Floats, Floats]:
-    """Return the monotonic range, and angles and their torques (t,) that reach to ± 2 to the power of ``exponent``.
+def _table(curve: tuple[float, float, float], exponent: int) -> tuple[float, float, Floats, Floats, Floats]:
+    """Return the monotonic range, angles and their torques (t,) to ± 2 to the power of ``exponent``, and rad/(N·m).
 
     A fit asks for the same curve in every sweep of the balance.
     """
@@ -90,7 +91,7 @@ def _table(curve: tuple[float, float, float], exponent: int) -> tuple[float, flo
     while _between(reach, curve, low, high) < largest or -_between(-reach, curve, low, high) < largest:
         reach *= 2.0
     table = reach * np.sinh(_CROWDING * np.linspace(-1.0, 1.0, _TABLE)) / np.sinh(_CROWDING)
-    return low, high, table, _between(table, curve, low, high)
+    return low, high, table, _between(table, curve, low, high), 1.0 / _slope(table, curve, low, high)
 
 
 def _between(angle: Floats | float, curve: tuple[float, float, float], low: float, high: float) -> Floats:
@@ -98,3 +99,10 @@ def _between(angle: Floats | float, curve: tuple[float, float, float], low: floa
     p1, p2, p3 = curve
     inside = np.clip(angle, low, high)
     return np.asarray(inside * (p1 + inside * (p2 + inside * p3)) + LEAST_SLOPE * p1 * (angle - inside))
+
+
+def _slope(angle: Floats, curve: tuple[float, float, float], low: float, high: float) -> Floats:
+    """Return N·m/rad, of the tangent outside ``low … high``."""
+    p1, p2, p3 = curve
+    inside = np.clip(angle, low, high)
+    return np.asarray(np.maximum(p1 + inside * (2.0 * p2 + inside * 3.0 * p3), LEAST_SLOPE * p1))

@@ -396,25 +396,59 @@ def solve_balance(
     ------
     NoBalanceError : the load is more than the springs hold.
     """
-    n, n_bodies = joints.shape[0], len(setup.targets)
-    position, rotation = np.empty((n, n_bodies, 3)), np.empty((n, n_bodies, 3, 3))
-    position_0, rotation_0 = np.empty_like(position), np.empty_like(rotation)
-    displacement, torque = np.empty((n, n_bodies, 6)), np.empty((n, robot.chain.n_joints))
-    nodes = np.empty((n, tool_node(robot.chain) + 1, 6))
-    run = None if order is None else order.run
-    for block in blocks(run, n, robot.has_memory):
-        inputs = Inputs(np.ascontiguousarray(joints[block].T), np.ascontiguousarray(wrench[block].T), setup)
-        memory = None if order is None else order.block(block)
+    return RobotAtJoints(robot, joints, setup, order).under(wrench)
+
+
+class RobotAtJoints:
+    """A robot at the same joint angles under one load after another.
+
+    With ``keep`` the rest under weight alone is found once, and each balance is sought from the last one; that holds
+    all nodes' displacements of all states.
+    """
+
+    def __init__(
+        self,
+        robot: CompliantRobot,
+        joints: Floats,
+        setup: MeasurementSetup,
+        order: StateOrder | None = None,
+        keep: bool = False,
+    ) -> None:
+        self._robot, self._joints, self._setup, self._order, self._keep = robot, joints, setup, order, keep
+        self._last: dict[int, tuple[WeightOnlyRest, Floats]] = {}
+
+    def under(self, wrench: Floats) -> Balance:
+        """Return the balance under a load (n, 6); see `solve_balance`."""
+        robot, order, n, n_bodies = self._robot, self._order, len(self._joints), len(self._setup.targets)
+        position, rotation = np.empty((n, n_bodies, 3)), np.empty((n, n_bodies, 3, 3))
+        position_0, rotation_0 = np.empty_like(position), np.empty_like(rotation)
+        displacement, torque = np.empty((n, n_bodies, 6)), np.empty((n, robot.chain.n_joints))
+        nodes = np.empty((n, tool_node(robot.chain) + 1, 6))
+        for block in blocks(None if order is None else order.run, n, robot.has_memory):
+            unloaded, loaded = self._rests(block, wrench)
+            torque[block] = loaded.wrench[joint_nodes(robot.chain), robot.chain.drive_components].T
+            nodes[block] = np.moveaxis(loaded.displacement - unloaded.displacement, -1, 0)
+            moves = displacements(robot, loaded, unloaded)
+            for body, (after, before) in enumerate(zip(loaded.targets, unloaded.targets, strict=True)):
+                displacement[block, body] = moves[body].T
+                position[block, body], rotation[block, body] = after.position.T, np.moveaxis(after.rotation, -1, 0)
+                position_0[block, body] = before.position.T
+                rotation_0[block, body] = np.moveaxis(before.rotation, -1, 0)
+        return Balance(position, rotation, position_0, rotation_0, displacement, torque, nodes)
+
+    def _rests(self, block: slice, wrench: Floats) -> tuple[WeightOnlyRest, Rest]:
+        robot, order = self._robot, None if self._order is None else self._order.block(block)
+        angles, load = np.ascontiguousarray(self._joints[block].T), np.ascontiguousarray(wrench[block].T)
+        inputs = Inputs(angles, load, self._setup)
         try:
-            unloaded = rest_under_weight(robot, inputs, order=memory)
-            loaded = find_rest(robot, inputs, memory, unloaded.wrench, unloaded.displacement)
+            if block.start in self._last:
+                unloaded, start = self._last[block.start]
+            else:
+                unloaded = rest_under_weight(robot, inputs, order=order)
+                start = unloaded.displacement
+            loaded = find_rest(robot, inputs, order, unloaded.wrench, start)
         except NoBalanceError as error:
             raise error.at_state(block.start + error.state) from None
-        torque[block] = loaded.wrench[joint_nodes(robot.chain), robot.chain.drive_components].T
-        nodes[block] = np.moveaxis(loaded.displacement - unloaded.displacement, -1, 0)
-        moves = displacements(robot, loaded, unloaded)
-        for body, (after, before) in enumerate(zip(loaded.targets, unloaded.targets, strict=True)):
-            displacement[block, body] = moves[body].T
-            position[block, body], rotation[block, body] = after.position.T, np.moveaxis(after.rotation, -1, 0)
-            position_0[block, body], rotation_0[block, body] = before.position.T, np.moveaxis(before.rotation, -1, 0)
-    return Balance(position, rotation, position_0, rotation_0, displacement, torque, nodes)
+        if self._keep:
+            self._last[block.start] = unloaded, loaded.displacement
+        return unloaded, loaded

@@ -23,7 +23,14 @@ from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import RZ, NodeLoads, StateOrder, joint_node, tool_node
-from stiffcal.model.equilibrium import Balance, NoBalanceError, law_terms, node_displacements, solve_balance
+from stiffcal.model.equilibrium import (
+    Balance,
+    NoBalanceError,
+    RobotAtJoints,
+    law_terms,
+    node_displacements,
+    solve_balance,
+)
 from stiffcal.simulation.drive_friction import friction_torque
 from stiffcal.simulation.kinds import RunSetup, RunSimulation
 from stiffcal.simulation.motion import MotionProgram, motion_program
@@ -195,7 +202,8 @@ class _ClampedRobot:
         inverse = self._inverse(jacobian, name)
         drives = _Drives(self.robot, model_angles[self.start])
         none = np.zeros((len(model_angles), 6))
-        rest = self._solve_equilibrium(model_angles, none, setup, order, name)
+        standing = RobotAtJoints(self.robot, model_angles, setup, order, keep=True)
+        rest = self._solve_equilibrium(standing, none, name)
         weight = rest.joint_torque @ chain.drive_axes
         position, rotation = rest.target_position[self.start, 0], rest.target_rotation[self.start, 0]
         coupling = inverse @ (self._other_compliance(model_angles[self.start], drives) + self.fixture) @ inverse.T
@@ -214,7 +222,7 @@ class _ClampedRobot:
 
         def at(angle: Floats) -> tuple[Floats, Balance, Floats]:
             wrench = (drives.torque_of(angle) - weight - geometric_torque) @ inverse
-            balance = self._solve_equilibrium(model_angles, wrench, setup, order, name)
+            balance = self._solve_equilibrium(standing, wrench, name)
             return wrench, balance, left_of(wrench, balance)
 
         for turn in range(MOST_STEPS):
@@ -254,12 +262,10 @@ class _ClampedRobot:
             )  # fmt: skip
         return np.asarray(np.linalg.pinv(scaled) * scale)
 
-    def _solve_equilibrium(
-        self, model_angles: Floats, wrench: Floats, setup: MeasurementSetup, order: StateOrder, name: str
-    ) -> Balance:
-        """Return the finite balance at motor angles (s, J), rad, under a wrench (s, 6); raise where there is none."""
+    def _solve_equilibrium(self, standing: RobotAtJoints, wrench: Floats, name: str) -> Balance:
+        """Return the finite balance under a wrench (s, 6); raise where there is none."""
         try:
-            return solve_balance(self.robot, model_angles, wrench, setup, order)
+            return standing.under(wrench)
         except NoBalanceError as error:
             raise error.of_load(FILE_NAME, f'runs "{name}"', "lower clamped.amplitude_deg") from None
 
@@ -287,15 +293,15 @@ class _Drives:
         self.angle = np.zeros((chain.n_joints, _TABLE))
         self._robot, self._angles = robot, angles
         for joint in range(chain.n_joints):
-            self.angle[joint] = self._give(robot, joint) + _RIGID * self.torque
+            self.angle[joint] = self._give(robot, joint, self.torque) + _RIGID * self.torque
 
-    def _give(self, robot: CompliantRobot, joint: int) -> Floats:
+    def _give(self, robot: CompliantRobot, joint: int, torque: Floats) -> Floats:
         chain = robot.chain
-        wrench = np.zeros((tool_node(chain) + 1, 6, _TABLE))
+        wrench = np.zeros((tool_node(chain) + 1, 6, torque.size))
         for k, share in enumerate(self._inverse.T[:, joint]):
-            wrench[joint_node(k + 1), RZ] = share * self.torque
-        loads = NodeLoads(wrench, np.repeat(self._angles[:, None], _TABLE, axis=1))
-        small = node_displacements(robot, law_terms(robot, loads), _TABLE)
+            wrench[joint_node(k + 1), RZ] = share * torque
+        loads = NodeLoads(wrench, np.repeat(self._angles[:, None], torque.size, axis=1))
+        small = node_displacements(robot, law_terms(robot, loads), torque.size)
         turns = np.stack([small[joint_node(k + 1), RZ] for k in range(chain.n_joints)])
         return np.asarray(self._inverse[joint] @ turns)
 
@@ -304,7 +310,9 @@ class _Drives:
         alone = replace(
             self._robot, placed=tuple(candidate for candidate in self._robot.placed if candidate is placed_effect)
         )
-        return any(np.any(self._give(alone, joint)) for joint in range(self._robot.chain.n_joints))
+        # every law gives under the largest torque of one sense at least
+        largest = self.torque[[0, -1]]
+        return any(np.any(self._give(alone, joint, largest)) for joint in range(self._robot.chain.n_joints))
 
     def angle_of(self, torque: Floats) -> Floats:
         """Return (s, J) rad under torques (s, J), N·m."""
