@@ -89,6 +89,42 @@ LONG = (
     "workflow/test_suspects.py",
 )  # fmt: skip
 
+# Files and tests of `make practice`, which CI leaves out: each takes long, and what it holds is held by shorter ones of
+# the suite as well. A test stands here by the beginning of its name.
+PRACTICE = (
+    "benchmarks/test_smoke.py::test_coverage_of_clamped_joints",
+    "benchmarks/test_smoke.py::test_every_benchmark_runs[batch",
+    "benchmarks/test_smoke.py::test_every_benchmark_runs[ingest",
+    "compensation/test_c_code.py::test_states_each_by_itself[every_law]", "compensation/test_c_code.py::test_prismatic",
+    "contracts/test_opaque_texts.py::test_all_json_but_the_words_is_equal[friction]",
+    "contracts/test_opaque_texts.py::test_all_json_but_the_words_is_equal[hidden_11]",
+    "diagnosis/test_model_settings.py::test_of_few_poses_the_frame_is_named_and_never_the_geometry_alone[1",
+    "diagnosis/test_model_settings.py::test_of_few_poses_the_frame_is_named_and_never_the_geometry_alone[2",
+    "diagnosis/test_model_settings.py::test_of_few_poses_the_frame_is_named_and_never_the_geometry_alone[3",
+    "diagnosis/test_model_settings.py::test_of_few_poses_the_frame_is_named_and_never_the_geometry_alone[4",
+    "diagnosis/test_search.py::test_one_effect_takes_the_place_of_two",
+    "experiments/test_clamped_sigma.py::test_an_encoders_step",
+    "experiments/test_clamped_sigma.py::test_correlated_noise",
+    "experiments/test_clamped_sigma.py::test_filtered_noise_is_stated_as_it_is[20.0]",
+    "experiments/test_friction.py::test_weight_does_not_matter",
+    "identification/test_moved_base.py::test_the_diagnosis",
+    "ingest/test_run_readings.py::test_of_other_kinds_the_run_whose_log_was_edited_is_read_again[rods",
+    "planning/test_efficiency.py", "reduction/test_consistency.py::test_the_one_change_that_fits_is_named[False]",
+    "reduction/test_place_faults_of_tables.py::test_a_wrong_sign_is_named_by_its_joint[05",
+    "reduction/test_place_faults_of_tables.py::test_a_zero_that_is_off_is_named_by_its_joint[05",
+    "validation/test_elasticity.py::test_an_eccentricity_of_another_joint",
+    "view/test_page.py::test_absolute_places_are_judged_states",
+    "whole_campaigns/test_clamped_without_curve.py",
+    "whole_campaigns/test_insufficient_logs.py::test_readings_at_the_end",
+    "whole_campaigns/test_ipa_ur10.py", "whole_campaigns/test_kr125.py::test_motor_currents_alone",
+    "whole_campaigns/test_kr125_bodies.py", "whole_campaigns/test_kr125_friction.py",
+    "whole_campaigns/test_logs_of_a_lab.py::test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses[camera",
+    "whole_campaigns/test_logs_of_a_lab.py::test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses[key_lines",
+    "whole_campaigns/test_max100.py::test_diagnosis_with_rods_and_without",
+    "whole_campaigns/test_mixed.py::test_without_the_play", "whole_campaigns/test_order_of_approach.py",
+    "workflow/test_controller_export.py::test_the_path_of_paper_002_driven_by_the_code[True",
+)  # fmt: skip
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that judge numbers, and those that take long, where they do not do so themselves."""
@@ -99,6 +135,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             marks[item.path] = _marks_of_file(item.path.relative_to(here)) if here in item.path.parents else []
         for mark in marks[item.path]:
             item.add_marker(mark)
+        if item.nodeid.removeprefix("tests/").startswith(PRACTICE):
+            item.add_marker(pytest.mark.practice)
         if "practice" in item.keywords:
             item.add_marker(pytest.mark.long)
     # Files with tests that take long come first: the last ones of a session are short, and no process waits for long.
