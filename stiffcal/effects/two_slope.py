@@ -27,6 +27,10 @@ _SOURCE = (
     "about 1e5 N·m/rad"
 )
 
+# Knees tried: how many, and the first as a multiple of the least torque; where that is none, as a share of the largest,
+# which is the narrowest band that backlash tries.
+_KNEES, _ABOVE_LEAST, _LEAST_SHARE = 8, 1.5, 3e-3
+
 
 class TwoSlope(DocumentedEffect):
     """A drive is softer below a wind-up torque, where few teeth or rollers carry the load, than above.
@@ -91,12 +95,17 @@ class TwoSlope(DocumentedEffect):
         return drive_law(chain, place.joints[0], LawForm.CLIPPED, values["c"], values["knee"])
 
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
-        """Knees at even shares of the torques applied; none where no torque lies inside the smallest."""
+        """Knees over the range of the torques applied; none where no torque lies inside the smallest.
+
+        At even ratios, as a knee of a few N·m shows in the few states below it alone; below all torques it is none, as
+        only the product with its compliance shows there.
+        """
         size = np.abs(drive_torque(chain, loads.wrench, place.joints[0]))
         reach = float(size.max(initial=0.0))
         if reach == 0.0 or size.min() > 0.9 * reach:
             return {"knee": np.zeros(0)}
-        return {"knee": np.unique(np.clip(np.quantile(size, [0.1, 0.25, 0.4, 0.55, 0.7, 0.85]), 1e-2, 1e5))}
+        low, high = max(_ABOVE_LEAST * float(size.min()), _LEAST_SHARE * reach), float(np.quantile(size, 0.85))
+        return {"knee": np.unique(np.clip(np.geomspace(low, max(high, low), _KNEES), 1e-2, 1e5))}
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""

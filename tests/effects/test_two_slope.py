@@ -27,6 +27,14 @@ def test_knees_within_the_torques_seen() -> None:
     assert 0.0 < knees[0] < knees[-1] < 200.0
 
 
+def test_knees_among_the_few_small_torques() -> None:
+    """A knee of a few N·m under loads of hundreds shows where the torque passes zero alone."""
+    torque = np.concatenate([[-5.0, 9.0, 40.0], np.linspace(200.0, 2000.0, 60)])
+    knees = EFFECT.nonlinear_grid(PLACE, robot_chain(), loads({(NODE, RZ): torque}))["knee"]
+    assert knees[0] > 5.0
+    assert np.sum(knees < 40.0) >= 2
+
+
 def test_no_knee_where_the_torque_stays_where_it_is() -> None:
     carried = loads({(NODE, RZ): np.linspace(990.0, 1000.0, 11)})
     assert EFFECT.nonlinear_grid(PLACE, robot_chain(), carried)["knee"].size == 0

@@ -52,10 +52,14 @@ def two_plays(seed: int) -> LoadStates:
     return played(true, noise=NOISE, seed=seed, runs=8)
 
 
-def test_a_fit_whose_steps_cycled_converges() -> None:
-    """A knee in place of one of the plays: whole steps end 57 standard uncertainties apart after 30, at χ² 27."""
+@pytest.mark.parametrize("seed", [1, 4])
+def test_a_fit_whose_steps_cycled_converges(seed: int) -> None:
+    """A knee in place of one of the plays: whole steps end 57 standard uncertainties apart after 30, at χ² 27.
+
+    With the second seed, knees tried among the usual torques alone end in a minimum of χ² 451.
+    """
     model = with_plays(joint_springs(six_axes()), ("two-slope", 2, False), ("backlash", 3, False))
-    fit = identify_parameters(two_plays(1), model)
+    fit = identify_parameters(two_plays(seed), model)
     assert fit.last_step is None
     assert fit.iterations < MAX_STEPS
     assert fit.reduced_chi2 is not None
