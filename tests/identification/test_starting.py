@@ -5,13 +5,17 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from stiffcal.estimation.solve import ROUGH_STEP, settle
 from stiffcal.estimation.unknowns import OpenBefore
 from stiffcal.identification import starting
-from stiffcal.identification.identify import Settings, _initial_estimate, fit_problem, identify_parameters
+from stiffcal.identification.identify import SMALL_MOTION, Settings, _initial_estimate, fit_problem, identify_parameters
+from stiffcal.identification.load_source import LoadSource
+from stiffcal.measurements.load_states import Sigma
 from stiffcal.workflow.experiments import robot_to_fit
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.simulated_states import medium_robot, played
@@ -49,3 +53,35 @@ def test_values_of_the_model_file_do_not_count_twice() -> None:
         for found, placed in zip(start.placed, truth.placed, strict=True):
             # the deformed chain differs from the one as drawn by a per cent
             assert found.amplitude("c") == pytest.approx(placed.amplitude("c"), rel=0.1)
+
+
+def test_the_whole_is_passed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps on all data contract as they did on a part: the next one is known to be small before it is taken."""
+    truth = medium_robot()
+    states = played(truth, noise=Sigma(15e-6, 2e-5), seed=3)
+    monkeypatch.setattr(starting, "START_STATES", len(states) // 4)
+    monkeypatch.setattr(starting, "START_RUNS", 2)
+    passed: list[int] = []
+    reduced = LoadSource.reduced
+
+    def counted(self: LoadSource, *rest: Any) -> Any:
+        passed.append(self.data.n_states)
+        return reduced(self, *rest)
+
+    def without_contraction(source: Any, start: Any, begun: Any, *rest: Any) -> Any:
+        return settle(source, start, None if begun is None else replace(begun, contraction=1.0), *rest)
+
+    monkeypatch.setattr(LoadSource, "reduced", counted)
+    once = identify_parameters(states, truth)
+    n = once.data.n_states
+    assert min(passed) < n / 2
+    assert passed.count(n) == 1
+    passed.clear()
+    monkeypatch.setattr("stiffcal.identification.identify.settle", without_contraction)
+    twice = identify_parameters(states, truth)
+    assert passed.count(n) == 2
+    for own, other in zip(once.parameters, twice.parameters, strict=True):
+        assert other.std is not None
+        assert own.value == pytest.approx(other.value, abs=ROUGH_STEP * other.std)
+    # what is left is that of the values that were found, not of those where the step began
+    np.testing.assert_allclose(once.residual, twice.residual, rtol=0.0, atol=SMALL_MOTION * 15e-6)
