@@ -116,7 +116,7 @@ PRACTICE = (
     "view/test_page.py::test_absolute_places_are_judged_states",
     "whole_campaigns/test_clamped_without_curve.py",
     "whole_campaigns/test_insufficient_logs.py::test_readings_at_the_end",
-    "whole_campaigns/test_ipa_ur10.py", "whole_campaigns/test_kr125.py::test_motor_currents_alone",
+    "whole_campaigns/test_ipa_ur10.py",
     "whole_campaigns/test_kr125_bodies.py", "whole_campaigns/test_kr125_friction.py",
     "whole_campaigns/test_logs_of_a_lab.py::test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses[camera",
     "whole_campaigns/test_logs_of_a_lab.py::test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses[key_lines",

@@ -124,11 +124,19 @@ def _fit(
         with_play, with_friction, with_lag,
     )  # fmt: skip
     lower, upper = _bounds(scaled)
+    # what is held is no unknown: within bounds that are nearly one place steps would not settle
+    free = np.flatnonzero(lower < upper)
+
+    def whole(v: Floats) -> Floats:
+        values = lower.copy()
+        values[free] = v
+        return values
 
     def misfit(v: Floats) -> Floats:
-        return np.asarray(_law_of(scaled, v).torque_at(scaled.angle, data.up) - scaled.torque)
+        return np.asarray(_law_of(scaled, whole(v)).torque_at(scaled.angle, data.up) - scaled.torque)
 
     def slopes(v: Floats) -> Floats:
+        v = whole(v)
         law = _law_of(scaled, v)
         by_law, curve = law.slopes(scaled.angle, data.up), np.array(law.curve)
         # middle, width and the three slopes set the curve: of three numbers differences cost nothing
@@ -139,19 +147,24 @@ def _fit(
             by_value[:, number] = (np.array(_law_of(scaled, v + step).curve) - curve) / step[number]
         columns = by_law[:, 7:] @ by_value
         columns[:, :7] += by_law[:, :7]
-        return np.asarray(columns)
+        return np.asarray(columns[:, free])
 
     shares = _STARTS if with_play else _STARTS[:1]
-    starts = [np.clip(_start(scaled, share), lower + 1e-9, upper - 1e-9) for share in shares]
+    starts = [np.clip(_start(scaled, share), lower + 1e-9, upper - 1e-9)[free] for share in shares]
     starts.sort(key=lambda v: float(np.sum(misfit(v) ** 2)))
     solutions = [
         least_squares(
-            misfit, v, jac=slopes, bounds=(lower, upper), x_scale=np.maximum(np.abs(v), 0.05), max_nfev=evaluations
+            misfit,
+            v,
+            jac=slopes,
+            bounds=(lower[free], upper[free]),
+            x_scale=np.maximum(np.abs(v), 0.05),
+            max_nfev=evaluations,
         )
         for v in starts[:MOST_STARTS]
     ]
     best = min(solutions, key=lambda solution: float(solution.cost))
-    law = _law_of(scaled, best.x)
+    law = _law_of(scaled, whole(best.x))
     return replace(_to_si(scaled, law, centre), settled=bool(best.status > 0))
 
 
@@ -183,16 +196,16 @@ def _over(scaled: _Scaled, grid: Floats, way: bool) -> Floats:
 
 
 def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:
-    tiny = 1e-7
+    """Return the least and the largest values; equal where one is held."""
     lower = np.array([-1.0, 0.0, np.log(1e-3), -0.5, -0.9, -0.2, -0.3, 0.0, 0.0, 0.0])
     upper = np.array([1.0, 1.95, np.log(_WIDEST_BAND), 0.5, 0.9, 0.2, 0.9, 1e3, 1e3, 1e3])
     if not scaled.with_play:
-        lower[[1, 3]], upper[[1, 3]] = -tiny, tiny
-        lower[2], upper[2] = np.log(_FIRST_BAND) - tiny, np.log(_FIRST_BAND) + tiny
+        lower[[1, 3]] = upper[[1, 3]] = 0.0
+        lower[2] = upper[2] = np.log(_FIRST_BAND)
     if not scaled.with_friction:
-        lower[[4, 6]], upper[[4, 6]] = -tiny, tiny
+        lower[[4, 6]] = upper[[4, 6]] = 0.0
     if not scaled.with_lag:
-        lower[5], upper[5] = -tiny, tiny
+        lower[5] = upper[5] = 0.0
     return lower, upper
 
 
