@@ -88,11 +88,11 @@ def layout_of_rows(
     as_wide = kinds.width in (0, len(names))
     if names[:1] == [NAME] and as_wide and (scope := _scope(rows, names_row, names, kinds)) is not None:
         return scope
-    below, units = _units_below(rows, names_row, names, unit_row, wanted)
     above = rows[max(0, names_row - _HIGHEST_HEADER) : names_row]
+    names, composed_units = composed_names(names, above)
+    below, units = _units_below(rows, names_row, names, unit_row, wanted)
     if not units and unit_row is None:
         units = _units_above(above, len(names))
-    names, composed_units = composed_names(names, above)
     if not any(kinds.used[len(names) :]):  # cells beyond the names are empty in all rows: columns without a name
         names += [""] * (kinds.width - len(names))
     unit_of = composed_units | {name: unit for name, unit in zip(names, units, strict=False) if name and unit}

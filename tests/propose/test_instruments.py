@@ -53,9 +53,10 @@ def motive() -> str:
     return head + "\n\n" + lines_of([kinds, names, ids, what, body], ",") + lines_of(rows, ",")
 
 
-def vicon() -> str:
-    rows = next_to(np.arange(N), np.zeros(N), PLACE)
-    return "Trajectories\n50\n,,arm:tool,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n" + lines_of(rows, ",")
+def vicon(markers: Sequence[str] = ("arm:tool",)) -> str:
+    rows = next_to(np.arange(N), np.zeros(N), PLACE, np.tile([10.0, 20.0, 30.0], (N, len(markers) - 1)))
+    head = ["Trajectories\n50\n", *(f",,{name}" for name in markers), ",,\nFrame,Sub Frame", *[",X,Y,Z"] * len(markers)]
+    return "".join([*head, "\n,", *[",mm,mm,mm"] * len(markers), "\n"]) + lines_of(rows, ",")
 
 
 def trc() -> str:
@@ -164,6 +165,7 @@ WRENCH, POSITION, ANGLES = "wrench", "position.tool", "joints"
 LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
     "OptiTrack Motive": (motive, "take.csv", "utf-8", POSITION),
     "Vicon Nexus": (vicon, "trial.csv", "utf-8", POSITION),
+    "Vicon Nexus, several markers": (lambda: vicon(("arm:tool", ",arm:a", ",arm:b")), "trial.csv", "utf-8", POSITION),
     "tracks by rows": (trc, "take.trc", "utf-8", POSITION),
     "Qualisys QTM": (qualisys, "take.tsv", "utf-8", POSITION),
     "LabVIEW measurement file": (labview, "force.lvm", "utf-8", WRENCH),
