@@ -255,6 +255,18 @@ def common_length(lengths: Mapping[str, int], wanted: WantedColumns, display_nam
     return n_rows
 
 
+_KINDS = {
+    "U": "text",
+    "S": "text",
+    "O": "text",
+    "M": "times",
+    "m": "spans of time",
+    "b": "truth values",
+    "f": "numbers",
+}
+"""Kinds of numpy's types in words; "O" is how texts of any length come."""
+
+
 def batch_of_columns(
     read: Callable[[str, int, int], NDArray[Any]], wanted: WantedColumns, start: int, end: int, display_name: str
 ) -> Batch:
@@ -273,7 +285,7 @@ def batch_of_columns(
         kind = values.dtype.kind
         if name in wanted.numbers:
             if kind not in "iuf":
-                reason = f"it holds {values.dtype}, not numbers"
+                reason = f"it holds {_KINDS.get(kind, str(values.dtype))}, not numbers"
                 raise InputError.at(
                     FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "use a column of numbers"
                 )
@@ -283,7 +295,7 @@ def batch_of_columns(
             numbers[name] = seconds_of_timestamps(values)
             continue
         if kind not in "SUOiu":
-            reason = f"it holds {values.dtype}, not words"
+            reason = f"it holds {_KINDS.get(kind, str(values.dtype))}, not words"
             raise InputError.at(FaultCode.COLUMN_TYPE, display_name, f"column {name}", reason, "use a column of words")
         cells = [text_of(value).strip("\0 ") for value in values.tolist()]
         if "" in cells and name not in wanted.gaps:

@@ -72,7 +72,7 @@ def test_words_and_times(tmp_path: Path) -> None:
     (batch,) = READER.read_batches(path, {"group": "ids"}, WantedColumns(("t",), texts=("run",), times=("when",)))
     assert set(batch.texts["run"]) == {"pose01"}
     assert batch.numbers["when"][1] - batch.numbers["when"][0] == 1
-    assert "column run: it holds object, not numbers" in fault(path, WantedColumns(("run",)))
+    assert "column run: it holds text, not numbers" in fault(path, WantedColumns(("run",)))
 
 
 def test_names_that_are_not_there(tmp_path: Path) -> None:

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.file_formats import format_names
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import WantedColumns, find_reader
 from tests.laboratory.bags import joint_state, pose, transforms, wrench, write_bag
 from tests.laboratory.log_reading import parse_here, read_columns, refusal
@@ -102,6 +104,14 @@ def test_a_cut_off_file_is_refused(tmp_path: Path, name: str, keep: float) -> No
     content = path.read_bytes()
     path.write_bytes(content[: int(keep * len(content))])
     assert "raw/log: no whole bag (" in fault(path, WantedColumns(("wrench.force.x",)))
+
+
+@pytest.mark.parametrize("name", ["log.mcap", "log.bag"])
+def test_a_bag_without_topics_is_an_empty_file(tmp_path: Path, name: str) -> None:
+    path = write_bag(tmp_path / name, {})
+    with pytest.raises(InputError) as caught:
+        read(path, WantedColumns(("x",)))
+    assert [entry.code for entry in caught.value.faults] == [FaultCode.FILE_EMPTY]
 
 
 def test_a_message_without_the_joint_is_placed(tmp_path: Path) -> None:

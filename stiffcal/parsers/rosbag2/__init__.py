@@ -280,8 +280,12 @@ def _connections(bag: Any, option: str, options: Options, display_name: str) -> 
     """Return the connections of the topic that the options name, or of the only one."""
     topics = sorted({connection.topic for connection in bag.connections})
     requested = options.get("topic")
+    if not topics:
+        raise InputError.at(
+            FaultCode.FILE_EMPTY, display_name, "", "the bag contains no topics", "log again, or leave the file out"
+        )
     if requested is None and len(topics) != 1:
-        listed = ", ".join(f"{name} ({bag.topics[name].msgtype})" for name in topics[:12]) or "none"
+        listed = ", ".join(f"{name} ({bag.topics[name].msgtype})" for name in topics[:12])
         reason = f"the bag contains {len(topics)} topics"
         raise InputError.at(
             FaultCode.LOG_PART_AMBIGUOUS, display_name, f"{option}.topic", reason, f"state which: {listed}"
