@@ -274,8 +274,7 @@ def _is_unit_length(role: Role) -> bool:
 _NUMBERED: tuple[str, ...] = NUMBERED_QUATERNION
 _UNIT_LENGTH = 0.1  # four numbers of one decimal, each off by half a digit
 _MATRIX = re.compile(r"r(?:ot|otation|matrix)?([0-3])([0-3])")
-# Qualisys (IMUSim's reader of its 6D exports, which the manufacturer's manual agrees with): Rot[0], [1], [2] are the
-# first column.
+# Qualisys, as IMUSim's reader takes its 6D exports: Rot[0], [1], [2] are the first column.
 _BY_COLUMN = re.compile(r"(.{0,200})Rot\[0\]")
 
 
