@@ -26,6 +26,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import OutboardLoads, outboard_loads, unit_wrenches
 from stiffcal.model.effect import NodeLoads, joint_nodes
 from stiffcal.model.equilibrium import Rest, add_side_torques, last_node_inboard, law_terms
+from stiffcal.model.no_balance import no_balance
 
 Real = TypeVar("Real", np.float64, np.float32)
 Singles = NDArray[np.float32]
@@ -225,23 +226,32 @@ class RestTangent:
 
     @cached_property
     def _answers(self) -> Answers:
-        """What the targets' motions answer to the nodes' wrenches, with all that follows from it."""
+        """What the targets' motions answer to the nodes' wrenches, with all that follows from it.
+
+        Raises
+        ------
+        NoBalanceError : the sweeps do not settle; so they do where the balance itself is about to give way.
+        """
         slopes = law_slopes(self._robot, self._loads)
         answering = list(dict.fromkeys(slope.answers for slope in slopes))
         motions = {at: self._lever(at) for at in answering}
         answers = self._summed(slopes, motions)
         largest = max((float(np.max(np.abs(lever), initial=0.0)) for lever in motions.values()), default=0.0)
         last = largest
-        for _ in range(MAX_SWEEPS if self._robot.deformed else 0):
+        for _ in range(MAX_SWEEPS if self._robot.deformed and answering else 0):
             updated = {at: self._lever(at) + self._further(answers, at) for at in answering}
             change = max(
                 (float(np.max(np.abs(updated[at] - motions[at]), initial=0.0)) for at in answering), default=0.0
             )
-            motions = updated
-            # sweeps contract evenly
+            before, motions = motions, updated
+            # sweeps contract evenly; what is no number ends them too, and is reported with the columns
             if not change * min(last, change) > TOLERANCE * largest * last:
                 break
             answers, last = self._summed(slopes, motions), change
+        else:
+            if self._robot.deformed and answering:
+                moved = np.max([np.abs(motions[at] - before[at]).max(axis=0) for at in answering], axis=0)
+                raise no_balance(self._robot, self._rest.inputs, self._rest.displacement, moved)
         self._motions |= motions
         return replace(answers, own=_by_carried(slopes, motions))
 

@@ -11,11 +11,13 @@ from stiffcal.errors import InputError
 from stiffcal.estimation import bounded_least_squares, solve
 from stiffcal.estimation.bounded_least_squares import least_squares_within
 from stiffcal.estimation.identifiability import check_identifiability
-from stiffcal.estimation.unknowns import Unknowns
-from stiffcal.identification import dual_form, variance_components
+from stiffcal.estimation.unknowns import Unknowns, free_columns
+from stiffcal.identification import dual_form, tangent, variance_components
 from stiffcal.identification.document import fit_warnings
-from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.identify import Settings, fit_problem, identify_parameters
+from stiffcal.identification.observation import derivatives
 from stiffcal.measurements.load_states import Sigma
+from stiffcal.model.no_balance import NoBalanceError
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
@@ -37,6 +39,17 @@ def test_a_fit_that_does_not_settle_says_so(monkeypatch: pytest.MonkeyPatch) -> 
 def test_the_linear_form_needs_one_step() -> None:
     states = played(medium_robot(), noise=Sigma(15e-6, 2e-5), seed=1)
     assert identify_parameters(states, joint_springs(six_axes(), deformed=False)).last_step is None
+
+
+def test_columns_that_do_not_settle_are_no_balance(monkeypatch: pytest.MonkeyPatch) -> None:
+    truth = medium_robot()
+    data = fit_problem(played(truth), truth).data
+    columns = free_columns(truth)
+    assert np.isfinite(derivatives(truth, data, columns)).all()
+    monkeypatch.setattr(tangent, "MAX_SWEEPS", 1)
+    monkeypatch.setattr(tangent, "TOLERANCE", 1e-12)  # a first sweep contracts by a hundred
+    with pytest.raises(NoBalanceError):
+        derivatives(truth, data, columns)
 
 
 def test_the_dual_form_that_does_not_settle_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
