@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -140,7 +141,7 @@ def test_bodies_hang_at_any_frame_and_move_with_other_joints(joint: int) -> None
     at = [np.vstack([np.column_stack([np.eye(3), rng.uniform(-0.3, 0.3, 3)]), [0.0, 0.0, 0.0, 1.0]]) for _ in range(4)]
     targets = tuple(Attachment(body, frame) for body, frame in zip((1, 3, 4, 7), at, strict=True))
     setup = replace(states.setup, targets=targets, target_names=("column", "arm", "wrist", "tool"))
-    per_target = {field: np.repeat(getattr(states, field), 4, axis=1) for field in PER_TARGET}
+    per_target: dict[str, Any] = {field: np.repeat(getattr(states, field), 4, axis=1) for field in PER_TARGET}
     data = fit_problem(replace(states, setup=setup, **per_target), robot).data
     columns = [column for column in free_columns(robot) if column.placed == len(robot.placed) - 1][::5]
     as_drawn = replace(robot, deformed=False)

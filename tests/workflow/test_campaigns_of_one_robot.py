@@ -45,6 +45,8 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Trut
     lines = [",".join(f"{value:.9g}" for value in row) for row in rows]
     text = "\n".join(["t,A1,A2,A3,A4,A5,A6,X,Y,Z", *lines]) + "\n"
     (second / "raw" / "places.csv").write_text(text, encoding="utf-8")
+    for folder in (first, second):  # whichever test comes first
+        identify_campaign(folder)
     return first, second, truth
 
 
