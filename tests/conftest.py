@@ -121,7 +121,7 @@ PRACTICE = (
     "whole_campaigns/test_logs_of_a_lab.py::test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses[camera",
     "whole_campaigns/test_logs_of_a_lab.py::test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses[key_lines",
     "whole_campaigns/test_max100.py::test_diagnosis_with_rods_and_without",
-    "whole_campaigns/test_mixed.py::test_without_the_play", "whole_campaigns/test_order_of_approach.py",
+    "whole_campaigns/test_mixed.py::test_the_ladder_ends", "whole_campaigns/test_order_of_approach.py",
     "workflow/test_controller_export.py::test_the_path_of_paper_002_driven_by_the_code[True",
 )  # fmt: skip
 
