@@ -19,6 +19,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         asked.append(env["OPENBLAS_CORETYPE"])
         return subprocess.CompletedProcess(words, 1 if env["OPENBLAS_CORETYPE"] == "Bad" else 0)
 
+    monkeypatch.delenv("OPENBLAS_CORETYPE", raising=False)
     monkeypatch.setattr(subprocess, "run", run)
     monkeypatch.setattr(kernels, "flags", lambda: {"avx2", "fma"})
     monkeypatch.setattr(kernels, "computed", lambda kernel: f"digest of {kernel}")
@@ -48,7 +49,6 @@ def test_the_processors_own_kernels_may_be_left_out(
     own: set[str], left: list[str], runs: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Under its own kernels a processor runs all tests; one that passes for Haswell is the same again."""
-    monkeypatch.delenv("OPENBLAS_CORETYPE", raising=False)
     monkeypatch.setattr(kernels, "flags", lambda: None)
     monkeypatch.setattr(
         kernels, "taken", lambda kernel: {"Haswell"} if kernel == "Zen" else {kernel} if kernel else own
