@@ -65,6 +65,6 @@ def deflection_doubts(deflection: Floats, wrench: Floats, where: str, mend: str)
         text = f"{loads} deflect the robot by {1e3 * largest:.3g} mm, more than robots give: check their unit"
         return [f"{where}: {text}"]
     if largest < SMALLEST_M and mend:
-        text = f"{loads} deflect the robot by {1e6 * largest:.2g} µm, less than instruments at it show"
+        text = f"{loads} deflect the robot by {1e3 * largest:.2g} mm, less than instruments at it show"
         return [f"{where}: {text}: are they in kN? {mend}"]
     return []

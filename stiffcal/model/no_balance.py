@@ -110,10 +110,11 @@ def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, chan
         load_text = f"under {force:.3g} N" + (f" and {moment:.3g} N·m" if inputs.setup.moments_measured else "")
     turn = float(np.max(np.abs(displacement[:, 3:, state]), initial=0.0))
     turn_text = f"it rotates by {turn:.3g} rad" if np.isfinite(turn) else "its deflection grows without limit"
-    pose = ", ".join(f"{angle:.4g}" for angle in robot.chain.printed_positions(inputs.angles[:, state]))
+    # offsets, signs and couplings of joints stand between these and what a controller shows
+    pose = robot.chain.position_words(inputs.angles[:, state])
     causes = list(_likely_causes(robot, inputs, force, moment))
     worst = max(causes, key=lambda suspect: suspect.excess, default=None)
-    return NoBalanceError(f"{load_text}: {turn_text}", state, f"the pose ({pose}) deg", worst)
+    return NoBalanceError(f"{load_text}: {turn_text}", state, f"the pose ({pose}; positions of the model)", worst)
 
 
 def _likely_causes(robot: CompliantRobot, inputs: Inputs, force: float, moment: float) -> Iterator[LikelyCause]:

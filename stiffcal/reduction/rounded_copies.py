@@ -205,23 +205,19 @@ def _is_chance(copies: int, alike: int) -> bool:
 
 
 def _blocks(pairs: Sequence[_Pair]) -> list[list[_Pair]]:
-    """Return stretches of copies one after the other, whose originals are one after the other too."""
-    blocks: list[list[_Pair]] = []
+    """Return copies together that stand as many rows behind their originals; some rows between may be none."""
+    blocks: dict[tuple[str, str, int], list[_Pair]] = {}
     for pair in pairs:
-        if blocks and _follows(blocks[-1][-1][0], pair[0]) and _follows(blocks[-1][-1][1], pair[1]):
-            blocks[-1].append(pair)
-        else:
-            blocks.append([pair])
-    return blocks
-
-
-def _follows(first: _Place, second: _Place) -> bool:
-    return first[0] == second[0] and second[1] == first[1] + 1
+        (file, row), (original_file, original_row) = pair
+        blocks.setdefault((file, original_file, row - original_row), []).append(pair)
+    return list(blocks.values())
 
 
 def _sentence(block: Sequence[_Pair]) -> str:
     copies, originals = _rows_in_words([pair[0] for pair in block]), _rows_in_words([pair[1] for pair in block])
-    return f"{copies} {'repeats' if len(block) == 1 else 'repeat'} {originals}"
+    gaps = block[-1][0][1] - block[0][0][1] + 1 > len(block)
+    some = f" ({len(block)} of them)" if gaps else ""
+    return f"{copies}{some} {'repeats' if len(block) == 1 else 'repeat'} {originals}"
 
 
 def _rows_in_words(places: Sequence[_Place]) -> str:

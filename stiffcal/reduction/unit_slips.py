@@ -56,7 +56,7 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
         return []
     stiffness = force / largest
     reason = (
-        f"the largest displacement is {1e6 * largest:.3g} µm under up to {force:.3g} N: {1e-6 * stiffness:.3g} N/µm; "
+        f"the largest displacement is {1e3 * largest:.3g} mm under up to {force:.3g} N: {1e-6 * stiffness:.3g} N/µm; "
         "robots have 0.1 to 5 N/µm at the tool"
     )
     factor = unit(declared, "translation").factor

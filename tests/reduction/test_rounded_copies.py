@@ -70,6 +70,18 @@ def test_a_few_rows_between_others() -> None:
     assert "rows 26 to 27 repeat raw/table.csv rows 8 to 9" in warning
 
 
+@pytest.mark.parametrize("every", [2, 3])
+def test_copies_with_gaps_are_one_entry(every: int) -> None:
+    """Rows that were changed after the pasting stand between the copies."""
+    columns = printed(displacement_columns(), (3, 2, 3))
+    second = printed(columns, (2, 1, 2))
+    changed = np.arange(len(second["dx"])) % every == 1
+    second["dx"] = np.where(changed, second["dx"] + 0.5, second["dx"])
+    (warning,) = warned(pasted(columns, second))
+    assert warning.count("raw/table.csv") == 2
+    assert f"({24 - changed.sum()} of them)" in warning
+
+
 @pytest.mark.parametrize("digits", [(2, 0, 2), (2, 1, 3), (3, 3, 4)])
 @pytest.mark.parametrize("noise_mm", [1e-4, 3e-3, 3e-2])
 @pytest.mark.parametrize("seed", range(4))

@@ -228,8 +228,8 @@ def test_a_robot_that_finds_no_balance_names_the_number_in_another_unit(
     line = str(caught.value.faults[0])
     assert line.startswith(f"{file}: {place}"), line
     assert mend in line
-    if "no balance" in line:
-        assert re.search(r'in run "pose\d", the pose \([-\d., ]+\) deg, under ', line)
+    if "no equilibrium" in line:
+        assert re.search(r"the pose \([-\d., °]+; positions of the model\), under ", line), line
         assert "it rotates " in line
 
 
