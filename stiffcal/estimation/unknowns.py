@@ -126,6 +126,19 @@ class Unknowns:
         """Return (p,) True for those with one of these names."""
         return np.array([name in names for name in self.names], dtype=np.bool_)
 
+    def select(self, numbers: Sequence[int]) -> Unknowns:
+        """Return some of the unknowns, by their positions."""
+        kept = list(numbers)
+        return Unknowns(
+            tuple(self.names[k] for k in kept),
+            self.lower[kept],
+            self.upper[kept],
+            self.nonlinear[kept],
+            self.tolerance[kept],
+            self.prior[kept],
+            self.open_before,
+        )
+
     def steps_within(self, values: Floats) -> tuple[Floats, Floats]:
         """Return (p,) how far down and how far up each can go from its value; never the other way."""
         return np.minimum(self.lower - values, 0.0), np.maximum(self.upper - values, 0.0)

@@ -25,7 +25,6 @@ SOLVERS = {
     "diagnosis/normal_equations.py",  # folds and candidates, from inner products
     "experiments/clamped/state_noise.py",
     "experiments/clamped/torque_angle_fit.py",
-    "experiments/friction/solving.py",
     "propose/unnamed_states.py",  # the load at rest
     "reduction/consistency.py",  # zero offsets of instruments
     "reduction/excitation.py",  # loads that a person chose
@@ -36,11 +35,8 @@ SOLVERS = {
 BOUNDS = {
     "diagnosis/scan.py",  # keeps a shape that it tries within what is possible
     "diagnosis/suspects/rival_effects.py",
-    "experiments/friction/fitting.py",
     "effects/presliding.py",  # keeps a shape within what is possible
     "effects/stribeck.py",
-    "experiments/friction/problem.py",
-    "experiments/friction/solving.py",
     "identification/base_load.py",  # the directions of gravity that a prior holds
     "model/assembly.py",  # values that a person wrote
     "model/parameters.py",
@@ -111,7 +107,7 @@ def test_rows_come_from_a_fit(trees: dict[str, ast.Module]) -> None:
 
 
 def test_nobody_else_calls_a_solver(trees: dict[str, ast.Module]) -> None:
-    solvers = {"least_squares", "least_squares_within", "lsq_linear", "minimize", "solve_step", "settle"}
+    solvers = {"least_squares", "least_squares_within", "lsq_linear", "minimize", "solve_step"}
     found = {
         name
         for name, tree in trees.items()
@@ -124,10 +120,10 @@ def test_nobody_else_calls_a_solver(trees: dict[str, ast.Module]) -> None:
     assert found == SOLVERS
 
 
-def test_gauss_newton_has_one_caller(trees: dict[str, ast.Module]) -> None:
-    """Every fit of load states and absolute places goes through `fit_observations`."""
+def test_gauss_newton_has_one_caller_for_each_kind_of_rows(trees: dict[str, ast.Module]) -> None:
+    """Every fit of load states and absolute places goes through `fit_observations`, every one of friction `PartFit`."""
     callers = {name for name, tree in trees.items() if ("stiffcal.estimation.solve", "settle") in imported(tree)}
-    assert callers == {"identification/identify.py"}
+    assert callers == {"identification/identify.py", "experiments/friction/part_fit.py"}
 
 
 def test_bounds_and_priors_are_read_by_estimation(trees: dict[str, ast.Module]) -> None:

@@ -44,7 +44,7 @@ def test_friction_over_speed_is_found_again() -> None:
 
 
 def test_weight_does_not_matter() -> None:
-    light, heavy = (fitted(TRUE, weight=weight).joints[0].values() for weight in (0.0, 900.0))
+    light, heavy = (fitted(TRUE, weight=weight).joints[0].values for weight in (0.0, 900.0))
     for symbol in ("joint-friction.j2.coulomb", "joint-friction.j2.viscous"):
         assert light[symbol] == pytest.approx(heavy[symbol], abs=0.05)
 
@@ -84,8 +84,8 @@ def test_a_joint_that_only_swings_is_modelled() -> None:
     assert reduction.motion is not None
     assert "modelled" in reduction.warnings[0]
     (joint,) = fit_friction(motion_rows(reduction.motion, robot()), (JOINT_2,), robot()).joints
-    assert joint.values()["joint-friction.j2.coulomb"] == pytest.approx(50.0, rel=0.02)
-    assert joint.values()["joint-friction.j2.viscous"] == pytest.approx(80.0, rel=0.02)
+    assert joint.values["joint-friction.j2.coulomb"] == pytest.approx(50.0, rel=0.02)
+    assert joint.values["joint-friction.j2.viscous"] == pytest.approx(80.0, rel=0.02)
 
 
 def test_rows_of_both_kinds_go_together() -> None:

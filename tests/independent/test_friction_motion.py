@@ -53,7 +53,7 @@ def test_steady_velocities_both_ways() -> None:
     assert reduction.steady.used.all()
     assert reduction.samples is not None
     (joint,) = fitted(steady_rows(reduction.samples), 2).joints
-    found = {name.rsplit(".", 1)[-1]: value for name, value in joint.values().items()}
+    found = {name.rsplit(".", 1)[-1]: value for name, value in joint.values.items()}
     assert found == pytest.approx({"coulomb": 50.0, "viscous": 80.0}, rel=1e-3)
 
 
@@ -71,6 +71,6 @@ def test_all_joints_at_once_by_the_rigid_body_model() -> None:
     assert reduction.steady is None
     assert reduction.motion is not None
     fit = fitted(motion_rows(reduction.motion, CHAIN), *range(1, 7))
-    found = np.array([list(one.values().values()) for one in fit.joints])
+    found = np.array([list(one.values.values()) for one in fit.joints])
     np.testing.assert_allclose(found[:, 0], DRIVES.loss, rtol=0.06)
     np.testing.assert_allclose(found[:4, 1], DRIVES.damping[:4], rtol=0.10)

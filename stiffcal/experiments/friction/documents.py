@@ -26,10 +26,11 @@ from stiffcal.validation.results import ErrorSlice
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from stiffcal.experiments.friction.fitting import FrictionFit, FrictionParameter, JointFrictionFit
+    from stiffcal.estimation.parameters import Parameter
+    from stiffcal.experiments.friction.fitting import FrictionFit, JointFrictionFit
+    from stiffcal.experiments.friction.part_fit import PartFit
     from stiffcal.experiments.friction.readings import SteadyReadings
     from stiffcal.experiments.friction.rows import FrictionRows
-    from stiffcal.experiments.friction.solving import PartFit
     from stiffcal.measurements.columns import Values
     from stiffcal.model.composite import PlacedEffect
 
@@ -45,23 +46,28 @@ def effects_in_model(placed: tuple[PlacedEffect, ...]) -> list[EffectInModel]:
     return [EffectInModel(name, joints=numbers) for name, numbers in joints.items()]
 
 
-def identified_friction_parameter(parameter: FrictionParameter) -> IdentifiedParameter:
+def _identified(parameter: Parameter, remark: str) -> IdentifiedParameter:
     """Return one parameter as ``identify`` answers it, with a remark on what to know of it."""
     value, std = parameter.value, parameter.std
     return IdentifiedParameter(
         name=parameter.name,
         effect=parameter.effect,
-        where=Where(joints=[parameter.joint]),
+        where=Where.of(parameter.place),
         value=value,
         std=std,
         interval=None if parameter.interval is None else list(parameter.interval),
         unit=parameter.spec.unit,
         fixed=parameter.fixed,
-        identifiable=value is not None and (std is not None or not parameter.why),
+        identifiable=parameter.identifiable and not remark,
         at_bound=parameter.at_bound,
         poorly_known=bool(std is not None and value and is_poorly_known(value, std)),
-        remark=parameter.why,
+        remark=remark,
     )
+
+
+def identified_friction(joint_fit: JointFrictionFit) -> list[IdentifiedParameter]:
+    """Return a joint's parameters as ``identify`` answers them."""
+    return [_identified(parameter, joint_fit.remark(parameter.name)) for parameter in joint_fit.parameters]
 
 
 def unknown_parameters(placed: PlacedEffect) -> list[IdentifiedParameter]:
@@ -111,11 +117,11 @@ def lacking_motion(data: MeasuredRuns, fit: FrictionFit) -> list[UnidentifiedPar
     groups = []
     for joint_fit in fit.joints:
         name = data.joint_names[joint_fit.joint - 1]
-        for lack in dict.fromkeys(parameter.lack for parameter in joint_fit.parameters):
-            if lack is not None:
-                names = [parameter.name for parameter in joint_fit.parameters if parameter.lack is lack]
-                reason = f"joint {name}: {lack.sentence}"
-                groups.append(UnidentifiedParameters(parameters=names, known=None, reason=reason))
+        if joint_fit.lacking:
+            names = [parameter.name for parameter in joint_fit.parameters if parameter.name in joint_fit.lacking]
+            (lack,) = set(joint_fit.lacking.values())
+            reason = f"joint {name}: {lack.sentence}"
+            groups.append(UnidentifiedParameters(parameters=names, known=None, reason=reason))
     return groups
 
 
@@ -227,8 +233,8 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
                     "direction than in the other: friction depends on the direction, or the torque has a zero offset"
                 )
         for parameter in joint_fit.parameters:
-            if parameter.fixed and parameter.why:
-                texts.append(f"{parameter.name}: {parameter.why}")
+            if parameter.name in joint_fit.usual:
+                texts.append(f"{parameter.name}: {joint_fit.remark(parameter.name)}")
             elif parameter.at_bound:
                 texts.append(f"{parameter.name} is at the limit of its range")
         if any(p.value is not None and p.value <= 0.0 for p in joint_fit.parameters if p.spec.symbol == "coulomb"):
@@ -305,7 +311,7 @@ def heldout_columns(rows: FrictionRows, residual: Floats, joint_names: tuple[str
 def part_of(rows: FrictionRows, part: PartFit) -> Floats:
     """Return (k,) N·m of the effects of a part that are no laws of velocity alone: ripple, temperature, load."""
     torque = np.zeros(len(rows))
-    torque[np.isin(rows.joint, part.joints)] = part.other_than_velocity()
+    torque[np.isin(rows.joint, part.joints)] = part.other_than_velocity
     return torque
 
 

@@ -9,9 +9,8 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.experiments.drawn_rows import DrawnPart, DrawnRows, DrawnVariable
 from stiffcal.experiments.friction.curves import FRICTION_FIT, FRICTION_HELDOUT
-from stiffcal.experiments.friction.drive_law import initial_law
 from stiffcal.experiments.friction.parts import friction_readings, friction_rows, heldout_runs
-from stiffcal.experiments.friction.solving import PartFit
+from stiffcal.experiments.friction.row_columns import RowColumns
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.results import IdentifiedModel
 from stiffcal.model.campaign_effects import moving_effects
@@ -69,15 +68,14 @@ def driver_of_rows(data: MeasuredRuns, effect: Effect, joint: int) -> DrawnVaria
 def _parts(data: MeasuredRuns, identified: IdentifiedModel, rows: FrictionRows) -> list[DrawnPart]:
     """Return the torque of each effect with the values of the fit."""
     values = {entry.name: entry.value for entry in identified.parameters if entry.value is not None}
-    bare, parts = PartFit(rows, [], data.campaign.chain), []
+    made, parts = RowColumns(rows, data.campaign.chain), []
     for effect in moving_effects(data.campaign):
         joint = effect.place.joints[0]
         if not (rows.joint == joint).any():
             continue
-        law = initial_law(effect, frozenset())
-        shape = {symbol: values.get(effect.parameter_name(symbol), usual) for symbol, usual in law.shape.items()}
+        shape = {symbol: values.get(effect.parameter_name(symbol), usual) for symbol, usual in effect.shape().items()}
         torque = np.zeros(len(rows))
-        for symbol, column in bare.columns(effect, shape).items():
+        for symbol, column in made.of(effect.effect, effect.place, shape).items():
             torque += values.get(effect.parameter_name(symbol), 0.0) * column
         parts.append(DrawnPart(f"{effect.effect.name} {effect.place.label}", joint, torque))
     return parts

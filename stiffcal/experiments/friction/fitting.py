@@ -1,57 +1,24 @@
 """What the model file gives drives in free motion (paper 004, eq. 1, and what comes on top), fitted joint by joint.
 
-Amplitudes are linear and found inside, shapes outside (variable projection: Golub and Pereyra 1973), weight and inertia
-are projected out.
+Weight and inertia are projected out; the rest is a fit as any other (`stiffcal.estimation.solve`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.experiments.friction.drive_law import DriveLaw, initial_law
-from stiffcal.experiments.friction.identifiability import MotionLack, undetermined
+from stiffcal.estimation.parameters import Parameter
+from stiffcal.experiments.friction.identifiability import MotionLack, motion_lack
+from stiffcal.experiments.friction.part_fit import PartFit
 from stiffcal.experiments.friction.rows import FrictionRows, together
-from stiffcal.experiments.friction.solving import PartFit
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import ParameterRole, ParameterSpec
-from stiffcal.uncertainty import NORMAL_95
 
 NOT_IDENTIFIED = "not identifiable from these data; the usual value is used"
-
-
-@dataclass(frozen=True)
-class FrictionParameter:
-    """One parameter of one joint."""
-
-    name: str
-    """Full name, as in model.toml."""
-    effect: str
-    """Name of its effect."""
-    joint: int
-    """From 1."""
-    spec: ParameterSpec
-    """Its symbol, unit and bounds."""
-    value: float | None
-    """SI; None where these data do not determine it."""
-    std: float | None
-    """Standard uncertainty, SI; None where not known or not estimated."""
-    interval: tuple[float, float] | None
-    """95 % limits, SI; None where not known or not estimated."""
-    fixed: bool
-    """True where it was not estimated: at the model file's value or at the usual one."""
-    at_bound: bool
-    """True where the value lies on a bound."""
-    why: str = ""
-    """What a reader must know of the value, "" where nothing."""
-    lack: MotionLack | None = None
-    """Why the motion does not determine it; None where it does, or where it was not estimated."""
-    in_fit: float | None = None
-    """SI, what the fitted friction was computed with; None where ``value`` is it."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +27,16 @@ class JointFrictionFit:
 
     joint: int
     """From 1."""
-    parameters: tuple[FrictionParameter, ...]
+    parameters: tuple[Parameter, ...]
     """All parameters, in the order of the model and of each effect."""
+    usual: frozenset[str]
+    """Full names of shapes that these data do not determine, held at their usual values."""
+    lacking: Mapping[str, MotionLack]
+    """Full name to why the motion does not determine it."""
+    values: Mapping[str, float]
+    """Full name to the value that the fitted friction is computed with, SI."""
     free: tuple[str, ...]
-    """Full names of those that were estimated."""
+    """Full names of those that were solved for."""
     covariance: Floats
     """(q, q) of ``free``, in that order, SI."""
     noise: float | None
@@ -77,10 +50,11 @@ class JointFrictionFit:
     highest: float
     """rad/s, the highest speed."""
 
-    def values(self) -> dict[str, float]:
-        """Return full name to the value that the fitted friction is computed with."""
-        used = {p.name: p.in_fit if p.value is None else p.value for p in self.parameters}
-        return {name: value for name, value in used.items() if value is not None}
+    def remark(self, name: str) -> str:
+        """Return what a reader must know of a parameter's value, "" where nothing."""
+        if name in self.usual:
+            return NOT_IDENTIFIED
+        return self.lacking[name].sentence if name in self.lacking else ""
 
 
 @dataclass(frozen=True)
@@ -123,11 +97,7 @@ class FrictionFit:
 
 
 def fit_friction(
-    rows: FrictionRows,
-    placed: tuple[PlacedEffect, ...],
-    chain: Chain,
-    fixed: frozenset[str] = frozenset(),
-    start: FrictionFit | None = None,
+    rows: FrictionRows, placed: tuple[PlacedEffect, ...], chain: Chain, fixed: frozenset[str] = frozenset()
 ) -> FrictionFit:
     """Fit what shows in motion of every joint that has an effect and rows.
 
@@ -137,7 +107,6 @@ def fit_friction(
     placed : effects that show in motion, any number per joint, with the model file's values.
     chain : the robot.
     fixed : full names held at those values.
-    start : a fit of nearly the same rows, whose shapes are begun with.
 
     Raises
     ------
@@ -148,23 +117,11 @@ def fit_friction(
     if len(rows) == 0:
         raise ValueError("no reading of friction belongs to a joint of the model")
     groups = []
-    shapes = None
-    if start is not None:
-        shapes = {name: value for part in start.parts for name, value in part.values().items()}
     for group in together(rows):
         group_rows = rows.select(group)
-        laws = [initial_law(effect, fixed) for effect in placed if effect.place.joints[0] in group_rows.joint]
-        if start is not None:
-            _hold_as_in(laws, start)
-        groups.append((group, PartFit(group_rows, laws, chain).run(shapes)))
+        own = tuple(effect for effect in placed if effect.place.joints[0] in group_rows.joint)
+        groups.append((group, PartFit.of(group_rows, own, chain, fixed)))
     return _whole(rows, groups, placed)
-
-
-def _hold_as_in(laws: list[DriveLaw], start: FrictionFit) -> None:
-    """Estimate no shape that another fit has held."""
-    free = {law.placed.parameter_name(s) for part in start.parts for law in part.laws for s in law.free_nonlinear}
-    for law in laws:
-        law.free_nonlinear = [symbol for symbol in law.free_nonlinear if law.placed.parameter_name(symbol) in free]
 
 
 def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]], placed: tuple[PlacedEffect, ...]) -> FrictionFit:
@@ -174,19 +131,18 @@ def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]], placed: t
     joints: list[JointFrictionFit] = []
     condition, dof, chi2, scaled = 1.0, 0, 0.0, False
     for group, fit in groups:
-        friction[group], sigma[group] = fit.friction(), fit.sigma
-        own, own_std = fit.unknowns(), fit.unknowns_std()
+        friction[group], sigma[group] = fit.friction, fit.sigma
+        own, own_std = fit.unknowns, fit.unknowns_std
         nuisance[group] = fit.rows.nuisance @ own
         for k, unknown in enumerate(fit.rows.unknown):
             number = rows.unknown.index(unknown)
             unknowns[number], spread[number] = own[k], own_std[k]
-        condition = max(condition, fit.condition())
-        estimated = sum(len(law.free_nonlinear) + len(law.chosen) for law in fit.laws) + fit.matrix.shape[1]
-        dof += len(fit.rows) - fit.basis.shape[1] - estimated
+        condition = max(condition, fit.settled.checked.condition)
+        dof += fit.dof
         chi2 += float(fit.residual @ fit.residual)
-        scaled = scaled or not fit.noise_known.all()
+        scaled = scaled or fit.source.lasting_weights
         joints += [joint_fit(fit, joint) for joint in fit.joints]
-    values = {name: value for _, fit in groups for name, value in fit.values().items()}
+    found = {effect.parameter_name(""): effect for _, fit in groups for effect in fit.robot.placed}
     return FrictionFit(
         joints=tuple(sorted(joints, key=lambda joint_fit: joint_fit.joint)),
         rows=rows,
@@ -200,36 +156,31 @@ def _whole(rows: FrictionRows, groups: list[tuple[Booleans, PartFit]], placed: t
         reduced_chi2=None if scaled or dof <= 0 else chi2 / dof,
         condition=condition,
         scaled=scaled,
-        placed=tuple(_with_values(effect, values) for effect in placed),
+        placed=tuple(found.get(effect.parameter_name(""), effect) for effect in placed),
         parts=tuple(fit for _, fit in groups),
     )
 
 
-def _with_values(placed: PlacedEffect, values: dict[str, float]) -> PlacedEffect:
-    """Return an effect with what was found of it."""
-    own = {spec.symbol: placed.parameter_name(spec.symbol) for spec in placed.effect.parameters}
-    found = {symbol: values[name] for symbol, name in own.items() if name in values}
-    return replace(placed, values={**placed.values, **found})
-
-
 def joint_fit(fit: PartFit, joint: int) -> JointFrictionFit:
     """Return what a fit of several joints found of one."""
-    free, covariance = fit.covariance(joint)
-    of_joint = fit.rows_of_joint[joint]
-    speed = np.abs(fit.rows.velocity[of_joint])
-    lacking = undetermined(fit)
-    parameters = tuple(
-        _parameter(fit, law, spec, (free, covariance), lacking)
-        for law in fit.laws
-        if law.joint == joint
-        for spec in law.placed.effect.parameters
-    )
-    known = fit.noise_known[of_joint].all()
+    of_joint = fit.rows.joint == joint
+    velocity = fit.rows.velocity[of_joint]
+    placed = tuple(effect for effect in fit.robot.placed if effect.place.joints[0] == joint)
+    names = fit.solved.unknowns.names
+    own = [k for k, column in enumerate(fit.solved.columns) if fit.robot.placed[column.placed] in placed]
+    lack = motion_lack(velocity) or MotionLack.COLLINEAR
+    stems = tuple(effect.parameter_name("") for effect in placed)
+    lacking = {name: lack for name in sorted(fit.unidentified) if name.startswith(stems)}
+    known = fit.source.noise_known[of_joint].all()
+    speed = np.abs(velocity)
     return JointFrictionFit(
         joint=joint,
-        parameters=parameters,
-        free=tuple(free),
-        covariance=covariance,
+        parameters=tuple(p for p in fit.parameters if p.place.joints[0] == joint),
+        usual=frozenset(name for name in fit.usual if name.startswith(stems)),
+        lacking=lacking,
+        values={name: value for name, value in fit.values.items() if name.startswith(stems)},
+        free=tuple(names[k] for k in own),
+        covariance=fit.covariance[np.ix_(own, own)],
         noise=float(np.sqrt(np.mean(fit.sigma[of_joint] ** 2))) if known else None,
         n_rows=int(of_joint.sum()),
         n_speeds=int(np.unique(fit.rows.piece[of_joint]).size),
@@ -238,38 +189,11 @@ def joint_fit(fit: PartFit, joint: int) -> JointFrictionFit:
     )
 
 
-def _parameter(
-    fit: PartFit,
-    law: DriveLaw,
-    spec: ParameterSpec,
-    estimated: tuple[list[str], Floats],
-    lacking: Mapping[str, MotionLack],
-) -> FrictionParameter:
-    free, covariance = estimated
-    name = law.placed.parameter_name(spec.symbol)
-    effect = law.placed.effect.name
-    value = law.shape[spec.symbol] if spec.role is ParameterRole.NONLINEAR else fit.amplitude[name]
-    if name not in free:
-        why = "" if law.held(spec.symbol) or spec.symbol in law.chosen else NOT_IDENTIFIED
-        held = spec.symbol not in law.chosen
-        return FrictionParameter(name, effect, law.joint, spec, value, None, None, held, False, why)
-    if name in lacking:
-        lack = lacking[name]
-        return FrictionParameter(
-            name, effect, law.joint, spec, None, None, None, False, False, lack.sentence, lack, in_fit=value
-        )
-    k = free.index(name)
-    std = float(np.sqrt(covariance[k, k]))
-    interval = (max(value - NORMAL_95 * std, spec.lower), min(value + NORMAL_95 * std, spec.upper))
-    at_bound = value <= spec.lower or value >= spec.upper
-    return FrictionParameter(name, effect, law.joint, spec, value, std, interval, False, at_bound)
-
-
 def friction_curve(
     joint_fit: JointFrictionFit, placed: tuple[PlacedEffect, ...], speed: Floats
 ) -> tuple[Floats, Floats]:
     """Return (n,) friction and its standard uncertainty at velocities (n,), N·m, of laws of velocity alone."""
-    values = joint_fit.values()
+    values = joint_fit.values
     torque, slopes = np.zeros(speed.size), {name: np.zeros(speed.size) for name in joint_fit.free}
     for law in placed:
         full = {symbol: law.parameter_name(symbol) for symbol in (spec.symbol for spec in law.effect.parameters)}

@@ -1,4 +1,7 @@
-"""Friction at speeds, or in pieces of motion, that the fit has not used."""
+"""Friction at speeds, or in pieces of motion, that the fit has not used.
+
+About the fit its rows are linear, so that leaving a speed out needs no new fit (`stiffcal.estimation.leave_out`).
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.experiments.friction.drive_law import initial_law
-from stiffcal.experiments.friction.fitting import FrictionFit, fit_friction
+from stiffcal.estimation.leave_out import LeaveOut
+from stiffcal.experiments.friction.drive_space import first_sigma
+from stiffcal.experiments.friction.fitting import FrictionFit
+from stiffcal.experiments.friction.part_fit import PartFit
 from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind, together
-from stiffcal.experiments.friction.solving import PartFit
+from stiffcal.experiments.friction.source import MotionSource
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import PlacedEffect
 
 # Two unknowns of a straight line and one to spare.
 LEAST_PIECES = 3
@@ -53,21 +57,14 @@ def joints_without_law(rows: FrictionRows, chain: Chain) -> JudgedFriction:
     """Return the torque of joints that no effect of the model acts in: all but weight and inertia is error."""
     residual = np.zeros(len(rows))
     for group in together(rows):
-        bare = PartFit(rows.select(group), [], chain).run()
-        residual[group] = bare.rows.torque - bare.rows.nuisance @ bare.unknowns()
+        bare = PartFit.of(rows.select(group), (), chain)
+        residual[group] = bare.rows.torque - bare.rows.nuisance @ bare.unknowns
     known = np.isfinite(rows.sigma).all()
     noise = float(np.sqrt(np.mean(rows.sigma**2))) if known else None
     return JudgedFriction(rows.joint, rows.run, residual, residual, noise, "each speed left out in turn", ())
 
 
-def heldout_friction(
-    rows: FrictionRows,
-    chain: Chain,
-    placed: tuple[PlacedEffect, ...],
-    fit: FrictionFit,
-    fixed: frozenset[str],
-    holdout: Booleans,
-) -> HeldoutFriction:
+def heldout_friction(rows: FrictionRows, fit: FrictionFit, holdout: Booleans) -> HeldoutFriction:
     """Leave each speed, or each second of other motion, out in turn; rows held out by the fit of all others.
 
     A speed's own weight is estimated on itself, and the degree of freedom counted; in other motion weight and inertia
@@ -75,23 +72,17 @@ def heldout_friction(
 
     Parameters
     ----------
-    rows : equations, those held out among them. holdout : (k,) True for those.
-    placed, chain, fixed : as for the fit.
+    rows : equations of joints with an effect, those held out among them. holdout : (k,) True for those.
     fit : of all rows that are not held out.
     """
     residual = np.full(len(rows), np.nan)
-    for group in together(rows):
-        fitted = np.flatnonzero(group & ~holdout)
-        pieces = np.unique(rows.piece[fitted])
-        if pieces.size >= LEAST_PIECES:
-            for piece in pieces:
-                out = fitted[rows.piece[fitted] == piece]
-                residual[out] = _heldout_residual(rows, np.setdiff1d(fitted, out), out, (placed, chain, fit, fixed))
-        kept_out = np.flatnonzero(group & holdout)
-        for piece in np.unique(rows.piece[kept_out]):
-            if fitted.size:
-                out = kept_out[rows.piece[kept_out] == piece]
-                residual[out] = _heldout_residual(rows, fitted, out, (placed, chain, fit, fixed))
+    fitted, kept_out = np.flatnonzero(~holdout), np.flatnonzero(holdout)
+    for group, part in zip(together(fit.rows), fit.parts, strict=True):
+        if np.unique(part.rows.piece).size >= LEAST_PIECES:
+            residual[fitted[group]] = left_out(part)
+        out = kept_out[np.isin(rows.joint[kept_out], part.joints)]
+        if out.size:
+            residual[out] = _residual_of(part, rows.select(out))
     if not np.isfinite(residual).any():
         return HeldoutFriction("none", residual)
     kinds = ["each speed"] if rows.steady.any() else []
@@ -99,42 +90,44 @@ def heldout_friction(
     return HeldoutFriction(f"{' and '.join(kinds)} left out in turn", residual)
 
 
-def _heldout_residual(
-    rows: FrictionRows,
-    fitted_rows: NDArray[np.int64],
-    out: NDArray[np.int64],
-    model: tuple[tuple[PlacedEffect, ...], Chain, FrictionFit, frozenset[str]],
-) -> Floats:
-    """Return (o,) residuals of rows left out; a constant that only they feel is estimated on them."""
-    placed, chain, whole, fixed = model
-    joints = set(rows.joint[fitted_rows].tolist())
-    effects = tuple(placed_effect for placed_effect in placed if placed_effect.place.joints[0] in joints)
-    in_use = np.zeros(len(rows), dtype=np.bool_)
-    in_use[fitted_rows] = True
-    used = rows.select(in_use)
-    fit = fit_friction(used, effects, chain, fixed, whole)
-    values = {name: value for part in fit.parts for name, value in part.values().items()}
-    left = rows.select(out)
-    laws = [initial_law(effect, fixed) for effect in fit.placed if effect.place.joints[0] in left.joint]
-    for law in laws:
-        law.shape |= {s: values[law.placed.parameter_name(s)] for s in law.shape}
-    bare = PartFit(left, laws, chain)
-    residual = left.torque.copy()
-    for law in laws:
-        for symbol, column in bare.columns(law.placed, law.shape).items():
-            residual -= values[law.placed.parameter_name(symbol)] * column
-    residual[~np.isin(left.joint, list(joints))] = np.nan
-    known = dict(zip(used.unknown, fit.unknowns, strict=True))
+def left_out(part: PartFit) -> Floats:
+    """Return (k,) N·m that a fit leaves of rows whose piece of motion, or passes at one speed, it has not used.
+
+    NaN where a row is the only one of its speed, or a joint moved in no other piece.
+    """
+    rows, piece = part.linearised(), part.rows.piece
+    folds = [np.flatnonzero(piece == number) for number in np.unique(piece)]
+    residual = np.asarray(LeaveOut.of(rows, folds).residual * part.sigma)
+    for joint in part.joints:
+        of_joint = part.rows.joint == joint
+        if np.unique(piece[of_joint]).size == 1:
+            residual[of_joint] = np.nan
+    for k, unknown in enumerate(part.rows.unknown):
+        if unknown.kind is UnknownKind.STRETCH:
+            felt = part.rows.nuisance[:, k] != 0.0
+            residual[felt] *= _freedom(int(felt.sum()))
+    return residual
+
+
+def _residual_of(part: PartFit, rows: FrictionRows) -> Floats:
+    """Return (o,) N·m that a fit leaves of other rows; a constant that only they feel is estimated on them."""
+    placed = tuple(effect for effect in part.robot.placed if effect.place.joints[0] in rows.joint)
+    source = MotionSource.of(rows, placed, part.source.made.chain, part.source.fixed)
+    residual = rows.torque - sum((source.torque_of(effect) for effect in placed), np.zeros(len(rows)))
+    known = dict(zip(part.rows.unknown, part.unknowns.tolist(), strict=True))
+    weight = 1.0 / first_sigma(rows) ** 2
     own = []
-    for k, unknown in enumerate(bare.rows.unknown):
+    for k, unknown in enumerate(source.rows.unknown):
         if unknown in known:
-            residual -= bare.rows.nuisance[:, k] * known[unknown]
+            residual -= source.rows.nuisance[:, k] * known[unknown]
         elif unknown.kind is UnknownKind.STRETCH:
-            own.append(k)
-    for k in own:
-        felt = bare.rows.nuisance[:, k] != 0.0
-        n = int(felt.sum())
-        weight = 1.0 / bare.sigma[felt] ** 2
-        residual[felt] -= float(np.sum(weight * residual[felt]) / weight.sum())
-        residual[felt] *= np.sqrt(n / (n - 1.0)) if n > 1 else np.nan
+            own.append(source.rows.nuisance[:, k] != 0.0)
+    for felt in own:
+        residual[felt] -= float(np.sum(weight[felt] * residual[felt]) / weight[felt].sum())
+        residual[felt] *= _freedom(int(felt.sum()))
     return np.asarray(residual)
+
+
+def _freedom(n: int) -> float:
+    """Return what n residuals about their own mean are short of; NaN of a single one."""
+    return float(np.sqrt(n / (n - 1.0))) if n > 1 else np.nan

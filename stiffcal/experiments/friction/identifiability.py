@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 
-if TYPE_CHECKING:
-    from stiffcal.experiments.friction.solving import PartFit
-
-# Share of a column's length that must be left once all other unknowns are taken out. Below it the standard uncertainty
-# is a thousand times that of the parameter alone, and the drift of a logged speed decides the value.
+# Share of a column's length that must be left once weight, inertia and zeros are taken out. Below it the standard
+# uncertainty is a thousand times that of the parameter alone, and the drift of a logged speed decides the value.
 LEAST_SHARE = 1e-3
 # Speeds that differ by less than this share are one: no servo holds a speed more closely.
 ONE_SPEED = 0.02
@@ -64,27 +60,3 @@ def motion_lack(velocity: Floats) -> MotionLack | None:
     if speed.size and float(np.ptp(speed)) <= ONE_SPEED * float(speed.max()):
         return MotionLack.ONE_SPEED
     return None
-
-
-def undetermined(fit: PartFit) -> dict[str, MotionLack]:
-    """Return full name to reason of the amplitudes that the rows do not determine.
-
-    An amplitude is determined where its whitened column keeps `LEAST_SHARE` of its length once weight, inertia, zeros
-    and the columns of all other amplitudes are projected out.
-
-    Parameters
-    ----------
-    fit : of rows that share unknowns, solved.
-    """
-    lacking = {}
-    for k, (law, symbol) in enumerate(fit.names):
-        column = fit.matrix[:, k]
-        others = np.delete(fit.matrix, k, axis=1)
-        size = np.linalg.norm(others, axis=0)
-        others = others[:, size > 0.0] / size[size > 0.0]
-        left = column - others @ np.linalg.lstsq(others, column, rcond=None)[0] if others.shape[1] else column
-        if float(np.linalg.norm(left)) > LEAST_SHARE * fit.column_size[k]:
-            continue
-        reason = motion_lack(fit.rows.velocity[fit.rows_of_joint[law.joint]])
-        lacking[law.placed.parameter_name(symbol)] = reason or MotionLack.COLLINEAR
-    return lacking

@@ -19,7 +19,7 @@ from stiffcal.experiments.friction.documents import (
     friction_warnings,
     gaps,
     heldout_table,
-    identified_friction_parameter,
+    identified_friction,
     joint_friction,
     lacking_motion,
     noise_of_fit,
@@ -149,7 +149,7 @@ def _judged_friction(data: MeasuredRuns, rows: FrictionRows, placed: tuple[Place
     fixed, held_out = _fixed(data), heldout_runs(data, rows)
     chain = data.campaign.chain
     fit = fit_friction(rows.select(~held_out), placed, chain, fixed)
-    heldout = heldout_friction(rows, chain, placed, fit, fixed, held_out)
+    heldout = heldout_friction(rows, fit, held_out)
     residual, warnings = heldout.residual, []
     if heldout.scheme == "none":
         warnings.append("friction: fewer than three speeds; this is the error of the fit")
@@ -253,14 +253,14 @@ def _lack_of_fit(fit: FrictionFit) -> VarianceRatio | None:
 def _part(data: MeasuredRuns, fit: FrictionFit, placed: tuple[PlacedEffect, ...]) -> ExperimentFit:
     """Return the part of a fit."""
     by_joint = {joint_result.joint: joint_result for joint_result in fit.joints}
-    found = {parameter.name: parameter for joint_result in fit.joints for parameter in joint_result.parameters}
+    found = {one.name: one for joint_result in fit.joints for one in identified_friction(joint_result)}
     parameters: list[IdentifiedParameter] = []
     for placed_effect in placed:
         names = [placed_effect.parameter_name(spec.symbol) for spec in placed_effect.effect.parameters]
         if placed_effect.place.joints[0] not in by_joint:
             parameters += unknown_parameters(placed_effect)
         else:
-            parameters += [identified_friction_parameter(found[name]) for name in names]
+            parameters += [found[name] for name in names]
     section = FrictionSection(
         effects=[effect.type for effect in effects_in_model(placed)],
         joints=[joint_friction(data, fit, joint_result, placed) for joint_result in fit.joints],

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.experiments.friction.documents import identified_friction_parameter
-from stiffcal.experiments.friction.drive_law import initial_law
+from stiffcal.experiments.friction.documents import identified_friction
 from stiffcal.experiments.friction.fitting import joint_fit
+from stiffcal.experiments.friction.part_fit import PartFit
+from stiffcal.experiments.friction.row_columns import RowColumns
 from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind, together
-from stiffcal.experiments.friction.solving import RANK, PartFit
+from stiffcal.experiments.friction.starting import grid_shapes
 from stiffcal.experiments.row_search import RowCovariate, RowFit, RowNoise, RowProblem
 from stiffcal.identification.regressors import Regressor
 from stiffcal.mechanics.chain import Chain
@@ -25,22 +25,22 @@ from stiffcal.model.effect import Effect, Place
 class _Maker:
     """Makes the regressors of effects that show in motion."""
 
-    fit: PartFit
+    made: RowColumns
 
     def shapes(self, effect: Effect, place: Place) -> list[dict[str, float]]:
         """Return the combinations of the effect's grid."""
-        motion = self.fit.rows.motion_of(place.joints[0], with_travel=True)
-        grid = effect.motion_grid(place, self.fit.chain, motion)
-        shapes = [dict(zip(grid, values, strict=True)) for values in product(*(grid[s].tolist() for s in grid))]
-        usual = {spec.symbol: spec.typical for spec in effect.parameters}
-        return [shape for shape in shapes if effect.impossible({**usual, **shape}) is None]
+        return grid_shapes(self.made, effect, place)
 
     def regressor(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor:
         """Return an effect's torque per unit of its amplitudes, (q, 1, k)."""
-        columns = self.fit.columns(PlacedEffect(effect, place), shape)
-        k = len(self.fit.rows)
-        stack = np.stack([column[None] for column in columns.values()]) if columns else np.zeros((0, 1, k))
-        return Regressor(effect, place, dict(shape), tuple(columns), stack, np.zeros((1, k)))
+        return _regressor(effect, place, shape, self.made.of(effect, place, shape), len(self.made.rows))
+
+
+def _regressor(
+    effect: Effect, place: Place, shape: Mapping[str, float], columns: Mapping[str, Floats], k: int
+) -> Regressor:
+    stack = np.stack([column[None] for column in columns.values()]) if columns else np.zeros((0, 1, k))
+    return Regressor(effect, place, dict(shape), tuple(columns), stack, np.zeros((1, k)))
 
 
 class FrictionProblem(RowProblem):
@@ -61,9 +61,9 @@ class FrictionProblem(RowProblem):
     ) -> None:  # fmt: skip
         self.index = index
         self._rows, self._chain, self._fixed = rows, chain, fixed
+        self._made = RowColumns(rows, chain)
         self._robot = CompliantRobot(chain, placed)
         self.joints = tuple(sorted(set(rows.joint.tolist())))
-        self._bare = PartFit(rows, [], chain)
         steady = bool(rows.steady.all())
         self.left_out = "at held-out speeds" if steady else "in held-out seconds of motion"
         self.folds_in_words = "speeds" if steady else "seconds of motion"
@@ -75,56 +75,24 @@ class FrictionProblem(RowProblem):
 
     def fit(self, robot: CompliantRobot) -> RowFit:
         """Fit a model to the rows."""
-        fit = PartFit(self._rows, [initial_law(placed, self._fixed) for placed in robot.placed], self._chain).run()
-        values = fit.values()
-        columns, low, names = self._columns(fit)
-        constant, shared = _constants(fit.rows)
-        nuisance = fit.rows.nuisance[:, shared] / fit.sigma[:, None]
-        if nuisance.shape[1]:
-            size = np.linalg.norm(nuisance, axis=0)
-            u, s, _ = np.linalg.svd(nuisance / np.where(size > 0.0, size, 1.0), full_matrices=False)
-            basis = u[:, s > RANK * s.max(initial=1e-300)].T * fit.sigma
-            columns = np.concatenate([columns, basis])
-            low = np.concatenate([low, np.full(len(basis), -np.inf)])
-        residual = fit.rows.torque - fit.friction() - fit.rows.nuisance[:, shared] @ fit.unknowns()[shared]
-        known = bool(fit.noise_known.all())
-        parameters = [
-            identified_friction_parameter(parameter)
-            for joint in fit.joints
-            for parameter in joint_fit(fit, joint).parameters
-        ]
+        fit = PartFit.of(self._rows, robot.placed, self._chain, self._fixed)
+        rows = fit.linearised()
+        known = bool(fit.source.noise_known.all())
+        parameters = [one for joint in fit.joints for one in identified_friction(joint_fit(fit, joint))]
         return RowFit(
-            robot=robot.with_values(values),
+            robot=robot.with_values(fit.values),
             noise=RowNoise(float(fit.rows.noise_dof.min()), "neighbours") if known else None,
             sigma=fit.sigma,
-            columns=columns,
-            names=tuple(names),
-            bounds=(low, np.full(len(low), np.inf)),
-            residual=residual,
-            constant=constant,
+            columns=rows.derivative[:, 0],
+            names=fit.solved.unknowns.names,
+            bounds=rows.steps_within,
+            residual=rows.residual[0],
+            constant=_constants(fit.rows),
             fold=fit.rows.piece,
             run=np.unique(fit.rows.run, return_inverse=True)[1].astype(np.int64),
-            maker=_Maker(fit),
+            maker=_Maker(fit.source.made),
             parameters=tuple(parameters),
         )
-
-    def _columns(self, fit: PartFit) -> tuple[Floats, Floats, list[str]]:
-        """Return (p, k) of the free amplitudes and shapes, (p,) how far each can go down, and their names."""
-        columns, low, names = [], [], []
-        for law in fit.laws:
-            made = fit.columns(law.placed, law.shape)
-            for symbol in law.amplitudes:
-                if not law.held(symbol):
-                    columns.append(made[symbol])
-                    names.append(law.placed.parameter_name(symbol))
-                    value = fit.amplitude[law.placed.parameter_name(symbol)]
-                    low.append(min(0.0, -value) if law.placed.effect.spec(symbol).lower == 0.0 else -np.inf)
-        for law, symbol, slope in fit.shape_slopes():
-            columns.append(slope)
-            names.append(law.placed.parameter_name(symbol))
-            low.append(-np.inf)
-        stack = np.stack(columns) if columns else np.zeros((0, len(fit.rows)))
-        return stack, np.array(low), names
 
     def places(self, effect: Effect) -> list[Place]:
         """Return the joints of an effect that shows in motion."""
@@ -186,11 +154,7 @@ class FrictionProblem(RowProblem):
             return None
         clock = motion.time / np.ptp(motion.time) * np.ptp(motion.temperature)
         timed = effect.motion_columns(place, self._chain, replace(motion, temperature=clock), shape)
-        samples = self._rows.joint[self._rows.row] == place.joints[0]
-        k = len(self._rows)
-        count = np.maximum(np.bincount(self._rows.row, minlength=k), 1)
-        stack = [np.bincount(self._rows.row[samples], weights=column, minlength=k) / count for column in timed.values()]
-        return Regressor(effect, place, dict(shape), tuple(timed), np.stack(stack)[:, None], np.zeros((1, k)))
+        return _regressor(effect, place, shape, self._made.averaged(place, timed), len(self._rows))
 
 
 def friction_problems(
@@ -212,13 +176,10 @@ def friction_problems(
     return tuple(problems)
 
 
-def _constants(rows: FrictionRows) -> tuple[Integers, Integers]:
-    """Return (k,) which free constant each row carries, −1 for none, and the numbers of the other unknowns."""
+def _constants(rows: FrictionRows) -> Integers:
+    """Return (k,) which free constant each row carries, −1 for none."""
     constant = np.full(len(rows), -1, dtype=np.int64)
-    shared = []
     for number, unknown in enumerate(rows.unknown):
         if unknown.kind is UnknownKind.STRETCH:
             constant[rows.nuisance[:, number] != 0.0] = number
-        else:
-            shared.append(number)
-    return constant, np.array(shared, dtype=np.int64)
+    return constant
