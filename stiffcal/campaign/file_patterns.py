@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
+from types import MappingProxyType
 
 from stiffcal.campaign.reach import escapes, leads_outside
 from stiffcal.natural_order import NameKey, natural_key
@@ -128,6 +129,18 @@ def _part_expression(part: str) -> re.Pattern[str]:
     return re.compile("".join(pieces), re.DOTALL)
 
 
+def lacking_sources(patterns: Iterable[str], files: Iterable[str], instead: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the sources without a file, of those that stand in for each other the first.
+
+    Parameters
+    ----------
+    patterns : the sources with a pattern. files : those that have a file. instead : as of `files_of_runs`.
+    """
+    present = {instead.get(source, source) for source in files}
+    wanted = dict.fromkeys(instead.get(source, source) for source in patterns)
+    return tuple(source for source in wanted if source not in present)
+
+
 @dataclass(frozen=True)
 class Unpartnered:
     """A name that some sources have a file of, and others have not: no run yet."""
@@ -137,7 +150,7 @@ class Unpartnered:
     files: Mapping[str, str]
     """The file of each source that has one."""
     lacking: tuple[str, ...]
-    """The sources that have none."""
+    """The sources that have none; of sources that stand in for each other the first."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +173,12 @@ class FoundFiles:
     ambiguous: tuple[Ambiguous, ...]
 
 
-def found_files(folder: Path, patterns: Mapping[str, FilePattern], named: frozenset[str]) -> FoundFiles:
+def found_files(
+    folder: Path,
+    patterns: Mapping[str, FilePattern],
+    named: frozenset[str],
+    instead: Mapping[str, str] = MappingProxyType({}),
+) -> FoundFiles:
     """Return the runs that the files in a folder make by the patterns of its sources.
 
     Parameters
@@ -168,21 +186,27 @@ def found_files(folder: Path, patterns: Mapping[str, FilePattern], named: frozen
     folder : the campaign folder.
     patterns : of each source that has one.
     named : files that a run names itself: they are not matched again.
+    instead : source to the first of those that stand in for each other.
     """
     matches = {
         source: [match for match in pattern.files(folder) if match[0] not in named]
         for source, pattern in patterns.items()
     }
-    return files_of_runs(matches, patterns)
+    return files_of_runs(matches, patterns, instead)
 
 
-def files_of_runs(matches: Mapping[str, Sequence[tuple[str, str]]], patterns: Mapping[str, FilePattern]) -> FoundFiles:
+def files_of_runs(
+    matches: Mapping[str, Sequence[tuple[str, str]]],
+    patterns: Mapping[str, FilePattern],
+    instead: Mapping[str, str] = MappingProxyType({}),
+) -> FoundFiles:
     """Return the runs that files make.
 
     Parameters
     ----------
     matches : of each source (file, name of the run) of the files that its pattern matches.
     patterns : of each source.
+    instead : source to the first of those that stand in for each other: a run is complete with a file of one of them.
 
     Notes
     -----
@@ -207,7 +231,7 @@ def files_of_runs(matches: Mapping[str, Sequence[tuple[str, str]]], patterns: Ma
     runs: dict[str, Mapping[str, str]] = {}
     unpartnered: list[Unpartnered] = []
     for name in sorted(by_name, key=lambda name: (natural_key(name), name)):
-        lacking = tuple(source for source in patterns if source not in by_name[name])
+        lacking = lacking_sources(patterns, by_name[name], instead)
         if lacking:
             unpartnered.append(Unpartnered(name, by_name[name], lacking))
         else:

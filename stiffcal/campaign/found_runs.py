@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, Unpartnered, found_files
+from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, Unpartnered, found_files, lacking_sources
 from stiffcal.campaign.manifest import Manifest, Run
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.tracker_frames import instead_of
 from stiffcal.errors import Fault
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
@@ -31,7 +32,7 @@ def with_found_runs(manifest: Manifest, folder: Path) -> tuple[Manifest, FoundFi
     -----
     An entry of ``[[runs]]`` with `files` takes these and nothing from the patterns; one without has the files that
     match its id, and where there are none yet, those that are expected. All runs come in the natural order of their
-    names.
+    names. Of sources that stand in for each other, as where the tracker was moved, the last is expected.
 
     Raises
     ------
@@ -42,7 +43,7 @@ def with_found_runs(manifest: Manifest, folder: Path) -> tuple[Manifest, FoundFi
     if not patterns:
         return manifest, None
     named = frozenset(file for run in manifest.runs for file in run.files.values())
-    found = found_files(folder, patterns, named)
+    found = found_files(folder, patterns, named, instead_of(manifest))
     RUNS.check(len(found.runs), MANIFEST_FILE, "runs of files that match the patterns")
     runs = _runs(manifest, patterns, found)
     listed = {natural_key(run.id) for run in manifest.runs}
@@ -72,10 +73,11 @@ def with_known_runs(manifest: Manifest, known: Mapping[str, Mapping[str, str]]) 
         for name, named in known.items()
         if odd_character(name) is None
     }
+    instead = instead_of(manifest)
     runs = {
         name: named
         for name, named in files.items()
-        if set(named) == set(patterns)
+        if not lacking_sources(patterns, named, instead)
         and all(_is_run(patterns[source].run_of(file), name) for source, file in named.items())
     }
     found = FoundFiles(runs, (), ())
@@ -93,6 +95,7 @@ def _with_files(manifest: Manifest) -> set[tuple[tuple[int, int, str], ...]]:
 def _runs(manifest: Manifest, patterns: Mapping[str, FilePattern], found: FoundFiles) -> tuple[Run, ...]:
     by_key = {natural_key(name): files for name, files in found.runs.items()}
     partly = {natural_key(entry.run): entry for entry in found.unpartnered}
+    instead = instead_of(manifest)
     has_table = any(source.own_file is not None or source.files for source in manifest.sources.values())
     runs = []
     for run in manifest.runs:
@@ -103,8 +106,10 @@ def _runs(manifest: Manifest, patterns: Mapping[str, FilePattern], found: FoundF
             continue
         files = by_key.pop(key, None)
         if files is None and (key in partly or not has_table):
-            present = partly[key].files if key in partly else {}
-            files = {source: present.get(source, pattern.file_of(run.id)) for source, pattern in patterns.items()}
+            present = dict(partly[key].files) if key in partly else {}
+            lacking = lacking_sources(patterns, present, instead)
+            expected = {instead.get(source, source): source for source in patterns}
+            files = present | {expected[source]: patterns[expected[source]].file_of(run.id) for source in lacking}
         runs.append(run if files is None else run.model_copy(update={"files": dict(files)}))
     kind = type(manifest).run_type
     for name, files in found.runs.items():
@@ -165,11 +170,14 @@ def unpartnered_remarks(manifest: Manifest, found: FoundFiles | None) -> list[st
     """Return a sentence for files that are no run, as another source has none of that name."""
     if found is None:
         return []
-    patterns = patterns_of(manifest)
+    patterns, instead = patterns_of(manifest), instead_of(manifest)
     by_lack: dict[tuple[str, ...], list[Unpartnered]] = {}
     for entry in found.unpartnered:
         by_lack.setdefault(entry.lacking, []).append(entry)
-    return [_lack(entries, [patterns[source].text for source in lacking]) for lacking, entries in by_lack.items()]
+    texts: dict[str, list[str]] = {}
+    for source, pattern in patterns.items():
+        texts.setdefault(instead.get(source, source), []).append(pattern.text)
+    return [_lack(entries, [" or ".join(texts[source]) for source in lacking]) for lacking, entries in by_lack.items()]
 
 
 def _lack(entries: Sequence[Unpartnered], patterns: Sequence[str]) -> str:

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Pose
 from stiffcal.campaign.sizes import FARTHEST_ON_A_ROBOT_M, implausible_length
+from stiffcal.campaign.tracker_frames import two_frames_fault
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 
@@ -63,6 +64,9 @@ def frame_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[
         fault = frame_fault(manifest, links, frame.parent, f"{place}.parent")
         if fault is not None:
             yield fault
+    twice = two_frames_fault(manifest)
+    if twice is not None:
+        yield twice
     yield from _circles(manifest)
     yield from _moving_axes(manifest)
 

@@ -15,10 +15,11 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.markers import markers_of
 from stiffcal.campaign.naming import body_number
 from stiffcal.campaign.signals import DeadWeight, Deflection, JointSignals, Pose, Signal, Wrench
+from stiffcal.campaign.tracker_frames import tracker_frames
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.load_states import HELD, Attachment, MeasurementSetup, Sigma
+from stiffcal.measurements.load_states import HELD, Attachment, MeasurementSetup, Sigma, TrackerPlace
 from stiffcal.mechanics.chain import Chain
 
 
@@ -111,11 +112,10 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
     Raises
     ------
     InputError
-        Two wrenches, or two instruments' frames for one set of targets, which load states cannot hold. Devices that
-        press along one line each may be several, one per run.
+        Two wrenches, which load states cannot hold. Devices that press along one line each may be several, one per run.
     """
     load = _load(manifest, float(np.linalg.norm(chain.gravity)))
-    targets, tracker = _targets(manifest)
+    targets = _targets(manifest)
     targets = tuple(sorted(targets, key=lambda name: -frames[name].body))
     tool, links = manifest.tool, rods_of(manifest, chain)
     return MeasurementSetup(
@@ -124,8 +124,10 @@ def measurement_setup(manifest: Manifest, chain: Chain, frames: Mapping[str, Att
         targets=tuple(frames[name] for name in targets),
         target_names=targets,
         moments_measured=load.moments,
-        base_from_tracker=frames[tracker].transform,
-        tracker=tracker if tracker in manifest.frames else "",
+        trackers=tuple(
+            TrackerPlace(name if name in manifest.frames else "", frames[name].transform)
+            for name in tracker_frames(manifest)
+        ),
         estimated=frames_to_estimate(manifest),
         load_is_weight=load.is_weight,
         load_point_sigma=load_point_sigma(manifest, load.point),
@@ -195,24 +197,16 @@ def _each_run_reads_one_load(manifest: Manifest) -> bool:
     )
 
 
-def _targets(manifest: Manifest) -> tuple[tuple[str, ...], str]:
-    """Return the measured frames in order and the one frame that the readings are in."""
+def _targets(manifest: Manifest) -> tuple[str, ...]:
+    """Return the measured frames in order."""
     names: list[str] = []
-    trackers: dict[str, str] = {}
-    for source, settings in manifest.sources.items():
-        for body, pose in settings.body_poses().items():
-            names.append(body)
-            trackers.setdefault(pose.frame, f"sources.{source}.pose.frame")
+    for settings in manifest.sources.values():
+        names += settings.body_poses()
         if settings.deflection is not None:
             names.append(settings.deflection.body)
-            trackers.setdefault(settings.deflection.axes, f"sources.{source}.deflection.axes")
         if settings.displacement is not None:
             names.append(settings.displacement.body)
-    if len(trackers) > 1:
-        (first, _), (second, place) = list(trackers.items())[:2]
-        reason = f'displacements are measured in "{second}" and in "{first}"'
-        raise InputError.at(FaultCode.KEY_CONFLICT, "campaign.toml", place, reason, "express them in one frame")
-    return tuple(dict.fromkeys(names)), next(iter(trackers), "base")
+    return tuple(dict.fromkeys(names))
 
 
 def _sigma(manifest: Manifest, load: _Load) -> Sigma:

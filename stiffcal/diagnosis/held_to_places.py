@@ -30,8 +30,8 @@ from stiffcal.model.equilibrium import solve_balance
 
 # m: what a pose itself adds, bearings and gears that run out, the tracker's own error.
 POSE_ERROR = 1e-4
-# m, rad, m: shifts and turns of the tracker and shifts of the target that nobody overlooks.
-WIDE = np.repeat([10.0, 0.5, 0.5], 3)
+# m, rad, m: shifts and turns of a tracker and shifts of the target that nobody overlooks.
+WIDE_TRACKER, WIDE_TARGET = np.repeat([10.0, 0.5], 3), np.repeat(0.5, 3)
 # A pattern of which the shift and turns leave more than this is no error of the set-up that places show like one.
 RIGID_SHARE = 0.9
 # Poses beyond this number say little more and cost the cube of their number.
@@ -49,9 +49,9 @@ class ReferencePlaces:
     angles: Floats
     """(J, n) rad, model angles there."""
     estimator: Floats
-    """(9, 3n) maps places to the shift and turn of the tracker and the shift of the target that fit them best."""
+    """(6T + 3, 3n) maps places to the shifts and turns of trackers and the shift of the target that fit them best."""
     covariance: Floats
-    """(9, 9) of these."""
+    """(6T + 3, 6T + 3) of these."""
     contradicted: bool
     """Whether places contradict the robot file: then they show nothing of the set-up."""
 
@@ -67,9 +67,10 @@ class ReferencePlaces:
         prior = geometry_prior(states, fit.robot)
         spread = places_by_geometry(chain, angles, target) * prior.sizes(chain.n_joints)
         covariance = spread @ spread.T + POSE_ERROR**2 * np.eye(len(spread))
-        design = rigid_changes(chain, angles, target)
+        design = rigid_changes(chain, angles, target, states.tracker[chosen])
         weighed = np.linalg.solve(covariance, design).T
-        posterior = np.linalg.inv(weighed @ design + np.diag(1.0 / WIDE**2))
+        wide = np.append(np.tile(WIDE_TRACKER, design.shape[1] // 6), WIDE_TARGET)
+        posterior = np.linalg.inv(weighed @ design + np.diag(1.0 / wide**2))
         return cls(
             states,
             chosen,
@@ -102,12 +103,14 @@ class ReferencePlaces:
         misfit = self.states.position[self.chosen, 0] - expected
         fitted, found = self.estimator @ shift.ravel(), self.estimator @ misfit.ravel()
         chain, target = robot.chain, self.states.setup.targets[0]
-        parts = rigid_changes(chain, self.angles, target) * fitted
-        sizes = [float(np.linalg.norm(parts[:, part].sum(axis=1))) for part in (slice(3, 6), slice(6, 9))]
-        part = slice(3, 6) if sizes[0] > sizes[1] else slice(6, 9)
+        parts = rigid_changes(chain, self.angles, target, self.states.tracker[self.chosen]) * fitted
+        columns = np.arange(len(fitted))
+        turns, of_target = columns[:-3][columns[:-3] % 6 >= 3], columns[-3:]
+        sizes = [float(np.linalg.norm(parts[:, part].sum(axis=1))) for part in (turns, of_target)]
+        part = turns if sizes[0] > sizes[1] else of_target
         if max(sizes) < RIGID_SHARE * float(np.linalg.norm(shift - shift.mean(axis=0))):
             return None
-        weight = np.linalg.solve(self.covariance[part, part], fitted[part])
+        weight = np.linalg.solve(self.covariance[np.ix_(part, part)], fitted[part])
         scale = float(weight @ fitted[part])
         uncertainty = float(np.hypot(1.0 / np.sqrt(scale), std))
         share = float(weight @ found[part]) / scale

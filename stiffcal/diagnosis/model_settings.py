@@ -207,5 +207,5 @@ def given_frames(robot: CompliantRobot, data: Observations) -> list[PlacedEffect
     targets = {name: number in turned for number, name in enumerate(setup.target_names)}
     if len(targets) == 1 and not turned and setup.targets[0].body == robot.chain.n_joints + 1:
         targets = {}
-    names = ({setup.tracker: True} if setup.tracker else {}) | targets
+    names = {tracker.frame: True for tracker in setup.trackers if tracker.frame} | targets
     return [placed_frame(name, with_turn) for name, with_turn in names.items() if name not in found]

@@ -43,12 +43,14 @@ class TrackerFrame(DocumentedEffect):
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """A place shows where the tracker stands; only displacements can be turned and not shifted."""
         if not states.absolute.any():
-            return None
-        if states.setup.tracker in states.setup.estimated:
+            several = "a tracker that stands still: here it stood in several places, each with its frame"
+            return several if len(states.setup.trackers) > 1 else None
+        frames = {tracker.frame for tracker in states.setup.trackers}
+        if frames & set(states.setup.estimated):
             return "displacements under load alone: in absolute runs the frame of the tracker is estimated by the fit"
         if not states.absolute.all():
             return "displacements under load alone: with absolute runs, estimate = true in the tracker's frame tests it"
-        if not states.setup.tracker:
+        if frames == {""}:
             return "displacements under load: these places are given in the base's axes"
         return "displacements under load alone: in absolute runs the frame itself is estimated to test what is given"
 

@@ -62,7 +62,7 @@ def held_frames(robot: CompliantRobot, data: Observations, fixed: frozenset[str]
     """
     if not data.n_states or not data.absolute.all():
         return frozenset()
-    inputs = Inputs(data.angles, np.zeros((6, data.n_states)), data.setup)
+    inputs = Inputs(data.angles, np.zeros((6, data.n_states)), data.setup, tracker=data.tracker)
     bodies = stacked_bodies(robot.chain, data.angles)
     names, columns, is_target = [], [], []
     for placed_effect in robot.placed:
@@ -122,7 +122,9 @@ def _motions(robot: CompliantRobot, data: Observations, fixed: frozenset[str]) -
     chain = robot.chain
     # of what is logged: joints that follow others turn with them alone
     angles = chain.model_angles(rng.uniform(-np.pi, np.pi, (_POSES, chain.coupling.shape[1]))).T
-    inputs = Inputs(angles, np.zeros((6, _POSES)), data.setup)
+    trackers = len(data.setup.trackers)
+    angles = np.tile(angles, trackers)  # each of them reads all poses
+    inputs = Inputs(angles, np.zeros((6, angles.shape[1])), data.setup, tracker=np.repeat(np.arange(trackers), _POSES))
     bodies = stacked_bodies(chain, angles)
     measured = _measured_components(data)
     first_axis = np.abs(chain.fixed[0][:3, 2])
@@ -159,15 +161,13 @@ def _motions_of(
 ) -> dict[str, Floats]:
     """Return symbol to (B, 6, n) motion of the targets per unit of it, base axes, on the undeformed robot."""
     chain, setup = robot.chain, inputs.setup
-    targets = reported_targets(bodies, setup)
+    targets = reported_targets(bodies, inputs)
     motions: dict[str, Floats] = {}
     if placed_effect.effect.moves_frames:
         for spec in placed_effect.effect.parameters:
             step = _STEP * spec.typical
             ahead, behind = (
-                reported_targets(
-                    bodies, placed_effect.effect.adjusted(placed_effect.place, inputs, {spec.symbol: end}).setup
-                )
+                reported_targets(bodies, placed_effect.effect.adjusted(placed_effect.place, inputs, {spec.symbol: end}))
                 for end in (step, -step)
             )
             changes = [displacement_between(after, before) for after, before in zip(ahead, behind, strict=True)]

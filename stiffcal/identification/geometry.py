@@ -148,15 +148,21 @@ def reference_poses(states: LoadStates) -> Integers | None:
     return chosen if len(chosen) >= LEAST_POSES else None
 
 
-def rigid_changes(chain: Chain, angles: Floats, target: Attachment) -> Floats:
-    """Return (3n, 9) what a shift and a turn of the tracker (base axes) and a shift of the target make in its places.
+def rigid_changes(chain: Chain, angles: Floats, target: Attachment, tracker: Integers) -> Floats:
+    """Return (3n, 6T + 3) what shifts and turns of trackers (base axes) and a shift of the target make in its places.
 
-    Per m, rad (about the base's origin) and m.
+    Per m, rad (about the base's origin) of each tracker, and m.
+
+    Parameters
+    ----------
+    angles : (n, J) model angles, rad. tracker : (n,) which of the T trackers read each place.
     """
     position, rotation = attached_poses(chain, angles, target)
     shift = np.tile(np.eye(3), (len(position), 1, 1))
     turn = np.cross(np.eye(3)[None], position[:, None, :]).swapaxes(1, 2)
-    return np.concatenate([shift, turn, rotation], axis=2).reshape(-1, 9)
+    rigid = np.concatenate([shift, turn], axis=2)
+    own = [np.where((tracker == number)[:, None, None], rigid, 0.0) for number in np.unique(tracker)]
+    return np.concatenate([*own, rotation], axis=2).reshape(3 * len(position), -1)
 
 
 def places_by_geometry(chain: Chain, angles: Floats, target: Attachment) -> Floats:
@@ -181,7 +187,7 @@ def misfit_of_places(
     target = states.setup.targets[0]
     rest = solve_balance(robot, angles, np.zeros((len(chosen), 6)), states.setup)
     away = states.position[chosen, 0] - rest.unloaded_position[:, 0]
-    gauge = rigid_changes(robot.chain, angles, target)
+    gauge = rigid_changes(robot.chain, angles, target, states.tracker[chosen])
     prior = GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.DEFAULT)
     spread = places_by_geometry(robot.chain, angles, target) * prior.sizes(robot.chain.n_joints)
     basis, values, _ = np.linalg.svd(gauge, full_matrices=False)

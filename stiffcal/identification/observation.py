@@ -21,7 +21,6 @@ from stiffcal.identification.observation_shift import STEP, observation_shift, o
 from stiffcal.identification.readings import Observations, observe
 from stiffcal.identification.tangents import Tangents, loads_at_rest
 from stiffcal.identification.weight_columns import weight_column
-from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.kinematics import StackedFrame, cross
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Inputs, ParameterRole
@@ -175,7 +174,8 @@ def rests(model: CompliantRobot, data: Observations, for_memory: bool | None = N
 
 def inputs_of(data: Observations) -> Inputs:
     """Return what goes into the balance: state by state, so that no prediction depends on which others are there."""
-    return Inputs(data.angles, data.wrench, data.setup, read=~data.absolute | data.wrench.any(axis=0))
+    read = ~data.absolute | data.wrench.any(axis=0)
+    return Inputs(data.angles, data.wrench, data.setup, read=read, tracker=data.tracker)
 
 
 def held_by_bent_chain(model: CompliantRobot, data: Observations, unloaded: WeightOnlyRest) -> Observations:
@@ -297,20 +297,22 @@ def _frame_columns(
         def measured(end: float, number: int = column.placed, symbol: str = column.symbol) -> Floats:
             moved = replace(model.placed[number], values={**model.placed[number].values, symbol: end})
             others = (*model.placed[:number], moved, *model.placed[number + 1 :])
-            setup = adjusted_inputs(replace(model, placed=others), inputs_of(data)).setup
-            after = _targets(loaded, setup)
+            inputs = adjusted_inputs(replace(model, placed=others), inputs_of(data))
+            after = _targets(loaded, inputs)
             change = [displacement_between(moved, start) for moved, start in zip(after, loaded.targets, strict=True)]
             if unloaded.poses is None or unloaded.pose is None:
                 return np.stack(change)
-            before = [frame.states(unloaded.pose) for frame in _targets(unloaded.poses, setup)]
+            before = [frame.states(unloaded.pose) for frame in _targets(unloaded.poses, inputs)]
             displaced = [displacement_between(moved, start) for moved, start in zip(after, before, strict=True)]
             return np.where(data.absolute, np.stack(change), np.stack(displaced))
 
         sensitivities[row] = data.layout.of_targets(measured(value + step) - measured(value - step)) / (2.0 * step)
 
 
-def _targets(rest: Rest, setup: MeasurementSetup) -> list[StackedFrame]:
-    return replace(rest, inputs=replace(rest.inputs, setup=setup)).targets
+def _targets(rest: Rest, adjusted: Inputs) -> list[StackedFrame]:
+    """Return the targets of a rest as they are reported with set-up and trackers of other inputs."""
+    inputs = replace(rest.inputs, setup=adjusted.setup, tracker_error=adjusted.tracker_error)
+    return replace(rest, inputs=inputs).targets
 
 
 def _difference_columns(
@@ -352,7 +354,8 @@ def _change_of_wrench(low: CompliantRobot, high: CompliantRobot, inputs: Inputs)
     """Return (6, n) by how much two robots' set-ups make another wrench of the reading; None where more differs."""
     one, other = adjusted_inputs(low, inputs), adjusted_inputs(high, inputs)
     changed = other.wrench - one.wrench
-    alike = one.setup is other.setup and np.array_equal(one.angles, other.angles)
+    measured_alike = one.setup is other.setup and one.tracker_error is other.tracker_error
+    alike = measured_alike and np.array_equal(one.angles, other.angles)
     return changed if alike and changed.any() else None
 
 

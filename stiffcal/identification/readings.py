@@ -90,6 +90,8 @@ class Observations:
     """(n,) index of the state in the campaign's load states."""
     spread: PoseSpread | None = None
     """How far each pose is known where poses come from points, some of them hidden at times; else None."""
+    tracker: Integers | None = None
+    """(n,) which of the set-up's trackers reads each state; None: there is one."""
     run_names: tuple[str, ...] = ()
     """Of the campaign's runs, by run number."""
     absolute: Booleans = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
@@ -195,6 +197,7 @@ class Observations:
             layout=self.layout.subset(pick),
             run=self.run[pick],
             index=self.index[pick],
+            tracker=None if self.tracker is None else self.tracker[pick],
             absolute=self.absolute[pick],
             joint_torque=self.joint_torque[:, pick],
             spread=None if self.spread is None else self.spread.subset(pick),
@@ -256,6 +259,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         run=states.run[keep],
         setup=states.setup,
         index=keep,
+        tracker=states.tracker[keep] if len(states.setup.trackers) > 1 else None,
         absolute=states.absolute[keep],
         spread=None if spread is None else spread.subset(keep),
         run_names=tuple(run.name for run in states.runs),

@@ -25,7 +25,7 @@ from stiffcal.mechanics.kinematics import from_frame
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import OutboardLoads, outboard_loads, unit_wrenches
 from stiffcal.model.effect import NodeLoads, joint_nodes
-from stiffcal.model.equilibrium import Rest, add_side_torques, last_node_inboard, law_terms
+from stiffcal.model.equilibrium import Rest, add_side_torques, last_node_inboard, law_terms, reported_turn
 from stiffcal.model.no_balance import no_balance
 
 Real = TypeVar("Real", np.float64, np.float32)
@@ -261,7 +261,8 @@ class RestTangent:
             return self._levers[at]
         node, component = at
         move, turn = self._twist(at, geometry)
-        bodies, setup, origin = self._rest.shape.bodies, self._rest.inputs.setup, self._origin(node, geometry)
+        bodies, inputs, origin = self._rest.shape.bodies, self._rest.inputs, self._origin(node, geometry)
+        setup, error = inputs.setup, inputs.tracker_error
         result = np.zeros((self.n_motions, origin.shape[1]))
         for b, target in enumerate(setup.targets):
             if node > last_node_inboard(target.body, self._n_joints):
@@ -272,7 +273,7 @@ class RestTangent:
                 parts.append(turn)
             for number, part in enumerate(parts):
                 first = self._components * b + 3 * number
-                reported = part if setup.tracker_error is None else setup.tracker_error[:3, :3] @ part
+                reported = part if error is None else reported_turn(error[:, :3, :3], inputs.tracker, part)
                 result[first : first + 3] = reported
         if geometry:
             return result

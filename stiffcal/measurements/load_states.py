@@ -37,6 +37,20 @@ class Attachment:
 
 
 @dataclass(frozen=True)
+class TrackerPlace:
+    """A place where the instrument stood, and the frame in which it read there."""
+
+    frame: str
+    """Name of the manifest's frame in which places were read, "" where that is the base."""
+    base_from_frame: Floats
+    """(4, 4), m, how its readings were brought to base axes; identity where they came in base axes."""
+
+
+IN_BASE = TrackerPlace("", np.eye(4))
+"""What is read comes in the axes of the base."""
+
+
+@dataclass(frozen=True)
 class Sigma:
     """Standard uncertainty of one load state's reading, SI; None where the manifest does not say."""
 
@@ -88,14 +102,8 @@ class MeasurementSetup:
     """The frames' names in the manifest."""
     moments_measured: bool
     """False where only forces are known; the moment about ``wrench_point`` is then zero."""
-    base_from_tracker: Floats
-    """(4, 4), how readings were brought to base axes; identity where they came in base axes."""
-    tracker_error: Floats | None = None
-    """(4, 4) motion in base axes of what is reported against what is there, as ``base_from_tracker`` is not where the
-    tracker stands; None: it is.
-    """
-    tracker: str = ""
-    """Name of the manifest's frame in which places were read, "" where that is the base."""
+    trackers: tuple[TrackerPlace, ...] = (IN_BASE,)
+    """One for each place where the instrument stood, `RunInfo.tracker` counts them; at least one."""
     estimated: tuple[str, ...] = ()
     """Names of the frames that the manifest leaves to be found."""
     load_is_weight: bool = False
@@ -153,6 +161,8 @@ class RunInfo:
     """
     direct: bool = field(default=False, kw_only=True)
     """Of an absolute run, True where the robot went from each row straight to the next."""
+    tracker: int = field(default=0, kw_only=True)
+    """Which of the set-up's trackers read its places."""
 
 
 @dataclass(frozen=True)
@@ -268,6 +278,16 @@ class LoadStates:
     def absolute(self) -> Booleans:
         """(n,) True for states of which places count, not displacements since a reference."""
         return np.array([run.experiment == "absolute" for run in self.runs], dtype=np.bool_)[self.run]
+
+    @property
+    def tracker(self) -> Integers:
+        """(n,) which of the set-up's trackers read each state."""
+        return np.array([run.tracker for run in self.runs], dtype=np.int64)[self.run]
+
+    @property
+    def base_from_tracker(self) -> Floats:
+        """(n, 4, 4) how the readings of each state were brought to base axes, m."""
+        return np.stack([tracker.base_from_frame for tracker in self.setup.trackers])[self.tracker]
 
     @property
     def has_poses(self) -> bool:

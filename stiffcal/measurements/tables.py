@@ -18,7 +18,15 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 from stiffcal.documents import Document
 from stiffcal.measurements.columns import Values, table_of, values_of
-from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo, Sigma
+from stiffcal.measurements.load_states import (
+    Attachment,
+    Gauge,
+    LoadStates,
+    MeasurementSetup,
+    RunInfo,
+    Sigma,
+    TrackerPlace,
+)
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
@@ -112,6 +120,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
             of=run.get("of", ""),
             motor_torque=run.get("motor_torque", False),
             direct=run.get("direct", False),
+            tracker=run.get("tracker", 0),
         )
         for run in document["runs"]
     )
@@ -234,6 +243,7 @@ def _setup_document(states: LoadStates) -> Document:
             | ({"of": run.of} if run.of else {})
             | ({"motor_torque": True} if run.motor_torque else {})
             | ({"direct": True} if run.direct else {})
+            | ({"tracker": run.tracker} if run.tracker else {})
             | ({"fixture": [list(row) for row in run.fixture]} if run.fixture is not None else {})
             for run in states.runs
         ],
@@ -243,8 +253,10 @@ def _setup_document(states: LoadStates) -> Document:
             "targets": [_attachment_document(target) for target in setup.targets],
             "target_names": list(setup.target_names),
             "moments_measured": setup.moments_measured,
-            "base_from_tracker": setup.base_from_tracker.tolist(),
-            "tracker": setup.tracker,
+            "trackers": [
+                {"frame": tracker.frame, "base_from_frame": tracker.base_from_frame.tolist()}
+                for tracker in setup.trackers
+            ],
             "estimated": list(setup.estimated),
             "load_is_weight": setup.load_is_weight,
             "load_point_sigma_m": setup.load_point_sigma,
@@ -297,8 +309,10 @@ def _setup(document: Document) -> MeasurementSetup:
         targets=tuple(_attachment(target) for target in document["targets"]),
         target_names=tuple(document["target_names"]),
         moments_measured=bool(document["moments_measured"]),
-        base_from_tracker=np.array(document["base_from_tracker"], dtype=np.float64),
-        tracker=str(document.get("tracker", "")),
+        trackers=tuple(
+            TrackerPlace(str(tracker["frame"]), np.array(tracker["base_from_frame"], dtype=np.float64))
+            for tracker in document["trackers"]
+        ),
         estimated=tuple(document.get("estimated", ())),
         load_is_weight=bool(document.get("load_is_weight", False)),
         load_point_sigma=float(document.get("load_point_sigma_m", 0.0)),

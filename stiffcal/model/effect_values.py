@@ -108,6 +108,12 @@ class Inputs:
     """False for the weight-only state, where no sensor is read."""
     read: Booleans | None = None
     """(n,) False where no sensor is read: absolute places without a load; None: read in every state."""
+    tracker: Integers | None = None
+    """(n,) which of the set-up's trackers reads each state; None: the first."""
+    tracker_error: Floats | None = None
+    """(T, 4, 4) of each tracker, motion in base axes of what is reported against what is there, m, as it does not stand
+    where the set-up has it; None: all do.
+    """
 
 
 @dataclass(frozen=True)

@@ -59,19 +59,30 @@ class Rest:
     @cached_property
     def targets(self) -> list[StackedFrame]:
         """The frame of each of the set-up's targets, on the deformed chain, as the tracker reports it in base axes."""
-        return reported_targets(self.shape.bodies, self.inputs.setup)
+        return reported_targets(self.shape.bodies, self.inputs)
 
 
-def reported_targets(bodies: Sequence[StackedFrame], setup: MeasurementSetup) -> list[StackedFrame]:
+def reported_targets(bodies: Sequence[StackedFrame], inputs: Inputs) -> list[StackedFrame]:
     """Return the frame of each target, given those of the bodies, as the tracker reports it in base axes."""
-    frames = [bodies[target.body].moved(target.transform) for target in setup.targets]
-    return frames if setup.tracker_error is None else [_moved_rigidly(frame, setup.tracker_error) for frame in frames]
+    frames = [bodies[target.body].moved(target.transform) for target in inputs.setup.targets]
+    if inputs.tracker_error is None:
+        return frames
+    turn, shift = inputs.tracker_error[:, :3, :3], inputs.tracker_error[:, :3, 3]
+    shifts = shift[0][:, None] if inputs.tracker is None else shift[inputs.tracker].T
+    return [
+        StackedFrame(
+            reported_turn(turn, inputs.tracker, frame.rotation),
+            reported_turn(turn, inputs.tracker, frame.position) + shifts,
+        )
+        for frame in frames
+    ]
 
 
-def _moved_rigidly(frame: StackedFrame, motion: Floats) -> StackedFrame:
-    """Return ``motion @ frame`` for a constant (4, 4) motion in base axes."""
-    rotation = np.einsum("ij,jkn->ikn", motion[:3, :3], frame.rotation)
-    return StackedFrame(rotation, motion[:3, :3] @ frame.position + motion[:3, 3:])
+def reported_turn(turn: Floats, tracker: Integers | None, vectors: Floats) -> Floats:
+    """Return vectors (3, …, n) in base axes, turned as the tracker of each state is, (T, 3, 3)."""
+    if tracker is None or len(turn) == 1:
+        return np.asarray(turn[0] @ vectors if vectors.ndim == 2 else np.einsum("ij,jkn->ikn", turn[0], vectors))
+    return np.asarray(np.einsum("nij,j...n->i...n", turn[tracker], vectors))
 
 
 def law_terms(robot: CompliantRobot, loads: NodeLoads) -> list[tuple[PlacedEffect, Term]]:
@@ -297,7 +308,8 @@ def rest_under_weight(
     States of one pose share it, so that it is found once for each stretch of equal angles (and temperatures).
     """
     kelvin = np.full(inputs.angles.shape[1], np.nan) if order is None else order.reference_kelvin
-    distinct = np.vstack([inputs.angles, np.nan_to_num(kelvin).round(6)])
+    tracker = np.zeros(len(kelvin)) if inputs.tracker is None else inputs.tracker
+    distinct = np.vstack([inputs.angles, np.nan_to_num(kelvin).round(6), tracker])
     first = np.concatenate([[0], np.flatnonzero(np.any(np.diff(distinct, axis=1) != 0.0, axis=0)) + 1])
     pick = np.repeat(np.arange(len(first)), np.diff(np.append(first, inputs.angles.shape[1])))
     poses = replace(
@@ -305,6 +317,7 @@ def rest_under_weight(
         angles=np.ascontiguousarray(inputs.angles[:, first]),
         wrench=np.zeros((len(inputs.wrench), len(first))),
         loaded=False,
+        tracker=None if inputs.tracker is None else inputs.tracker[first],
     )
     try:
         rest = find_rest(robot, poses, tolerance=tolerance, kelvin=kelvin[first])

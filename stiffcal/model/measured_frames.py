@@ -75,10 +75,13 @@ class FramePosition(DocumentedEffect):
                 for name, target in zip(setup.target_names, setup.targets, strict=True)
             )
             return replace(inputs, setup=replace(setup, targets=targets))
-        registered = setup.base_from_tracker
-        present = registered if setup.tracker_error is None else inverse_transform(setup.tracker_error) @ registered
-        error = registered @ inverse_transform(_moved(present, small))
-        return replace(inputs, setup=replace(setup, tracker_error=error))
+        count = len(setup.trackers)
+        error = np.tile(np.eye(4), (count, 1, 1)) if inputs.tracker_error is None else inputs.tracker_error.copy()
+        number = [tracker.frame for tracker in setup.trackers].index(place.frame)
+        registered = setup.trackers[number].base_from_frame
+        present = inverse_transform(error[number]) @ registered
+        error[number] = registered @ inverse_transform(_moved(present, small))
+        return replace(inputs, tracker_error=error)
 
 
 class LoadPoint(DocumentedEffect):
@@ -137,7 +140,7 @@ def placed_load_point(name: str) -> PlacedEffect:
 
 
 def with_found_frames(robot: CompliantRobot, setup: MeasurementSetup) -> MeasurementSetup:
-    """Return the set-up with tracker and targets where a fit has found them, in the axes of the fitted robot's base.
+    """Return the set-up with trackers and targets where a fit has found them, in the axes of the fitted robot's base.
 
     Parameters
     ----------
@@ -147,11 +150,13 @@ def with_found_frames(robot: CompliantRobot, setup: MeasurementSetup) -> Measure
     for placed in robot.placed:
         if placed.effect.moves_frames:
             inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
-    found = inputs.setup
-    if found.tracker_error is None:
-        return found
-    base_from_tracker = inverse_transform(found.tracker_error) @ setup.base_from_tracker
-    return replace(found, base_from_tracker=base_from_tracker, tracker_error=None)
+    if inputs.tracker_error is None:
+        return inputs.setup
+    trackers = tuple(
+        replace(tracker, base_from_frame=inverse_transform(error) @ tracker.base_from_frame)
+        for tracker, error in zip(setup.trackers, inputs.tracker_error, strict=True)
+    )
+    return replace(inputs.setup, trackers=trackers)
 
 
 def _moved(body_from_frame: Floats, small: Floats) -> Floats:

@@ -320,15 +320,14 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
             scaled = joints.copy()
             scaled[:, k] *= factor
             yield f"joint {names[k]} in {unit}", f"correct the unit of {names[k]}", scaled, position
-    tracker_from_base = inverse_transform(states.setup.base_from_tracker)
-    own = position @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3]
-    base_from_tracker = states.setup.base_from_tracker
+    base_from_tracker = states.base_from_tracker
+    own = _moved(inverse_transform(base_from_tracker), position)
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             if order == (0, 1, 2) and signs == (1.0, 1.0, 1.0):
                 continue
             axes = ", ".join(f"{'-' if s < 0 else ''}{'XYZ'[k]}" for k, s in zip(order, signs, strict=True))
-            measured = (own[:, order] * np.array(signs)) @ base_from_tracker[:3, :3].T + base_from_tracker[:3, 3]
+            measured = _moved(base_from_tracker, own[:, order] * np.array(signs))
             yield (
                 f"the tracker's axes as ({axes})",
                 "correct the order of position's columns, or the frame",
@@ -336,14 +335,19 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
                 measured,
             )
     for factor, unit in ((1e-3, "mm"), (1e3, "m")):
-        measured = (own * factor) @ base_from_tracker[:3, :3].T + base_from_tracker[:3, 3]
+        measured = _moved(base_from_tracker, own * factor)
         yield f"positions in {unit}", f"write {toml_text.pair('units', {'position': unit})}", joints, measured
     yield (
         "the inverse of the tracker frame",
         "frames.tracker is the pose of the tracker in the base frame, not of the base in the tracker frame",
         joints,
-        own @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3],
+        _moved(inverse_transform(base_from_tracker), own),
     )
+
+
+def _moved(motion: Floats, places: Floats) -> Floats:
+    """Return places (n, 3) as each one's motion (n, 4, 4) takes them."""
+    return np.asarray(np.einsum("nij,nj->ni", motion[:, :3, :3], places) + motion[:, :3, 3])
 
 
 def _check_orientation(
@@ -353,8 +357,8 @@ def _check_orientation(
     if np.isnan(match.turned_rad) or match.turned_rad <= TURNED_RAD or estimated:
         return []
     _, rotation = attached_poses(chain, chain.model_angles(states.joints), states.setup.targets[0])
-    tracker_axes = states.setup.base_from_tracker[:3, :3]
-    measured = tracker_axes.T @ states.rotation[:, 0]
+    tracker_axes = states.base_from_tracker[:, :3, :3]
+    measured = np.swapaxes(tracker_axes, -1, -2) @ states.rotation[:, 0]
     if len(states) > 1 and _mounting_spread(rotation, tracker_axes @ measured) <= TURNED_RAD:
         return []
     quaternion = quaternion_from_rotation(measured)

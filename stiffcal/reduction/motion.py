@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 
@@ -48,11 +49,13 @@ def motion_of(states: LoadStates, chain: Chain, all_targets: bool = False) -> Mo
     n = len(states)
     if states.has_poses or not states.setup.gauges:
         # in the instrument's own axes, in which one of its components may be dead
-        turn, place = states.setup.base_from_tracker[:3, :3], states.setup.base_from_tracker[:3, 3]
-        displacement = states.deflection[:, :, :3] if states.deflection_given else states.position - place
+        displacement = states.deflection[:, :, :3] if states.deflection_given else states.position
         count = displacement.shape[1] if all_targets else 1
-        measured = (displacement[:, :count] @ turn).reshape(n, 3 * count)
-        axes = np.broadcast_to(np.tile(turn.T, (count, 1)), (n, 3 * count, 3))
+        measured, axes = np.empty((n, 3 * count)), np.empty((n, 3 * count, 3))
+        for read, placed in each_tracker(states.setup.trackers, states.tracker):
+            turn, place = placed[:3, :3], 0.0 if states.deflection_given else placed[:3, 3]
+            measured[read] = ((displacement[read, :count] - place) @ turn).reshape(-1, 3 * count)
+            axes[read] = np.tile(turn.T, (count, 1))
         return Motion(measured, axes, tuple(np.repeat(np.arange(count), 3).tolist()))
     return Motion(
         states.displacement.copy(), gauge_directions(states, chain), tuple(g.target for g in states.setup.gauges)

@@ -20,6 +20,7 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.reduction.agreeing_rows import agreeing
 from stiffcal.reduction.exchanged_targets import exchanged_rows
 from stiffcal.reduction.faults_of_rows import SomeRows, faults_of_rows
@@ -58,10 +59,16 @@ def place_faults(states: LoadStates, campaign: Campaign) -> list[Fault]:
     states : all states of the campaign, places in the axes of whatever frame.
     campaign : what the manifest and the robot file state, and where the tables are.
     """
-    rows = np.flatnonzero(states.absolute & states.used & np.any(np.isfinite(states.position).all(axis=2), axis=1))
-    if len(rows) < LEAST_ROWS or not states.setup.targets:
+    measured = states.absolute & states.used & np.any(np.isfinite(states.position).all(axis=2), axis=1)
+    if not states.setup.targets:
         return []
-    chosen = states.select(rows)
+    by_tracker = [states.select(measured & read) for read, _ in each_tracker(states.setup.trackers, states.tracker)]
+    found = (_faults_of_one_tracker(chosen, campaign) for chosen in by_tracker if len(chosen) >= LEAST_ROWS)
+    return next((faults for faults in found if faults), [])
+
+
+def _faults_of_one_tracker(chosen: LoadStates, campaign: Campaign) -> list[Fault]:
+    """Return faults of places that one tracker read, which stood still."""
     table, places = TableRows(campaign, chosen), places_of(chosen, campaign.chain)
     copied = _copied_targets(table, places)
     if copied is not None:
@@ -82,7 +89,7 @@ def place_faults(states: LoadStates, campaign: Campaign) -> list[Fault]:
         fault = _of_the_table(table, places, typical)
         if fault is not None:
             return [fault]
-    many = not met.settled or typical > UNCALIBRATED_M or len(wrong) > MOST_WRONG * len(rows)
+    many = not met.settled or typical > UNCALIBRATED_M or len(wrong) > MOST_WRONG * len(chosen)
     if many:
         found = agreeing(places)
         if found is None or found[1] > UNCALIBRATED_M:

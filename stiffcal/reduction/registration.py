@@ -21,17 +21,19 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.tracker_frames import tracker_frames
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
 from stiffcal.estimation.distinguish import distinguish, held_for
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
 from stiffcal.reduction.met_places import WORST_M
 from stiffcal.reduction.registered_frames import AXES, Registration
+from stiffcal.reduction.registration_poses import different_poses, refuse_few_poses
 from stiffcal.reduction.still_components import still_words
 
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
@@ -65,9 +67,9 @@ def register_frames(
         A frame is none that poses determine, or the poses are too few or too much alike.
     """
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
-    tracker = _tracker_frame(manifest)
+    trackers = tracker_frames(manifest)
     for name in names:
-        if name != tracker and name not in _carriers(manifest, setup.target_names):
+        if name not in trackers and name not in _carriers(manifest, setup.target_names):
             raise InputError.at(
                 FaultCode.REGISTRATION_IMPOSSIBLE,
                 "campaign.toml", f"frames.{name}.estimate", "unloaded poses do not determine this frame",
@@ -75,46 +77,10 @@ def register_frames(
             )  # fmt: skip
     mask = readings.reference if chosen is None else chosen
     states = readings.select(mask & readings.used & np.isfinite(readings.position).all(axis=(1, 2)))
-    n_poses = _different_poses(states.joints)
-    full_pose = bool(np.isfinite(states.rotation).all())
-    least = 3 if full_pose or len(names) == 1 else 4
-    if n_poses < least:
-        found = f"{n_poses} different unloaded pose{' is' if n_poses == 1 else 's are'} too few"
-        rare = _seldom_measured(readings.select(mask & readings.used), least)
-        found += f": {' and '.join(rare)} {'was' if len(rare) == 1 else 'were'} measured in no others" if rare else ""
-        raise InputError.at(
-            FaultCode.POSES_TOO_FEW,
-            "campaign.toml", f"frames.{names[0]}.estimate",
-            found if n_poses else _not_measured(readings.select(mask & readings.used)),
-            f"measure {least} or more poses that differ in position and orientation, or give the frame",
-        )  # fmt: skip
+    refuse_few_poses(readings.select(mask & readings.used), states, names, trackers)
+    n_poses = different_poses(states.joints)
     places_alone = bool(readings.absolute.all())
-    return _RegistrationProblem(manifest, chain, states, names, tracker, places_alone).solve(n_poses)
-
-
-def _not_measured(states: LoadStates) -> str:
-    """Return which targets no unloaded pose shows, or that no pose shows all of them."""
-    once: Booleans = np.asarray(np.isfinite(states.position).all(axis=2).any(axis=0))
-    lacking = [name for name, measured in zip(states.setup.target_names, once, strict=True) if not measured]
-    if len(lacking) == len(once):
-        return "no target was measured in any unloaded pose"
-    if lacking:
-        return f"{' and '.join(lacking)} {'was' if len(lacking) == 1 else 'were'} measured in no unloaded pose"
-    return "no unloaded pose shows all targets"
-
-
-def _tracker_frame(manifest: Manifest) -> str | None:
-    for source in manifest.sources.values():
-        for pose in source.body_poses().values():
-            return pose.frame
-    return None
-
-
-def _seldom_measured(states: LoadStates, least: int) -> list[str]:
-    """Return the targets that are measured in fewer than ``least`` states, where others are in more."""
-    times = np.isfinite(states.position).all(axis=2).sum(axis=0)
-    names = states.setup.target_names
-    return [name for name, n in zip(names, times, strict=True) if n < least <= times.max()]
+    return _RegistrationProblem(manifest, chain, states, names, places_alone).solve(n_poses)
 
 
 def _file_of_positions(manifest: Manifest) -> str:
@@ -134,12 +100,6 @@ def _carriers(manifest: Manifest, targets: tuple[str, ...]) -> set[str]:
             carriers.add(frame)
             frame = manifest.frames[frame].parent
     return carriers
-
-
-def _different_poses(joints: Floats) -> int:
-    """Count configurations that differ by more than a degree."""
-    # one degree itself still counts as alike
-    return int(pose_groups(joints, np.nextafter(np.radians(1.0), np.inf)).max(initial=-1)) + 1
 
 
 def levelled(base_from_tracker: Floats, gravity: Floats) -> Floats:
@@ -175,35 +135,36 @@ class _RegistrationProblem:
         chain: Chain,
         states: LoadStates,
         names: tuple[str, ...],
-        tracker: str | None,
         places_alone: bool,
     ) -> None:
-        self.manifest, self.chain, self.states, self.names, self.tracker = manifest, chain, states, names, tracker
+        self.manifest, self.chain, self.states, self.names = manifest, chain, states, names
+        self.trackers = tracker_frames(manifest)
         self.held: list[tuple[str, int]] = []
         self.places_alone = places_alone
         self.angles = chain.model_angles(states.joints)
         self.full_pose = bool(np.isfinite(states.rotation).all())
         self.frames = {name: placement_matrix(manifest.frames[name]) for name in names}
-        if tracker in self.frames:
-            self.frames[tracker] = self._starting_transform(tracker)
+        self.frames |= {name: self._starting_transform(name) for name in names if name in self.trackers}
         # a target's orientation cannot be derived from its position; a levelled tracker turns about its z axis alone
         self.free = [
             (name, k)
             for name in names
             for k in range(6)
-            if (self.full_pose or name == tracker or k < 3) and not (manifest.frames[name].level and k in (3, 4))
+            if (self.full_pose or name in self.trackers or k < 3) and not (manifest.frames[name].level and k in (3, 4))
         ]
 
     def _starting_transform(self, tracker: str) -> Floats:
-        """Return a start for the tracker: the rigid motion that brings readings and kinematics together."""
+        """Return a start for a tracker: the rigid motion that brings its readings and kinematics together."""
         setup = measurement_setup(self.manifest, self.chain, resolve_frames(self.manifest, self.chain, self.frames))
-        predicted, _ = attached_poses(self.chain, self.angles, setup.targets[0])
-        measured = self.states.position[:, 0]
+        number = self.trackers.index(tracker)
+        own = self.states.tracker == number
+        predicted, _ = attached_poses(self.chain, self.angles[own], setup.targets[0])
+        measured = self.states.position[own, 0]
         left, _, right = np.linalg.svd((predicted - predicted.mean(axis=0)).T @ (measured - measured.mean(axis=0)))
         turn = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
         base_from_tracker = transform(turn, predicted.mean(axis=0) - turn @ measured.mean(axis=0))
         # what the manifest hangs between base and this frame stays
-        base_from_now = setup.base_from_tracker
+        base_from_now = setup.trackers[number].base_from_frame
         base_from_parent = base_from_now @ inverse_transform(self.frames[tracker])
         start = np.asarray(inverse_transform(base_from_parent) @ base_from_tracker)
         return levelled(start, self.chain.gravity) if self.manifest.frames[tracker].level else start
@@ -211,11 +172,12 @@ class _RegistrationProblem:
     def residuals(self, frames: Mapping[str, Floats]) -> tuple[Floats, Floats]:
         """Return position residuals (n, B, 3) m and rotation residuals (n, B, 3) rad (empty for positions only)."""
         setup = measurement_setup(self.manifest, self.chain, resolve_frames(self.manifest, self.chain, frames))
-        turn, shift = setup.base_from_tracker[:3, :3], setup.base_from_tracker[:3, 3]
+        placed = np.stack([tracker.base_from_frame for tracker in setup.trackers])[self.states.tracker]
+        turn, shift = placed[:, :3, :3], placed[:, :3, 3]
         places, turns = [], []
         for b, target in enumerate(setup.targets):
             place, rotation = attached_poses(self.chain, self.angles, target)
-            places.append(self.states.position[:, b] @ turn.T + shift - place)
+            places.append(np.einsum("nij,nj->ni", turn, self.states.position[:, b]) + shift - place)
             if self.full_pose:
                 measured = turn @ self.states.rotation[:, b]
                 turns.append(vector_from_rotation(measured @ np.swapaxes(rotation, -1, -2)))
@@ -323,7 +285,7 @@ class _RegistrationProblem:
 
     def _hold_first(self) -> list[int]:
         """Return the components in the order of the convention: targets stay where the manifest has them."""
-        return sorted(range(len(self.free)), key=lambda k: (self.free[k][0] == self.tracker, k))
+        return sorted(range(len(self.free)), key=lambda k: (self.free[k][0] in self.trackers, k))
 
     def _hold(self, numbers: tuple[int, ...]) -> None:
         """Hold components of frames where the manifest has them.
@@ -392,10 +354,10 @@ class _RegistrationProblem:
 
 def in_instrument_axes(states: LoadStates) -> LoadStates:
     """Return the states with positions and rotations back in the instrument's own axes."""
-    tracker_from_base = inverse_transform(states.setup.base_from_tracker)
-    return replace(
-        states,
-        position=states.position @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3],
-        rotation=np.asarray(tracker_from_base[:3, :3] @ states.rotation),
-        setup=replace(states.setup, base_from_tracker=np.eye(4)),
-    )
+    position, rotation = np.empty_like(states.position), np.empty_like(states.rotation)
+    for read, base_from_tracker in each_tracker(states.setup.trackers, states.tracker):
+        tracker_from_base = inverse_transform(base_from_tracker)
+        position[read] = states.position[read] @ tracker_from_base[:3, :3].T + tracker_from_base[:3, 3]
+        rotation[read] = tracker_from_base[:3, :3] @ states.rotation[read]
+    trackers = tuple(replace(tracker, base_from_frame=np.eye(4)) for tracker in states.setup.trackers)
+    return replace(states, position=position, rotation=rotation, setup=replace(states.setup, trackers=trackers))

@@ -7,14 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import MeasurementSetup
+from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.reduction.raw_states import RawStates
 
 
-def stated_row_by_row(gathered: RawStates, setup: MeasurementSetup, place: Floats) -> Floats:
+def stated_row_by_row(gathered: RawStates, setup: MeasurementSetup, tracker: Integers, place: Floats) -> Floats:
     """Return (n, B, 6) standard uncertainty of each target, m and rad, base axes; NaN where none is stated.
 
     Variances are turned, not covariances: the axes of the instrument err independently of each other.
@@ -23,6 +24,7 @@ def stated_row_by_row(gathered: RawStates, setup: MeasurementSetup, place: Float
     ----------
     gathered : the states, signals in the instrument's axes.
     setup : where the instruments sit.
+    tracker : (n,) which of its trackers reads each state.
     place : (n, B, 3) what was read of each target; where it is missing, so may its uncertainty be.
 
     Raises
@@ -30,7 +32,6 @@ def stated_row_by_row(gathered: RawStates, setup: MeasurementSetup, place: Float
     InputError : an uncertainty is missing, zero or negative where the target was read.
     """
     sigma = np.full((len(gathered.run), len(setup.targets), 6), np.nan)
-    turn = setup.base_from_tracker[:3, :3] ** 2
     for b, body in enumerate(setup.target_names):
         for quantity, columns in (("position", slice(0, 3)), ("rotation", slice(3, 6))):
             stated = gathered.signals.get(f"sigma.{quantity}.{body}")
@@ -49,7 +50,8 @@ def stated_row_by_row(gathered: RawStates, setup: MeasurementSetup, place: Float
                     f"the uncertainty of {quantity} of {body} is {own[wrong[0]].min():g}",
                     "write a positive one, or exclude the row with [[exclude]]",
                 )  # fmt: skip
-            sigma[:, b, columns] = np.sqrt(own**2 @ turn.T)
+            for read, placed in each_tracker(setup.trackers, tracker):
+                sigma[read, b, columns] = np.sqrt(own[read] ** 2 @ (placed[:3, :3] ** 2).T)
     return sigma
 
 

@@ -10,8 +10,9 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.measurements.tracker_axes import places_in_tracker
 from stiffcal.reduction.reading_bounds import LARGEST_DEFLECTION_M
-from stiffcal.reduction.still_components import lost_states, places_in_instrument, rounding_of
+from stiffcal.reduction.still_components import lost_states, rounding_of
 
 MOST_NAMED = 10
 
@@ -42,7 +43,7 @@ def _fault_of(run: LoadStates, file: str) -> Fault:
         stretches = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1)
         named = [f"{rows[0]}" if len(rows) == 1 else f"{rows[0]}-{rows[-1]}" for rows in stretches]
         more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
-        zero = np.asarray(np.abs(places_in_instrument(run)) <= rounding_of(run.position)).any(axis=(1, 2))
+        zero = np.asarray(np.abs(places_in_tracker(run)) <= rounding_of(run.position)).any(axis=(1, 2))
         reading = "zero" if (zero | ~lost).all() else "the same in every digit, far from the others,"
         reason = (
             f"the target's position, or a component of it, is {reading} in {len(numbers)} of {len(run)} states "

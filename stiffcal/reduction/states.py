@@ -11,10 +11,12 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.frames import sigma_of_places
 from stiffcal.campaign.manifest import Manifest, Run
 from stiffcal.campaign.signals import Pose
+from stiffcal.campaign.tracker_frames import trackers_of_runs
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.set_aside import SetAside, SetAsideCode, set_aside_columns
+from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quaternions import rotation_from_quaternion
 from stiffcal.reduction.approach import approach_of_drives
@@ -48,10 +50,12 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
         )  # fmt: skip
     number_of = {name: k for k, name in enumerate(names)}
     run = np.array([number_of[name] for name in raw_states.run], dtype=np.int64)
-    position, rotation, markers_measured = _poses(raw_states, manifest, setup)
-    deflection = _deflections(raw_states, manifest, setup)
+    tracker_of_run = trackers_of_runs(manifest)
+    tracker = np.array([tracker_of_run.get(name, 0) for name in raw_states.run], dtype=np.int64)
+    position, rotation, markers_measured = _poses(raw_states, manifest, setup, tracker)
+    deflection = _deflections(raw_states, manifest, setup, tracker)
     sigma = stated_row_by_row(
-        raw_states, setup, np.where(np.isfinite(deflection[:, :, :3]), deflection[:, :, :3], position)
+        raw_states, setup, tracker, np.where(np.isfinite(deflection[:, :, :3]), deflection[:, :, :3], position)
     )
     absolute = np.array(
         [name in manifest_runs and manifest_runs[name].experiment == ABSOLUTE for name in raw_states.run],
@@ -66,7 +70,7 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
     codes, texts = set_aside_columns(set_aside)
     joints = _joint_angles(raw_states, chain, manifest_runs)
     states = LoadStates(
-        runs=tuple(_run_info(name, manifest_runs.get(name), manifest) for name in names),
+        runs=tuple(_run_info(name, manifest_runs.get(name), manifest, tracker_of_run.get(name, 0)) for name in names),
         run=run,
         time=raw_states.time,
         hold=raw_states.hold,
@@ -80,7 +84,7 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
         row=raw_states.number,
         n_readings=raw_states.n_readings,
         wrench_scatter=raw_states.scatter.get("wrench", np.full((n, 6), np.nan)),
-        position_scatter=_scatter(raw_states, setup),
+        position_scatter=_scatter(raw_states, setup, tracker),
         set_aside=texts,
         setup=setup,
         lengths=lengths,
@@ -138,9 +142,9 @@ def _with_not_measured(set_aside: Sequence[SetAside], measured: Booleans, run: I
     return [reason if missing[k] and not entry.code else entry for k, entry in enumerate(set_aside)]
 
 
-def _run_info(name: str, run: Run | None, manifest: Manifest) -> RunInfo:
+def _run_info(name: str, run: Run | None, manifest: Manifest, tracker: int) -> RunInfo:
     if run is None:
-        return RunInfo(name)
+        return RunInfo(name, tracker=tracker)
     sensor = any(manifest.sources[source].wrench is not None for source in run.files)
     return RunInfo(
         name,
@@ -151,6 +155,7 @@ def _run_info(name: str, run: Run | None, manifest: Manifest) -> RunInfo:
         run.fixture_compliance,
         motor_torque=run.experiment == "clamped" and not sensor,
         direct=run.approach == "direct",
+        tracker=tracker,
     )
 
 
@@ -214,14 +219,15 @@ def _wrench_of_places(wrench: Floats, absolute: Booleans, raw_states: RawStates,
     return wrench
 
 
-def _poses(raw_states: RawStates, manifest: Manifest, setup: MeasurementSetup) -> tuple[Floats, Floats, Booleans]:
+def _poses(
+    raw_states: RawStates, manifest: Manifest, setup: MeasurementSetup, tracker: Integers
+) -> tuple[Floats, Floats, Booleans]:
     """Return positions (n, B, 3) and rotations (n, B, 3, 3) in base axes, and (n, B, K) which points were measured."""
     n, n_targets = len(raw_states.run), len(setup.targets)
     position = np.full((n, n_targets, 3), np.nan)
     rotation = np.full((n, n_targets, 3, 3), np.nan)
     most = max((len(markers.names) for markers in setup.markers if markers is not None), default=0)
     markers_measured = np.zeros((n, n_targets, most), dtype=np.bool_)
-    turn, shift = setup.base_from_tracker[:3, :3], setup.base_from_tracker[:3, 3]
     poses: dict[str, Pose] = {}
     for source in manifest.sources.values():
         poses |= source.body_poses()
@@ -239,22 +245,23 @@ def _poses(raw_states: RawStates, manifest: Manifest, setup: MeasurementSetup) -
             measured = raw_states.signals.get(f"position.{body}", missing)
             quaternion = raw_states.signals.get(f"quaternion.{body}")
             turned = np.full((n, 3, 3), np.nan) if quaternion is None else rotation_from_quaternion(quaternion)
-        position[:, b] = measured @ turn.T + shift
-        rotation[:, b] = turn @ turned
+        for read, placed in each_tracker(setup.trackers, tracker):
+            position[read, b] = measured[read] @ placed[:3, :3].T + placed[:3, 3]
+            rotation[read, b] = placed[:3, :3] @ turned[read]
     return position, rotation, markers_measured
 
 
-def _deflections(raw_states: RawStates, manifest: Manifest, setup: MeasurementSetup) -> Floats:
+def _deflections(raw_states: RawStates, manifest: Manifest, setup: MeasurementSetup, tracker: Integers) -> Floats:
     """Return (n, B, 6) displacements already taken, base axes; NaN where there are none."""
     deflection = np.full((len(raw_states.run), len(setup.targets), 6), np.nan)
     if "translation" not in raw_states.signals:
         return deflection
     body = next(source.deflection.body for source in manifest.sources.values() if source.deflection is not None)
     b = setup.target_names.index(body)
-    turn = setup.base_from_tracker[:3, :3]
-    deflection[:, b, :3] = raw_states.signals["translation"] @ turn.T
-    if "rotation" in raw_states.signals:
-        deflection[:, b, 3:] = raw_states.signals["rotation"] @ turn.T
+    for read, placed in each_tracker(setup.trackers, tracker):
+        deflection[read, b, :3] = raw_states.signals["translation"][read] @ placed[:3, :3].T
+        if "rotation" in raw_states.signals:
+            deflection[read, b, 3:] = raw_states.signals["rotation"][read] @ placed[:3, :3].T
     return deflection
 
 
@@ -265,15 +272,15 @@ def _side_by_side(raw_states: RawStates, signals: Sequence[str]) -> Floats:
     return np.concatenate(columns, axis=1) if columns else np.zeros((len(raw_states.run), 0))
 
 
-def _scatter(raw_states: RawStates, setup: MeasurementSetup) -> Floats:
+def _scatter(raw_states: RawStates, setup: MeasurementSetup, tracker: Integers) -> Floats:
     """Return (n, B, 3) standard deviation of single positions within the hold, base axes.
 
     Noise is taken as alike along the instrument's axes as far as turning goes: variances are turned, not covariances.
     """
     scatter = np.full((len(raw_states.run), len(setup.targets), 3), np.nan)
-    turn = setup.base_from_tracker[:3, :3]
     for b, body in enumerate(setup.target_names):
         name = f"position.{body}"
         if name in raw_states.scatter:
-            scatter[:, b] = np.sqrt(raw_states.scatter[name] ** 2 @ (turn**2).T)
+            for read, placed in each_tracker(setup.trackers, tracker):
+                scatter[read, b] = np.sqrt(raw_states.scatter[name][read] ** 2 @ (placed[:3, :3] ** 2).T)
     return scatter

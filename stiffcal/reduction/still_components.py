@@ -6,6 +6,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.tracker_axes import places_in_tracker
 from stiffcal.reduction.reading_bounds import LARGEST_DEFLECTION_M
 
 # Fewer places may have a component in common.
@@ -19,12 +20,6 @@ def rounding_of(measured: Floats) -> float:
     return _ROUNDED * float(np.nanmax(np.abs(measured), initial=0.0))
 
 
-def places_in_instrument(states: LoadStates) -> Floats:
-    """Return (n, B, 3) the targets' places in the axes of the instrument, m."""
-    placed = states.setup.base_from_tracker
-    return np.asarray((states.position - placed[:3, 3]) @ placed[:3, :3])
-
-
 def lost_states(states: LoadStates) -> Booleans:
     """Return (n,) True where a component is zero, or that of another state to the last digit and far from the rest.
 
@@ -34,7 +29,7 @@ def lost_states(states: LoadStates) -> Booleans:
     ----------
     states : of one run, in which targets move by less than `LARGEST_DEFLECTION_M`.
     """
-    places = places_in_instrument(states).reshape(len(states), -1)
+    places = places_in_tracker(states).reshape(len(states), -1)
     rounding = rounding_of(states.position)
     lost: Booleans = np.asarray((np.abs(places) <= rounding).any(axis=1))
     for component in places.T:
@@ -57,7 +52,7 @@ def _middle(values: Floats, rounding: float) -> float:
 def still_components(states: LoadStates) -> list[str]:
     """Return which components of which target are the same in all places, as "Z of probe", while others move it."""
     found = []
-    for target, places in zip(states.setup.target_names, places_in_instrument(states).swapaxes(0, 1), strict=True):
+    for target, places in zip(states.setup.target_names, places_in_tracker(states).swapaxes(0, 1), strict=True):
         seen = places[np.isfinite(places).all(axis=1)]
         if len(seen) < LEAST_PLACES:
             continue

@@ -157,7 +157,6 @@ def _states() -> LoadStates:
         (frame,),
         ("<target>",),
         True,
-        np.eye(4),
         rods=(rods,),
         beams=(BeamProperties(1.0),),
         gauges=(gauge,),

@@ -148,7 +148,6 @@ def _offsets(model: CompliantRobot, true_run: TrueRun, tool: ToolWeight) -> Floa
         targets=(point,),
         target_names=("tool",),
         moments_measured=True,
-        base_from_tracker=np.eye(4),
         tool_mass=tool.mass,
         tool_com=tool.com,
     )

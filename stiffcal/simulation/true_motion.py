@@ -262,7 +262,6 @@ def _solve(robot: CompliantRobot, batch: _LoadPointBatch, wrench: Floats, settle
         targets=tuple(batch.frames.values()),
         target_names=tuple(batch.frames),
         moments_measured=True,
-        base_from_tracker=np.eye(4),
         tool_mass=batch.tool.mass,
         tool_com=batch.tool.com,
     )

@@ -88,7 +88,7 @@ def lever() -> tuple[Chain, MeasurementSetup]:
     offset_frame[1, 3] = 0.15
     return chain, MeasurementSetup(
         wrench_axes=Attachment(0, np.eye(4)), wrench_point=tool, targets=(Attachment(3, offset_frame),),
-        target_names=("target",), moments_measured=True, base_from_tracker=np.eye(4),
+        target_names=("target",), moments_measured=True,
     )  # fmt: skip
 
 

@@ -92,13 +92,14 @@ def fitted_frames(robot: CompliantRobot, setup: MeasurementSetup) -> dict[str, t
     robot : with the fitted values. setup : with the frames where registration put them.
     """
     found = with_found_frames(robot, setup)
+    trackers = {tracker.frame: tracker.base_from_frame for tracker in found.trackers}
     result: dict[str, tuple[str, Floats]] = {}
     for placed in robot.placed:
         name = placed.place.frame
         if not placed.effect.moves_frames or name is None:
             continue
         if name not in setup.target_names:
-            result[name] = "base", found.base_from_tracker
+            result[name] = "base", trackers[name]
         elif (target := found.targets[setup.target_names.index(name)]).body == robot.chain.n_joints + 1:
             result[name] = "flange", target.transform
     return result

@@ -65,7 +65,8 @@ def unmeasured(states: LoadStates, truth: Truth, robot: CompliantRobot, seed: in
     """Return rows of poses that were not measured, with their true places as the states' tracker frame has them."""
     joints = six_axis_joints(np.random.default_rng([7, seed]), N_HELD_OUT)
     nothing = np.zeros((N_HELD_OUT, 6))
-    turn, shift = states.setup.base_from_tracker[:3, :3], states.setup.base_from_tracker[:3, 3]
+    placed = states.setup.trackers[0].base_from_frame
+    turn, shift = placed[:3, :3], placed[:3, 3]
     places = truth.places(robot.chain, joints, nothing) @ turn.T + shift
     rows = bare_states(
         list(range(N_HELD_OUT)),

@@ -126,7 +126,7 @@ def _written(folder: Path, manifest: str, n_runs: int, per_run: int, more_effect
     placed.append(PlacedEffect(play, Place("joints", (4,)), typical))
     placed += more_effects
     tool = Attachment(chain.n_joints + 1, shifted(*TOOL_M))
-    setup = MeasurementSetup(Attachment(0, np.eye(4)), tool, (tool,), ("tool",), True, np.eye(4))
+    setup = MeasurementSetup(Attachment(0, np.eye(4)), tool, (tool,), ("tool",), True)
     balance = solve_balance(CompliantRobot(chain, tuple(placed)), chain.model_angles(joints), wrench, setup)
     position = balance.target_position[:, 0] + 15e-6 * rng.normal(size=(n, 3))
     turn = vector_from_rotation(balance.target_rotation[:, 0]) + 3e-5 * rng.normal(size=(n, 3))

@@ -9,6 +9,7 @@ import pytest
 from stiffcal.campaign.file_patterns import FilePattern, found_files
 from stiffcal.campaign.found_runs import nothing_found, unpartnered_remarks
 from stiffcal.campaign.loading import Campaign, load_campaign
+from stiffcal.campaign.tracker_frames import trackers_of_runs
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.natural_order import natural_key
@@ -89,6 +90,24 @@ def test_names_of_laboratories(tmp_path: Path, patterns: tuple[str, str], files:
     manifest = manifest.replace("time =", 'format = "csv"\ntime =')
     campaign = load_campaign(campaign_with(tmp_path, *files, manifest=manifest))
     assert list(runs_of(campaign)) == runs
+
+
+def test_a_run_has_the_log_of_one_place_of_the_tracker(tmp_path: Path) -> None:
+    """Sources of the same target in two frames stand in for each other; nothing stands in for the force."""
+    begin = MANIFEST.index("[sources.tracker]")
+    moved = MANIFEST[begin:].replace("sources.tracker", "sources.moved").replace("_tracker.csv", "_moved.csv")
+    moved = moved.replace('frame = "base"', 'frame = "there"')
+    frame = '[frames.there]\nparent = "base"\nestimate = true\n'
+    files = [*pairs("a"), "raw/b_force.csv", "raw/b_moved.csv", "raw/c_force.csv", "raw/d_moved.csv"]
+    campaign = load_campaign(campaign_with(tmp_path, *files, manifest=MANIFEST + moved + frame))
+    assert runs_of(campaign) == {
+        "a": {"force": "raw/a_force.csv", "tracker": "raw/a_tracker.csv"},
+        "b": {"force": "raw/b_force.csv", "moved": "raw/b_moved.csv"},
+    }
+    assert campaign.found is not None
+    lacking = {entry.run: entry.lacking for entry in campaign.found.unpartnered}
+    assert lacking == {"c": ("tracker",), "d": ("force",)}
+    assert trackers_of_runs(campaign.manifest) == {"a": 0, "b": 1}
 
 
 def test_a_name_without_its_partner_is_no_run_and_is_named(tmp_path: Path) -> None:

@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.campaign.frame_checks import frame_faults
 from stiffcal.campaign.frames import frames_to_estimate, measurement_setup, resolve_frames
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.tracker_frames import trackers_of_runs
 from stiffcal.campaign.transforms import rotation_taking_z_to
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_rpy
 from stiffcal.quaternions import rotation_from_quaternion
@@ -125,15 +128,21 @@ def test_setup_of_dead_weights_and_a_gauge() -> None:
     assert setup.sigma.force == pytest.approx(0.981)
 
 
-def test_two_loads_and_two_instruments_are_refused() -> None:
+def test_two_loads_and_two_instruments_of_one_run_are_refused() -> None:
     wrench = {"columns": "f1..f6", "frame": "flange"}
     pose = {"position": "p1..p3", "body": "flange"}
     twice = manifest(sources={"a": {"wrench": wrench}, "b": {"wrench": wrench}})
     with pytest.raises(InputError, match="measured twice"):
         measurement_setup(twice, chain(), resolve_frames(twice, chain()))
-    two = manifest(
-        frames={"t1": {"parent": "base"}, "t2": {"parent": "base"}},
-        sources={"a": {"pose": {**pose, "frame": "t1"}}, "b": {"pose": {**pose, "frame": "t2"}}},
-    )
-    with pytest.raises(InputError, match="express them in one frame"):
-        measurement_setup(two, chain(), resolve_frames(two, chain()))
+    tables = {
+        "frames": {"t1": {"parent": "base"}, "t2": {"parent": "base"}},
+        "sources": {"a": {"pose": {**pose, "frame": "t1"}}, "b": {"pose": {**pose, "frame": "t2"}}},
+    }
+    both = {"a": "a.csv", "b": "b.csv"}
+    (fault,) = frame_faults(manifest(**tables, runs=[{"id": "1", "files": both}]), ())
+    assert (fault.code, fault.place) == (FaultCode.KEY_CONFLICT, "sources.b")
+    of_runs = manifest(**tables, runs=[{"id": name, "files": {name: file}} for name, file in both.items()])
+    assert not list(frame_faults(of_runs, ()))
+    assert trackers_of_runs(of_runs) == {"a": 0, "b": 1}
+    setup = measurement_setup(of_runs, chain(), resolve_frames(of_runs, chain()))
+    assert [tracker.frame for tracker in setup.trackers] == ["t1", "t2"]

@@ -91,7 +91,7 @@ def places_of(motion: Floats, n: int = 60, seed: int = 2) -> LoadStates:
     """Return n absolute places; the tracker is off the manifest's frame by a motion (6,): m, and a turn in rad."""
     chain = six_axes()
     states = absolute_states(chain, n, seed)
-    setup = replace(states.setup, tracker="tracker", estimated=(TARGET,))
+    setup = replace(states.setup, estimated=(TARGET,))
     springs = joint_springs(chain)
     values = {f"joint-compliance.j{k + 1}.c": 1.0 / stiffness for k, stiffness in enumerate(SIX_STIFFNESS)}
     measured = measured_by(springs.with_values(values), replace(states, setup=setup), seed)

@@ -19,7 +19,7 @@ from stiffcal.mechanics.kinematics import attached_poses, jacobians
 ROBOT = Path(__file__).parents[2] / "campaigns" / "kr125" / "robot.toml"
 CHAIN = chain_of(load_robot(ROBOT), ROBOT.parent)
 HELD = Attachment(7, np.eye(4))
-SETUP = MeasurementSetup(HELD, HELD, (), (), moments_measured=True, base_from_tracker=np.eye(4))
+SETUP = MeasurementSetup(HELD, HELD, (), (), moments_measured=True)
 STIFFNESS = np.array([1e6, 1.2e6, 7e5, 1.3e5, 1e5, 5e4])
 
 

@@ -16,6 +16,7 @@ from stiffcal.identification.gauge import redundant_geometry
 from stiffcal.identification.geometry import with_geometry
 from stiffcal.identification.identify import identify_parameters, predict_observations
 from stiffcal.identification.observation import evaluate, observe
+from stiffcal.measurements.load_states import TrackerPlace
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector, transform
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -88,10 +89,8 @@ def test_a_place_is_the_tracker_times_the_changed_chain() -> None:
     tracker, target = np.array([1e-3, -2e-3, 5e-4, 2e-3, -1e-3, 3e-3]), np.array([1e-3, 2e-3, -1e-3])
     names = {f"frame.tracker.{s}": v for s, v in zip(("x", "y", "z", "rx", "ry", "rz"), tracker, strict=True)}
     names |= {f"frame.{TARGET}.{s}": v for s, v in zip("xyz", target, strict=True)}
-    setup = replace(
-        states.setup,
-        base_from_tracker=transform(rotation_from_vector(np.array([0.1, 0.2, 2.0])), np.array([3.0, -1.0, 0.4])),
-    )
+    there = transform(rotation_from_vector(np.array([0.1, 0.2, 2.0])), np.array([3.0, -1.0, 0.4]))
+    setup = replace(states.setup, trackers=(TrackerPlace("tracker", there),))
     states = replace(states, setup=setup)
     robot = with_frames(chain, *on_all_joints(LinkGeometry(), 6, values)).with_values(names)
     data = observe(states, chain)
@@ -103,7 +102,7 @@ def test_a_place_is_the_tracker_times_the_changed_chain() -> None:
         shift[:3, :3] = rotation_from_vector(np.array([own["rx"], own["ry"], 0.0]))
         fixed.append(nominal @ shift)
     model = pinocchio_model(replace(chain, fixed=np.array(fixed)))
-    registered = setup.base_from_tracker
+    registered = there
     true = np.eye(4)
     true[:3, :3] = rotation_from_vector(tracker[3:]) @ registered[:3, :3]
     true[:3, 3] = registered[:3, 3] + tracker[:3]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo, Sigma
+from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo, Sigma, TrackerPlace
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
@@ -29,6 +29,7 @@ def place_setup(chain: Chain, estimated: tuple[str, ...] = ("tracker", TARGET)) 
         wrench_axes=Attachment(0, np.eye(4)),
         moments_measured=False,
         sigma=Sigma(translation=SIGMA),
+        trackers=(TrackerPlace("tracker", np.eye(4)),),
         estimated=estimated,
     )
 

@@ -51,7 +51,7 @@ def rigid_places(fit: Fit, robot: CompliantRobot, angles: Floats) -> Floats:
     for placed in robot.placed:
         if placed.effect.name != "joint-eccentricity":
             inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
-    reported = reported_targets(stacked_bodies(robot.adjusted_chain, inputs.angles), inputs.setup)
+    reported = reported_targets(stacked_bodies(robot.adjusted_chain, inputs.angles), inputs)
     return np.array([target.position.T for target in reported]).swapaxes(0, 1).reshape(-1, 3)
 
 

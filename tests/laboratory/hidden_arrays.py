@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import Attachment, MeasurementSetup
+from stiffcal.measurements.load_states import Attachment, MeasurementSetup, TrackerPlace
 from stiffcal.mechanics.chain import Chain
 from tests.laboratory.hidden_campaigns import folder_of, truth
 from tests.laboratory.robots import chain_from_rows
@@ -68,7 +68,7 @@ def read_arrays(name: str) -> HiddenCampaign:
         targets=(Attachment(flange, _transform(frames["target"])),),
         target_names=("target",),
         moments_measured=True,
-        base_from_tracker=base_from_tracker,
+        trackers=(TrackerPlace("tracker", base_from_tracker),),
     )
     with (folder / "raw" / "states.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))

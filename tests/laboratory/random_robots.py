@@ -138,7 +138,7 @@ def draw_setup(rng: np.random.Generator, chain: Chain, point: Floats, force_only
     acts = np.eye(4)
     acts[:3, 3] = point
     place = Attachment(flange, sensor.transform @ acts) if force_only else sensor
-    return MeasurementSetup(sensor, place, (target,), ("target",), not force_only, np.eye(4))
+    return MeasurementSetup(sensor, place, (target,), ("target",), not force_only)
 
 
 def _attachment(position: tuple[float, ...], turn: float) -> Floats:

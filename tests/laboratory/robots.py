@@ -111,7 +111,6 @@ def force_sensor_setup(
         targets=(Attachment(flange, turned(shifted(0.06, -0.04, 0.10), 0, -0.3)),),
         target_names=("target",),
         moments_measured=True,
-        base_from_tracker=np.eye(4),
         tool_mass=tool_mass,
         tool_com=np.array(tool_com),
     )

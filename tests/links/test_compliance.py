@@ -133,7 +133,7 @@ def test_share_of_the_tool(chain: Chain) -> None:
     )
     drive = PlacedEffect(effects["joint-compliance"], Place("joints", (2,)), {"c": 1e-6})
     tool = Attachment(7, np.eye(4))
-    setup = MeasurementSetup(Attachment(0, np.eye(4)), tool, (tool,), ("tool",), True, np.eye(4))
+    setup = MeasurementSetup(Attachment(0, np.eye(4)), tool, (tool,), ("tool",), True)
     joints = chain.model_angles(np.deg2rad([[10.0, 20.0, 15.0, 5.0, 40.0, 0.0], [-30.0, -5.0, 30.0, 25.0, 70.0, 10.0]]))
     wrench = np.array([[100.0, -300.0, 250.0, 0.0, 0.0, 0.0], [0.0, 400.0, -100.0, 20.0, 0.0, 0.0]])
 

@@ -13,7 +13,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.identify import fit_problem
 from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.like_poses import pose_groups
-from stiffcal.reduction.registration import _different_poses
+from stiffcal.reduction.registration_poses import different_poses
 from stiffcal.validation.heldout import pose_folds
 from tests.laboratory.simulated_states import medium_robot, played
 
@@ -56,7 +56,7 @@ def test_runs_of_a_campaign_fall_into_these_poses() -> None:
     assert np.array_equal(pose_folds(data), np.repeat(expected, np.bincount(data.run)))
 
 
-@pytest.mark.parametrize("count", [pose_groups, lambda angles, _: _different_poses(angles)])
+@pytest.mark.parametrize("count", [pose_groups, lambda angles, _: different_poses(angles)])
 def test_eight_times_the_runs_take_no_forty_times_as_long(count: object) -> None:
     """Comparing each with all takes 64 times as long; processor time, best of three, so that others do not count."""
     assert callable(count)

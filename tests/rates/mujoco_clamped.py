@@ -52,7 +52,6 @@ def bench_angle(torque: Floats, time: Floats, stiffness: float, hinges: Sequence
     """Return (n,) rad by which a locked joint's drive turns under torques (n,), N·m, at times (n,), s, from rest."""
     setup = MeasurementSetup(
         wrench_axes=TIP, wrench_point=TIP, targets=(TIP,), target_names=("tip",), moments_measured=True,
-        base_from_tracker=np.eye(4),
     )  # fmt: skip
     wrench = np.zeros((torque.size, 6))
     wrench[:, 5] = torque
@@ -79,7 +78,7 @@ def clamped_by_mujoco(
     assert not fixture.any()
     setup = MeasurementSetup(
         wrench_axes=GROUND, wrench_point=planned.load_point, targets=tuple(frames.values()), target_names=tuple(frames),
-        moments_measured=True, base_from_tracker=np.eye(4),
+        moments_measured=True,
     )  # fmt: skip
     stiffness, laws = np.full(chain.n_joints, np.nan), []
     for one in robot.placed:

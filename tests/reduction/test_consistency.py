@@ -75,7 +75,7 @@ def test_the_one_change_that_fits_is_named(estimated: bool) -> None:
 
 def test_tracker_axes_units_and_quaternion_order() -> None:
     states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
-    there = states.setup.base_from_tracker
+    there = states.setup.trackers[0].base_from_frame
     own = (states.position[:, 0] - there[:3, 3]) @ there[:3, :3]
 
     def reported(readings: Floats) -> str:

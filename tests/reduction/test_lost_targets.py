@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
-from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.measurements.load_states import LoadStates, Sigma, TrackerPlace
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.reduction.consistency import check_kinematics
 from stiffcal.reduction.plausibility import LogQuality
@@ -29,7 +29,7 @@ PLACED[:3, :3], PLACED[:3, 3] = rotation_from_vector(np.array([0.1, -0.3, 2.1]))
 def runs() -> LoadStates:
     """Four runs of 25 positions, read by a tracker that is turned against the base."""
     states = played(joint_springs(six_axes(), np.array(SIX_STIFFNESS)), 4, noise=NOISE, full_pose=False)
-    return replace(states, setup=replace(states.setup, base_from_tracker=PLACED, tracker="tracker"))
+    return replace(states, setup=replace(states.setup, trackers=(TrackerPlace("tracker", PLACED),)))
 
 
 def _read(states: LoadStates, change: Callable[[Floats], None]) -> LoadStates:

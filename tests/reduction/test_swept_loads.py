@@ -56,7 +56,7 @@ def as_states(run: ReducedRun) -> LoadStates:
         rotation=np.zeros((n, 0, 3, 3)), deflection=np.zeros((n, 0, 6)), reference=np.zeros(n, dtype=np.bool_),
         temperature=np.zeros((n, 0)), row=run.states.number, n_readings=run.states.n_readings,
         wrench_scatter=np.full((n, 6), np.nan), position_scatter=nothing, set_aside=np.full(n, ""),
-        setup=MeasurementSetup(base, base, (), (), False, np.eye(4)),
+        setup=MeasurementSetup(base, base, (), (), False),
     )  # fmt: skip
 
 

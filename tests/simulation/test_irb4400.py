@@ -77,7 +77,7 @@ def test_drive_2_turns_the_lower_arm_alone() -> None:
     campaign = load_campaign(IRB4400, check_files=False)
     robot = robot_with_values(campaign).with_values({f"joint-compliance.j{k}.c": 0.0 for k in (1, 3, 4, 5, 6)})
     setup = MeasurementSetup(
-        Attachment(0, np.eye(4)), Attachment(7, np.eye(4)), (Attachment(7, np.eye(4)),), ("flange",), True, np.eye(4)
+        Attachment(0, np.eye(4)), Attachment(7, np.eye(4)), (Attachment(7, np.eye(4)),), ("flange",), True
     )
     joints = campaign.chain.model_angles(np.zeros((1, 6)))
     balance = solve_balance(robot, joints, np.array([[500.0, 0, 0, 0, 0, 0]]), setup)

@@ -93,7 +93,7 @@ def measurements(without: tuple[int, ...] = ()) -> LoadStates:
         position_scatter=np.full((n, 1, 3), np.nan),
         set_aside=aside,
         setup=MeasurementSetup(
-            Attachment(0, np.eye(4)), on_flange, (on_flange,), ("tool",), False, np.eye(4)
+            Attachment(0, np.eye(4)), on_flange, (on_flange,), ("tool",), False
         ),
     )  # fmt: skip
 

@@ -259,7 +259,7 @@ def as_observations(x: Floats, y: Floats, free_offset: bool) -> Observations:
         layout=layout_of([0], [0], [0]),
         free_offset=free_offset,
         run=one_run,
-        setup=MeasurementSetup(base, base, (base,), ("",), True, np.eye(4)),
+        setup=MeasurementSetup(base, base, (base,), ("",), True),
         index=np.arange(n),
     )  # fmt: skip
 

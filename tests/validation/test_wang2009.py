@@ -53,7 +53,7 @@ def model(chain: Chain, stiffness: Floats | None) -> CompliantRobot:
 
 def forces_at_a_point(force_point: Attachment, measured: Attachment) -> MeasurementSetup:
     base = Attachment(0, np.eye(4))
-    return MeasurementSetup(base, force_point, (measured,), ("T_m",), False, np.eye(4))
+    return MeasurementSetup(base, force_point, (measured,), ("T_m",), False)
 
 
 def experiment(n: int) -> tuple[Chain, LoadStates, Floats]:

@@ -103,7 +103,7 @@ def test_frames_to_be_estimated_are_found(tmp_path: Path) -> None:
     assert registration.rms_m < 0.005
     found = registration.frames["tracker"].parent_from_frame
     assert np.linalg.norm(found[:3, 3] - [3.4, -1.1, 0.35]) < 0.01
-    assert np.linalg.norm(stored_states(folder).setup.base_from_tracker - found) < 1e-12
+    assert np.linalg.norm(stored_states(folder).setup.trackers[0].base_from_frame - found) < 1e-12
     # from the store it is the same
     again = ingest_campaign(folder)
     assert again.unchanged

@@ -196,7 +196,7 @@ def _signs(own: LoadStates, chain: Chain) -> Iterator[Variant]:
             deflection=-own.deflection,
         )  # fmt: skip
     else:
-        turn = own.setup.base_from_tracker
+        turn = own.base_from_tracker[0]
         for component, name in enumerate("xyz"):
             flip = np.eye(4)
             flip[component, component] = -1.0

@@ -71,7 +71,6 @@ class AbsoluteSimulation(RunSimulation[AbsolutePoses]):
             targets=tuple(frames.values()),
             target_names=tuple(frames),
             moments_measured=True,
-            base_from_tracker=np.eye(4),
             tool_mass=tool.mass,
             tool_com=tool.com,
         )

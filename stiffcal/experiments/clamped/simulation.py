@@ -171,7 +171,6 @@ class _ClampedRobot:
             targets=(self.clamp,),
             target_names=("clamp",),
             moments_measured=True,
-            base_from_tracker=np.eye(4),
             tool_mass=self.tool.mass,
             tool_com=self.tool.com,
         )
