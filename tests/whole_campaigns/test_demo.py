@@ -1,4 +1,4 @@
-"""`stiffcal demo`: the hidden effect is found, added, and the error is the noise; the answer ends with the view."""
+"""`stiffcal demo`, of the wheel: what is hidden is found and added, the error is the noise; it ends with the view."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.cli.app import main
 from stiffcal.workflow import demo
+from tests.laboratory.wheel import run, unpack_wheel
 
 pytestmark = pytest.mark.long
 
@@ -21,15 +21,9 @@ def begin(*_: object, **__: object) -> None:
     raise BegunError
 
 
-def test_the_demo_finds_what_is_hidden(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit) as ended:
-        main(["demo"])
-    assert ended.value.code == 0
-    shown = capsys.readouterr().out
-    lines = shown.splitlines()
+def test_the_demo_finds_what_is_hidden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    unpack_wheel(tmp_path)
+    lines = run(tmp_path / "packages", tmp_path, "demo").splitlines()
     assert lines[0].startswith("PASS  Nothing is missing")
     assert lines[-1] == "next: stiffcal view demo"
     ladder = [line for line in lines if line.startswith(("1  ", "2  "))]
@@ -42,6 +36,7 @@ def test_the_demo_finds_what_is_hidden(
     assert error <= 1.05 * noise
     # a second demo takes the folder again, although `improve` has changed its model file
     changed = (tmp_path / "demo" / "model.toml").read_text("utf-8")
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(demo, "improve_campaign", begin)
     with pytest.raises(BegunError):
         demo.run_demo(Path("demo"))

@@ -201,7 +201,7 @@ def _autocovariance(reflection: Floats) -> Floats:
 
     The coefficients follow by Levinson's recursion (Levinson 1946), the correlation from its response to an impulse.
     """
-    from scipy.signal import lfilter
+    from scipy.linalg.lapack import dtbtrs  # scipy.signal takes longer to load than a run takes to be read
 
     coefficients = np.zeros(0)
     for value in reflection:
@@ -210,7 +210,9 @@ def _autocovariance(reflection: Floats) -> Floats:
         return np.ones(1)
     impulse = np.zeros(LONGEST)
     impulse[0] = 1.0
-    response = lfilter([1.0], np.append(1.0, -coefficients), impulse)
+    # the response y solves y_i − Σ_k c_k y_(i−k) = impulse_i: a lower triangular matrix with so many bands
+    bands = np.repeat(np.append(1.0, -coefficients)[:, np.newaxis], LONGEST, axis=1)
+    response = dtbtrs(bands, impulse[:, np.newaxis], uplo="L")[0][:, 0]
     spectrum = np.abs(np.fft.rfft(response, 2 * LONGEST)) ** 2
     shape = np.fft.irfft(spectrum)[:LONGEST]
     shape = shape / shape[0]
