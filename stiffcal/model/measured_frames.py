@@ -75,9 +75,11 @@ class FramePosition(DocumentedEffect):
                 for name, target in zip(setup.target_names, setup.targets, strict=True)
             )
             return replace(inputs, setup=replace(setup, targets=targets))
-        count = len(setup.trackers)
-        error = np.tile(np.eye(4), (count, 1, 1)) if inputs.tracker_error is None else inputs.tracker_error.copy()
-        number = [tracker.frame for tracker in setup.trackers].index(place.frame)
+        frames = [tracker.frame for tracker in setup.trackers]
+        if place.frame not in frames:
+            return inputs  # points of the robot itself are asked for, none that were measured
+        error = np.tile(np.eye(4), (len(frames), 1, 1)) if inputs.tracker_error is None else inputs.tracker_error.copy()
+        number = frames.index(place.frame)
         registered = setup.trackers[number].base_from_frame
         present = inverse_transform(error[number]) @ registered
         error[number] = registered @ inverse_transform(_moved(present, small))

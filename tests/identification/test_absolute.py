@@ -20,9 +20,10 @@ from stiffcal.measurements.load_states import TrackerPlace
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector, transform
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.equilibrium import solve_balance
 from stiffcal.model.measured_frames import placed_frame
 from tests.laboratory.absolute_places import SIGMA, TARGET, absolute_states, measured_by, on_all_joints
-from tests.laboratory.robots import SIX_STIFFNESS, seven_axes, six_axes
+from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, seven_axes, six_axes
 
 FRAMES = (placed_frame("tracker", True), placed_frame(TARGET, False))
 SPRINGS = [{"c": 1.0 / float(k)} for k in SIX_STIFFNESS]
@@ -69,6 +70,18 @@ def test_columns_of_the_undeformed_robot_are_the_slope_of_its_places() -> None:
     for robot_chain in (chain, rigid, replace(chain, coupling=coupled)):
         # a forward difference of 1 µm or 1 µrad makes half of it times the curvature
         assert max(relative_error(rigid_everything(robot_chain), robot_chain).values()) < 2e-6
+
+
+def test_points_of_the_robot_itself_stay_where_they_are_whatever_the_measured_frames() -> None:
+    """A page draws the joints of a fitted robot: no target and no tracker is among these points."""
+    chain = six_axes()
+    moved = {"frame.tracker.x": 1e-3, f"frame.{TARGET}.z": 1e-3}
+    setup = force_sensor_setup(chain)
+    angles = chain.model_angles(np.radians([[0.0, -70.0, 20.0, 0.0, 30.0, 0.0]]))
+    wrench = np.array([[100.0, 0.0, -300.0, 0.0, 0.0, 0.0]])
+    robot = with_frames(chain, *on_all_joints(JointCompliance(), 6, SPRINGS))
+    plain, other = (solve_balance(each, angles, wrench, setup) for each in (robot, robot.with_values(moved)))
+    np.testing.assert_array_equal(other.displacement, plain.displacement)
 
 
 def test_away_from_the_nominal_robot_they_are_directions_of_a_step() -> None:
