@@ -100,7 +100,8 @@ class GainPoint:
     minutes: float
     """Time for these, warm-up included."""
     worst_relative: Number
-    """Largest relative half width of the 95 % intervals of the parameters that the plan identifies."""
+    """Largest relative half width of the 95 % intervals of the parameters that the plan identifies and is made for:
+    those that plan.toml names; where it names none, all but knees and bands."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

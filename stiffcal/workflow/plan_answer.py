@@ -15,7 +15,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.workflow.plan_candidates import Candidates
-from stiffcal.workflow.plan_choice import ChosenRuns, Purpose
+from stiffcal.workflow.plan_choice import ChosenRuns, Purpose, named_parameters
 from stiffcal.workflow.plan_goals import LOOK_ALIKES
 from stiffcal.workflow.plan_model import PlanModel
 from stiffcal.workflow.plan_tracker import tracker_warnings
@@ -63,6 +63,7 @@ def answer_of(
         resting = "; ".join(f"{loss.parameter} on {loss.run}" for loss in losses)
         warnings.append(f"depends on one run: {resting}; measure it twice, or plan more runs")
     goals = _goals(purpose, chosen)
+    counted = _counted(choice, expected, named_parameters(plan, information))
     return PlanResult(
         warnings=warnings,
         experiment=model.kind,
@@ -76,12 +77,12 @@ def answer_of(
         parameters=parameters,
         blocked_moves=[],
         rests_on_one_run=losses,
-        gain=gain_of(choice, expected, plan.warm_up_minutes, minutes_per_run),
+        gain=gain_of(expected, counted, plan.warm_up_minutes, minutes_per_run),
         not_identified=[parameter.name for parameter in parameters if not parameter.identified],
         prediction_half_width_m=_prediction(model, purpose, information, choice, expected),
         predicted_at=purpose.area.name,
         goals=goals,
-        another_hour=_another_hour(campaign, model, chosen, expected, minutes_per_run),
+        another_hour=_another_hour(campaign, model, chosen, expected, counted, minutes_per_run),
         observability=_observability(chosen, expected) if model.absolute else None,
         joint_names=campaign.chain.joint_names,
     )
@@ -138,14 +139,18 @@ def _goals(purpose: Purpose, chosen: ChosenRuns) -> list[PlannedGoal] | None:
 
 
 def _another_hour(
-    campaign: Campaign, model: PlanModel, chosen: ChosenRuns, expected: ExpectedFit, minutes_per_run: float
+    campaign: Campaign,
+    model: PlanModel,
+    chosen: ChosenRuns,
+    expected: ExpectedFit,
+    counted: Booleans,
+    minutes_per_run: float,
 ) -> AnotherHour | None:
     """Return what another hour brings after all runs, spent on the runs that then serve best."""
     from stiffcal.planning.choice import LARGEST_RELATIVE, further_runs
     from stiffcal.planning.results import AnotherHour
 
     choice, free, known = chosen.choice, chosen.choice.free, chosen.known
-    counted = _counted(choice, expected)
     if not counted.any():
         return None
     count = max(1, round(HOUR / minutes_per_run))
@@ -167,11 +172,13 @@ def _observability(chosen: ChosenRuns, expected: ExpectedFit) -> ObservabilityIn
     return indices_of(expected.covariance * np.outer(size, size), len(chosen.choice.design.chosen))
 
 
-def _counted(choice: Choice, expected: ExpectedFit) -> Booleans:
-    """Return which of the free parameters the plan identifies."""
+def _counted(choice: Choice, expected: ExpectedFit, named: Booleans) -> Booleans:
+    """Return which of the free parameters the plan identifies and is made for; all identified where these are none."""
     from stiffcal.planning.choice import LARGEST_RELATIVE
 
-    return np.asarray(choice.identified[choice.free] & (expected.course[-1] <= LARGEST_RELATIVE))
+    identified = choice.identified[choice.free] & (expected.course[-1] <= LARGEST_RELATIVE)
+    aimed = identified & named[choice.free]
+    return np.asarray(aimed if aimed.any() else identified)
 
 
 def tolerances(campaign: Campaign) -> Floats:
@@ -273,12 +280,12 @@ def runs_to_measure(
     ]
 
 
-def gain_of(choice: Choice, expected: ExpectedFit, warm_up: float, minutes: float) -> list[GainPoint]:
-    """Return what the first 1, 2, … runs bring, those of highest rank first."""
+def gain_of(expected: ExpectedFit, counted: Booleans, warm_up: float, minutes: float) -> list[GainPoint]:
+    """Return what the first 1, 2, … runs bring to the parameters that count, those of highest rank first."""
     from stiffcal.planning.choice import LARGEST_RELATIVE
     from stiffcal.planning.results import GainPoint
 
-    worst = np.max(expected.course[:, _counted(choice, expected)], axis=1, initial=0.0)
+    worst = np.max(expected.course[:, counted], axis=1, initial=0.0)
     return [
         GainPoint(
             runs=number,

@@ -53,6 +53,19 @@ def with_plan(folder: Path, text: str, candidates: int = 40) -> Path:
     return folder
 
 
+def test_a_band_that_nobody_named_is_no_goal_of_the_runs_nor_of_another_hour(irb4400: Path) -> None:
+    values = '"backlash.j1.width" = { value = 6e-4 }, "backlash.j1.band" = { value = 12.0 }'
+    with (irb4400 / "model.toml").open("a", encoding="utf-8") as model:
+        model.write(f'\n[[effects]]\ntype = "backlash"\njoints = [1]\nparameters = {{ {values} }}\n')
+    plan = plan_campaign(with_plan(irb4400, "runs = 4\n" + LOAD))
+    relative = {parameter.name: parameter.relative or np.inf for parameter in plan.parameters}
+    band = relative.pop("backlash.j1.band")
+    assert max(relative.values()) < band < np.inf
+    assert plan.gain[-1].worst_relative == pytest.approx(max(relative.values()))
+    assert plan.another_hour is not None
+    assert (plan.another_hour.worst_relative or np.inf) < max(relative.values())
+
+
 def test_every_parameter_has_its_expected_uncertainty(irb4400: Path) -> None:
     plan = plan_campaign(with_plan(irb4400, "runs = 8\n" + LOAD))
     assert [parameter.name for parameter in plan.parameters] == [f"joint-compliance.j{k}.c" for k in range(1, 7)]
