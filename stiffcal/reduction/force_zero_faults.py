@@ -41,8 +41,12 @@ def force_zero_faults(states: LoadStates, chain: Chain, file: str = "campaign.to
     if not runs:
         return []
     motion = motion_of(states, chain, all_targets=True).measured
-    judged = [_best(states, accounts, motion) for accounts in runs]
-    moved = [judgement for judgement in judged if judgement is not None]
+    judged = [judgement for judgement in (_best(states, run, motion) for run in runs) if judgement is not None]
+    # where small loads are set, most runs read one that is near to none: their motions decide together, which of a few
+    # states show nothing each, and no run counts for more than a clear one
+    together = sum(min(max(evidence, -CLEAR), CLEAR) for _, evidence in judged)
+    needed = -CLEAR if together > -CLEAR else CLEAR
+    moved = [(zero, evidence) for zero, evidence in judged if evidence > needed]
     if not moved:
         return []
     bias = _bias_words(stiffness_bias(states, [zero for zero, _ in moved], chain), chain)
@@ -50,7 +54,7 @@ def force_zero_faults(states: LoadStates, chain: Chain, file: str = "campaign.to
 
 
 def _best(states: LoadStates, accounts: Sequence[MovedZero], motion: Floats) -> tuple[MovedZero, float] | None:
-    """Return the account that the robot's motion supports most, and how much; None where it contradicts all."""
+    """Return the account that the robot's motion supports most, and how much; None of single readings without support."""
     best: tuple[MovedZero, float] | None = None
     for account in accounts:
         trials = [account]
@@ -58,8 +62,8 @@ def _best(states: LoadStates, accounts: Sequence[MovedZero], motion: Floats) -> 
             latest = int(np.flatnonzero(account.members == account.between[1])[0])
             trials = [account, *(started_at(account, start) for start in range(account.earliest, latest))]
         weighed = max(zip(trials, _evidence(states, trials, motion), strict=True), key=lambda entry: entry[1])
-        needed = CLEAR if account.single else -CLEAR
-        if weighed[1] > needed and (best is None or weighed[1] > best[1]):
+        supported = weighed[1] > CLEAR or not account.single
+        if supported and (best is None or weighed[1] > best[1]):
             best = weighed
     return best
 

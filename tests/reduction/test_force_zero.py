@@ -133,6 +133,25 @@ def test_nothing_is_said_of_good_runs(states: LoadStates) -> None:
         assert force_zero_faults(replace(states, wrench=np.hstack([at_random, 0.0 * at_random])), six_axes()) == []
 
 
+def test_small_loads_of_random_size_are_no_moved_zeros() -> None:
+    """Five states leave the motion of one run no say; those of all runs contradict, but not where a zero did move."""
+    rng = np.random.default_rng(7)
+    runs = []
+    for _ in range(60):
+        directions = rng.normal(size=(5, 3))
+        forces = LARGEST * rng.uniform(size=(5, 1)) * directions / np.linalg.norm(directions, axis=1)[:, None]
+        forces[0] = 0.0
+        runs.append(np.hstack([forces, np.zeros((5, 3))]))
+    several = [*runs[:CHANGED], loads(rng)[0], *runs[CHANGED:]]
+    chain = six_axes()
+    springs = joint_springs(chain, np.array(SIX_STIFFNESS))
+    states = played(springs, len(several), wrench=several, noise=NOISE, full_pose=False, load_scatter=0.0)
+    assert len([accounts for accounts in moved_zeros(states) if not accounts[0].single]) > 5
+    assert force_zero_faults(states, chain) == []
+    (fault,) = force_zero_faults(moved(states, step(0.5, -36.0, 0.0, 0.0)), chain)
+    assert fault.code is FaultCode.WRENCH_REZEROED
+
+
 def test_a_load_that_stays_on_is_no_zero() -> None:
     """A preload from the third direction on: the robot gives way to it, which no zero makes it do."""
     rng = np.random.default_rng(5)
