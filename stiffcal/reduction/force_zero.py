@@ -16,8 +16,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.reduction.like_readings import LikeReadings, most_alike_from
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 
 LEAST_STEP = 0.012  # of the largest force, or moment: smaller ones matter less than the sensor's own gain
@@ -113,11 +114,10 @@ class _Unloaded:
         """Return (u, 3) N or N·m of the unloaded states."""
         return np.asarray(self.wrench[self.places, part.columns])
 
-    def alike(self) -> Booleans:
-        """Return (m, m) whether two readings differ by less than a step that counts."""
-        share = self.force / (LEAST_STEP * self.largest)
-        squares = (share**2).sum(axis=1)
-        return np.asarray(squares[:, None] + squares - 2.0 * (share @ share.T) < 1.0)
+    @property
+    def step(self) -> float:
+        """N, the least that counts: readings that differ by less are alike."""
+        return LEAST_STEP * self.largest
 
 
 def moved_zeros(states: LoadStates) -> list[list[MovedZero]]:
@@ -216,31 +216,25 @@ def _accounts(states: LoadStates, run: _Unloaded, scatter: float, part: Part) ->
     """Return the accounts of what the sensor reads in a run whenever the load is taken off; none where that agrees."""
     if part is Part.MOMENT:  # the forces say when the load is off
         return [account for account in (_moved(states, run, scatter, part),) if account is not None]
-    alike = run.alike()
     ends = [*run.places.tolist(), run.members.size]
-    gaps = [place for start, end in pairwise(ends) for place in _new_zero(run, alike, start, end)]
+    gaps = [place for start, end in pairwise(ends) for place in _new_zero(run, start, end)]
     several = replace(run, places=np.array(sorted([*run.places.tolist(), *gaps]), dtype=np.int64))
     accounts = [_moved(states, readings, scatter, part) for readings in ([run, several] if gaps else [run])]
-    return [account for account in (*accounts, *_large_steps(states, run, alike, scatter)) if account is not None]
+    return [account for account in (*accounts, *_large_steps(states, run, scatter)) if account is not None]
 
 
-def _large_steps(states: LoadStates, run: _Unloaded, alike: Booleans, scatter: float) -> list[MovedZero]:
+def _large_steps(states: LoadStates, run: _Unloaded, scatter: float) -> list[MovedZero]:
     """Return accounts of one step as large as a load, after which readings near the old zero are loads."""
     n, number = run.members.size, int(states.run[run.members[0]])
     groups = []
-    alike_after, stop = (
-        np.zeros(n, dtype=np.int64),
-        n,
-    )  # of each reading, those that differ little and come after `stop`
-    for k in range(run.places.size - 1, -1, -1):
-        start, least = int(run.places[k]) + 1, run.places.size - k  # more than the readings near the old zero after it
-        alike_after += alike[start:stop].sum(axis=0)
-        stop = start
-        if alike_after[start:].max(initial=0) >= max(least, LEAST_RETURNS):
-            group = _new_zero(run, alike, start - 1, n, least)
+    most_alike = most_alike_from(run.force, run.step, run.places + 1)
+    for k, place in enumerate(run.places.tolist()):
+        least = run.places.size - k  # more than the readings near the old zero after it
+        if most_alike[k] >= max(least, LEAST_RETURNS):
+            group = _new_zero(run, place, n, least)
             groups += [(k, group)] if group else []
     if groups:
-        k, group = max(reversed(groups), key=lambda entry: entry[0] + len(entry[1]))
+        k, group = max(groups, key=lambda entry: entry[0] + len(entry[1]))
     elif run.places.size and run.places[-1] < n - 1:
         k, group = run.places.size - 1, [n - 1]
     else:
@@ -257,55 +251,34 @@ def _large_steps(states: LoadStates, run: _Unloaded, alike: Booleans, scatter: f
     return [started_at(account, group[0])]
 
 
-def _new_zero(run: _Unloaded, alike: Booleans, start: int, end: int, least: int = LEAST_RETURNS) -> list[int]:
+def _new_zero(run: _Unloaded, start: int, end: int, least: int = LEAST_RETURNS) -> list[int]:
     """Return the states between two at which the load is off, though the zero has moved by as much as a load.
 
     They are what the load returns to, between loads in directions other than that of the change.
 
     Parameters
     ----------
-    alike : (m, m) which readings of the run differ little. start : an unloaded state. end : the next one, or the number
-        of states. least : of them.
+    start : an unloaded state. end : the next one, or the number of states. least : of them.
     """
     force = run.force[start + 1 : end] - run.force[start]
-    alike = alike[start + 1 : end, start + 1 : end]
-    returns = alike.sum(axis=1)
-    least = max(least, LEAST_RETURNS)
-    if returns.max(initial=0) < least:
-        return []
-    steps = (alike @ force) / returns[:, None]
-    sizes = np.sqrt((steps**2).sum(axis=1))
-    able = (returns >= least) & (sizes > LEAST_LEVEL * run.largest)
-    if not _any_aside(force, steps[able], sizes[able], LEAST_LEVEL * run.largest):
-        return []
-    tried: set[bytes] = set()
+    like = LikeReadings(force, run.step)
+    returned = like.counts >= max(least, LEAST_RETURNS)
     # of those returned to most often, the nearest
-    for k in np.lexsort((np.sqrt((force**2).sum(axis=1)), -returns)):
-        members = alike[k].tobytes()
-        if not able[k] or members in tried:
+    for k in np.lexsort((np.sqrt((force**2).sum(axis=1)), -like.counts)):
+        if not returned[k]:
             continue
-        tried.add(members)
-        group = np.flatnonzero(alike[k])
-        between = force[group[0] : group[-1] + 1] - steps[k]
+        group = like.of(int(k))
+        returned[group[like.counts[group] == group.size]] = False  # the same readings
+        step = force[group].mean(axis=0)
+        length = float(np.sqrt((step**2).sum()))
+        if length <= LEAST_LEVEL * run.largest:
+            continue
+        between = force[group[0] : group[-1] + 1] - step
         size = np.sqrt((between**2).sum(axis=1))
-        aside = np.abs(between @ steps[k]) < ALONG * size * sizes[k]
+        aside = np.abs(between @ step) < ALONG * size * length
         if ((size > LEAST_LEVEL * run.largest) & aside).any():
             return [start + 1 + int(place) for place in group]
     return []
-
-
-def _any_aside(force: Floats, steps: Floats, sizes: Floats, least: float) -> bool:
-    """Return whether any reading is a load in another direction than that of a step, seen from there.
-
-    Parameters
-    ----------
-    force : (m, 3) N. steps : (s, 3) N, of `sizes` (s,). least : N, of a load.
-    """
-    between = force[None] - steps[:, None]
-    size = np.sqrt((between**2).sum(axis=2))
-    # a little more than what `_new_zero` asks of each: these are other sums
-    aside = np.abs(np.einsum("smc,sc->sm", between, steps)) < (1.0 + 1e-9) * ALONG * size * sizes[:, None]
-    return bool(((size > least) & aside).any())
 
 
 def _scatters(runs: Sequence[_Unloaded], part: Part) -> list[float | None]:

@@ -54,7 +54,7 @@ def force_zero_faults(states: LoadStates, chain: Chain, file: str = "campaign.to
 
 
 def _best(states: LoadStates, accounts: Sequence[MovedZero], motion: Floats) -> tuple[MovedZero, float] | None:
-    """Return the account that the robot's motion supports most, and how much; None of single readings without support."""
+    """Return the account that the motion supports most, and how much; None of single readings without support."""
     best: tuple[MovedZero, float] | None = None
     for account in accounts:
         trials = [account]

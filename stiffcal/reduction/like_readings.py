@@ -1,0 +1,77 @@
+"""Readings of three components that differ by less than a step, and how many there are, without a table of pairs."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+# Of no use to any rig: readings that are far from each other in space are so along it, as a rule.
+_ASLANT = np.array([0.48, 0.6, 0.64])
+
+
+class LikeReadings:
+    """m readings, and which of them differ by less than a step.
+
+    Parameters
+    ----------
+    readings : (m, 3). step : in their unit.
+    """
+
+    def __init__(self, readings: Floats, step: float) -> None:
+        self._share = readings / step
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        from scipy.spatial import cKDTree  # takes longer to load than most campaigns take here
+
+        return cKDTree(self._share)
+
+    @cached_property
+    def counts(self) -> Integers:
+        """(m,) how many readings are like each, itself included."""
+        if (np.diff(np.sort(self._share @ _ASLANT)) >= 1.0).all():
+            return np.ones(len(self._share), dtype=np.int64)
+        return np.asarray(self._tree.query_ball_point(self._share, 1.0, return_length=True), dtype=np.int64)
+
+    def of(self, reading: int) -> Integers:
+        """Return the readings like one, itself among them, ascending."""
+        if self.counts[reading] == 1:
+            return np.array([reading], dtype=np.int64)
+        return np.sort(np.asarray(self._tree.query_ball_point(self._share[reading], 1.0), dtype=np.int64))
+
+
+def most_alike_from(readings: Floats, step: float, starts: Integers) -> Integers:
+    """Return (s,) an upper bound of how many readings from each start on are like one of them.
+
+    Parameters
+    ----------
+    readings : (m, 3). step : in their unit. starts : (s,) ascending.
+    """
+    cells, own = np.unique(np.floor(readings / step).astype(np.int64), axis=0, return_inverse=True)
+    number = {cell: k for k, cell in enumerate(map(tuple, cells.tolist()))}
+    around = [
+        [number[near] for near in ((x + i, y + j, z + k) for i, j, k in _AROUND) if near in number]
+        for x, y, z in cells.tolist()
+    ]
+    counts = [0] * len(cells)
+    most, bound, stop = 0, np.zeros(len(starts), dtype=np.int64), len(readings)
+    cell_of = own.ravel().tolist()
+    for k in range(len(starts) - 1, -1, -1):
+        for reading in range(int(starts[k]), stop):
+            for near in around[cell_of[reading]]:
+                counts[near] += 1
+                most = max(most, counts[near])
+        stop = min(stop, int(starts[k]))
+        bound[k] = most
+    return bound
+
+
+_AROUND = tuple(product((-1, 0, 1), repeat=3))
