@@ -29,6 +29,7 @@ from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
 from stiffcal.reduction.rod_temperature import smooth_in_time
+from stiffcal.wording import significant
 
 # A contradiction smaller than this share of the readings may be the beam's own: sections taper, links shear. The second
 # where the rods' noise is not known: then it may be that, too.
@@ -206,10 +207,15 @@ def _unexplained_fault(rods: Rods, readings: RodReadings, before: float) -> RodF
     off = np.sqrt(np.mean(left_over(readings, readings.lengths) ** 2, axis=0)) * readings.used
     names = (rods.names[int(np.argmax(off))],)
     sentence = (
-        f"the rods contradict each other by {1e6 * before:.3g} µm rms, {names[0]} most, and no single fault explains "
+        f"the rods contradict each other by {_mm(before)} rms, {names[0]} most, and no single fault explains "
         "it: check the fixing of each rod, and [ids] start_m and end_m"
     )
     return RodFault("unexplained", names, float(off.max()), before, before, (), sentence)
+
+
+def _mm(metres: float) -> str:
+    """Return a length in the unit of the tables that it is printed next to."""
+    return f"{significant(1e3 * metres)} mm"
 
 
 def _label(trial: RodFaultTrial, rods: Rods) -> str:
@@ -220,15 +226,15 @@ def _sentence(
     best: RodFaultTrial, names: tuple[str, ...], before: float, after: float, alternatives: tuple[str, ...]
 ) -> str:
     rods = " and ".join(names)
-    rms = f"the contradiction of the rods decreases to {1e6 * after:.3g} µm rms from {1e6 * before:.3g} µm"
+    rms = f"the contradiction of the rods decreases to {_mm(after)} rms from {_mm(before)}"
     sentences = {
         "swapped-sign": f"{rods} has the wrong sign: {rms}; change it in the log, or interchange start_m and end_m",
         "exchanged": f"{rods} are interchanged: {rms}; interchange their columns or their entries in [ids]",
-        "drifting": f"{rods} drifts by {1e6 * best.size:.3g} µm rms within a run: {rms}; let the gauge warm up, or "
+        "drifting": f"{rods} drifts by {_mm(best.size)} rms within a run: {rms}; let the gauge warm up, or "
         "zero it more often",
         "warming": f"all rods grow with the logged temperature, {1e6 * best.size:.3g} µm per metre and kelvin: {rms}; "
         "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])",
-        "loose": f"{rods} does not follow the link ({1e6 * best.size:.3g} µm rms): without it {rms}; check its fixing",
+        "loose": f"{rods} does not follow the link ({_mm(best.size)} rms): without it {rms}; check its fixing",
     }
     if len(names) > 2:
         sentences["swapped-sign"] = f"all rods have the wrong sign, or the load has: {rms}; check acts_on"
