@@ -184,12 +184,17 @@ def _started(
         ]
         return replace(model, placed=(*model.placed, PlacedEffect(effect, places[int(rng.integers(len(places)))])))
     if kind in ("geometry off", "only geometry off"):
-        length, angle = GEOMETRY_OFF
-        off = np.tile(np.eye(4), (len(model.chain.fixed), 1, 1))
-        off[:, :3, :3] = rotation_from_vector(angle * rng.normal(size=(len(off), 3)))
-        off[:, :3, 3] = length * rng.normal(size=(len(off), 3))
-        return replace(model, chain=replace(model.chain, fixed=np.asarray(model.chain.fixed) @ off))
+        return geometry_off(rng, model)
     return model
+
+
+def geometry_off(rng: np.random.Generator, model: CompliantRobot) -> CompliantRobot:
+    """Return the model on a robot file whose lengths and axes are not the robot's."""
+    length, angle = GEOMETRY_OFF
+    off = np.tile(np.eye(4), (len(model.chain.fixed), 1, 1))
+    off[:, :3, :3] = rotation_from_vector(angle * rng.normal(size=(len(off), 3)))
+    off[:, :3, 3] = length * rng.normal(size=(len(off), 3))
+    return replace(model, chain=replace(model.chain, fixed=np.asarray(model.chain.fixed) @ off))
 
 
 def joint_springs(robot: DrawnRobot) -> CompliantRobot:
@@ -310,9 +315,9 @@ def _hide(
         size = float(rng.uniform(0.5, 1.5))
         return (ruler.sized(draw_inside(rng, ruler.state, SEAT), size),), (size,)
     if kind == "several":
-        return _several(rng, ruler)
+        return hide_several(rng, ruler)
     if kind == "ten apart":
-        return _several(rng, ruler, sizes=(4.0, 0.4))
+        return hide_several(rng, ruler, sizes=(4.0, 0.4))
     if kind in (*SPREADSHEET, "geometry off", "wrong start"):
         if rng.uniform() < NOTHING_HIDDEN:
             return (), ()
@@ -326,7 +331,7 @@ def _hide(
     return (ruler.sized(one, size),), (size,)
 
 
-def _several(
+def hide_several(
     rng: np.random.Generator, ruler: Ruler, sizes: Sequence[float] = ()
 ) -> tuple[tuple[PlacedEffect, ...], tuple[float, ...]]:
     """Hide two or three at once with regressors of their own, of given sizes or one to four times the noise."""

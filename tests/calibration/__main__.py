@@ -1,0 +1,71 @@
+"""`make calibration`: the field mix judged, campaign by campaign, and whether the judge is right as often as it says.
+
+    python -m tests.calibration today --seed 1 --count 300 --to build/calibration
+
+Judged campaigns are kept by judge, seed and number; a second call goes on where the first stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import sys
+import traceback
+from collections.abc import Sequence
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tests.calibration.answers import Answer, firm_wrong, is_good, outcome, truth_of
+from tests.calibration.field_mix import draw_campaign
+from tests.calibration.tables import table
+from tests.rates.workers import one_thread_each
+
+JUDGES = ("today", "evidence")
+
+
+def judged(judge: str, seed: int, number: int) -> dict[str, Any]:
+    """Draw one campaign and judge it; a crash is an answer too."""
+    campaign = draw_campaign(seed, number)
+    try:
+        answer = importlib.import_module(f"tests.calibration.{judge}").judge(campaign)
+    except Exception:
+        nan = float("nan")
+        answer = Answer((), False, (), nan, nan, nan, traceback.format_exc())
+    return {
+        "number": number, "category": campaign.category, "noise": campaign.noise_known, "player": campaign.player,
+        "settings": campaign.settings, "readings": campaign.n_readings, "sizes": campaign.sizes,
+        "truth": truth_of(campaign), "hidden": [f"{h.effect.name} {h.place.label}" for h in campaign.hidden],
+        "runs": campaign.runs, "answer": asdict(answer), "outcome": outcome(campaign, answer),
+        "good": is_good(campaign, answer), "firm_wrong": firm_wrong(campaign, answer),
+    }  # fmt: skip
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Judge what has not been judged yet, and print the tables."""
+    parser = argparse.ArgumentParser(prog="python -m tests.calibration", description=__doc__)
+    parser.add_argument("judge", choices=JUDGES)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--to", type=Path, default=Path("build/calibration"))
+    chosen = parser.parse_args(arguments)
+    chosen.to.mkdir(parents=True, exist_ok=True)
+    kept = chosen.to / f"{chosen.judge}-{chosen.seed}.jsonl"
+    known = [json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines()] if kept.exists() else []
+    wanted = range(chosen.first, chosen.first + chosen.count)
+    left = sorted(set(wanted) - {record["number"] for record in known})
+    with one_thread_each(chosen.workers) as pool, kept.open("a", encoding="utf-8") as file:
+        for record in pool.map(partial(judged, chosen.judge, chosen.seed), left):
+            known.append(record)
+            file.write(json.dumps(record) + "\n")
+            file.flush()
+    print(table([record for record in known if record["number"] in wanted]))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))
