@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 
-def clopper_pearson(good: int, count: int) -> tuple[float, float]:
-    """Return the exact two-sided 95 % interval of a binomial rate; 0 to 1 where nothing was counted."""
+def clopper_pearson(good: int, count: int, level: float = 0.95) -> tuple[float, float]:
+    """Return the exact two-sided interval of a binomial rate; 0 to 1 where nothing was counted."""
     from scipy.stats import binomtest
 
     if count == 0:
         return 0.0, 1.0
-    interval = binomtest(good, count).proportion_ci(confidence_level=0.95, method="exact")
+    interval = binomtest(good, count).proportion_ci(confidence_level=level, method="exact")
     return float(interval.low), float(interval.high)
 
 
