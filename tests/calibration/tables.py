@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 from tests.calibration.field_mix import CATEGORIES, NOISE_KNOWN
@@ -52,7 +53,7 @@ def _reliability(records: Sequence[dict[str, Any]]) -> list[str]:
     if not pairs:
         return []
     lines = ["stated of a group      mean   right    of   99 % interval"]
-    for low, high in zip(BINS, BINS[1:], strict=False):
+    for low, high in pairwise(BINS):
         own = [(p, right) for p, right in pairs if low <= p < high or (high == 1.0 and p == 1.0)]
         if own:
             right = sum(r for _, r in own)

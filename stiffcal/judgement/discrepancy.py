@@ -1,0 +1,74 @@
+"""The discrepancy that every hypothesis carries: each pose may answer its loads in a way of its own.
+
+Per run a random linear response of every component to the load, of a size τ common to all runs. With V = I + τ² D Dᵀ,
+block by block of runs, and D = U √λ Wᵀ, every inner product under V⁻¹ is one of plain rows less one of the rows'
+parts along U, each weighed by τ²λ / (1 + τ²λ): any number of sizes costs one projection.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.identification.projection import Projection
+
+LEAST = 1e-9
+"""Share of the largest variance of a run below which a direction is rounding."""
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """Directions in whitened rows into which the poses' own responses move the readings."""
+
+    of_run: tuple[tuple[Integers, Floats], ...]
+    """Per run the positions (r,) of its rows, and (r, d) orthonormal directions."""
+    variance: Floats
+    """(d in all,) along each, for a discrepancy of one noise."""
+
+    @classmethod
+    def of(cls, space: Projection) -> Discrepancy:
+        """Return it for load states; ``space`` has their weights and runs."""
+        data = space.data
+        m, n = data.measured.shape
+        loads = _unit_loads(data.wrench)
+        scale = space.whitening.scale
+        size = np.array([1.0 / np.median(row[row > 0.0]) if (row > 0.0).any() else 0.0 for row in scale])
+        stack = np.zeros((len(loads) * m, m, n))
+        for k, load in enumerate(loads):
+            for c in range(m):
+                stack[k * m + c, c] = load * size[c]
+        rows = space.rows(stack).reshape(len(stack), m, n)
+        parts, variances = [], []
+        for run in np.unique(data.run):
+            states = np.flatnonzero(data.run == run)
+            place = (np.arange(m)[:, None] * n + states).ravel()
+            own = rows[:, :, states].reshape(len(stack), -1).T
+            basis, values, _ = np.linalg.svd(own, full_matrices=False)
+            kept = values**2 > LEAST * max(float(values.max(initial=0.0)) ** 2, 1e-300)
+            parts.append((place, basis[:, kept]))
+            variances.append(values[kept] ** 2)
+        return cls(tuple(parts), np.concatenate(variances) if variances else np.zeros(0))
+
+    def along(self, rows: Floats) -> Floats:
+        """Return (k, d) the parts of whitened rows (k, r) along the directions."""
+        return np.concatenate([rows[:, place] @ basis for place, basis in self.of_run], axis=1)
+
+    def weights(self, size: float) -> Floats:
+        """Return (d,) τ²λ / (1 + τ²λ) for a discrepancy of so many noises."""
+        grown = size**2 * self.variance
+        return np.asarray(grown / (1.0 + grown))
+
+    def log_determinant(self, size: float) -> float:
+        """Return log |V|."""
+        return float(np.sum(np.log1p(size**2 * self.variance)))
+
+
+def _unit_loads(wrench: Floats) -> list[Floats]:
+    """Return the components (n,) of the loads, together of size one where the load is largest."""
+    found = []
+    for part in (wrench[:3], wrench[3:]):
+        most = float(np.sqrt(np.max(np.sum(part**2, axis=0), initial=0.0)))
+        found += [row / most for row in part if most > 0.0]
+    return [row / np.sqrt(2.0) for row in found] if len(found) > 3 else found

@@ -1,0 +1,75 @@
+"""A model at rest, about which members are compared, and their columns about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.diagnosis.base_rows import bounds_of_candidate
+from stiffcal.identification.projection import Projection
+from stiffcal.identification.regressors import Linearised, Regressor
+from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.evidence import Columns, Evidence, Noise
+from stiffcal.judgement.priors import SIZE_WEIGHTS, SIZES, RobotScale
+from stiffcal.model.composite import PlacedEffect
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A model at rest, about which members are compared."""
+
+    state: Linearised
+    """The robot."""
+    space: Projection
+    """Weights and runs."""
+    common: Floats
+    """(p, r) whitened columns of what every hypothesis has."""
+    prior: Floats
+    """(o, p + 1) what is known of them before."""
+    residual: Floats
+    """(m, n) what the model leaves."""
+    present: Sequence[PlacedEffect]
+    """Members that the robot has already, with values."""
+    discrepancy: Discrepancy
+    """Of every hypothesis."""
+    noise: Noise
+    """How well the weights are known."""
+
+    @cached_property
+    def white(self) -> Floats:
+        """(r,) whitened residual."""
+        return np.asarray(self.space.rows(self.residual[None])[0])
+
+    def evidence(self, members: Sequence[Columns], residual: Floats | None = None) -> Evidence:
+        """Return the evidence of sets of members, where what is present already can be taken back.
+
+        Parameters
+        ----------
+        residual : (r,) whitened, in place of the model's with the members' present parts.
+        """
+        if residual is None:
+            residual = self.white
+            for member in members:
+                if len(member.present):
+                    residual = residual + member.present @ member.rows
+        return Evidence.of(self.common, self.prior, residual, members, self.discrepancy, self.noise)
+
+
+def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> Columns:
+    """Return whitened columns in units of their typical size."""
+    if not len(regressor.symbols):
+        rows = ground.space.rows(regressor.fixed[None])
+        return Columns(rows, np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
+    typical = np.array([scale.typical(regressor.effect, regressor.place, symbol) for symbol in regressor.symbols])
+    rows = ground.space.rows(regressor.columns) * typical[:, None]
+    low, _ = bounds_of_candidate(regressor)
+    present = np.zeros(0)
+    for placed in ground.present:
+        same = (placed.effect.name, placed.place) == (regressor.effect.name, regressor.place)
+        if same and placed.shape() == dict(regressor.shape):
+            present = np.array([placed.amplitude(symbol) for symbol in regressor.symbols]) / typical
+    return Columns(rows, np.isfinite(low) & (low >= 0.0), SIZES, SIZE_WEIGHTS, present)

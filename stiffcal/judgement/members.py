@@ -1,0 +1,73 @@
+"""What may be missing from a model: effects of the catalogue at their places and laws that nobody has written down.
+
+Each with its whitened columns about one robot at rest, in units of the size that is typical before any reading.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.judgement.evidence import Columns
+from stiffcal.judgement.ground import Ground, columns_of
+from stiffcal.judgement.priors import (
+    UNLISTED_SIZES,
+    RobotScale,
+    Share,
+    log_odds,
+    where,
+)
+from stiffcal.judgement.shapes import shapes_of
+from stiffcal.judgement.unlisted import unlisted_laws
+
+
+@dataclass(frozen=True)
+class Member:
+    """One hypothesis of what is missing, in one of its shapes."""
+
+    name: str
+    """``effect place``, or the law's place and what it follows; the same for all its shapes."""
+    share: Share
+    """What it is before any reading."""
+    candidate: Candidate | None
+    """The effect; None of a law that nobody has written down."""
+    shape: Mapping[str, float]
+    """Values of its shape parameters."""
+    log_share: float
+    """Logarithm of the share that the shape and those that read alike have of all shapes, before any reading."""
+    columns: Columns
+    """What it does to the readings."""
+    log_prior: float = 0.0
+    """Log odds of the member in this shape, before any reading."""
+
+    @property
+    def listed(self) -> bool:
+        """Whether the catalogue has it."""
+        return self.candidate is not None
+
+
+def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotScale) -> list[Member]:
+    """Return all members about a model, listed ones in the shapes that the readings do not rule out."""
+    found: list[Member] = []
+    for candidate in candidates:
+        if candidate.effect.general or candidate.effect.in_motion:
+            continue
+        share = Share(where(candidate.effect, candidate.place), candidate.effect.name, True)
+        for regressor, log_share in shapes_of(ground, candidate, scale):
+            columns = columns_of(ground, regressor, scale)
+            found.append(Member(candidate.name, share, candidate, dict(regressor.shape), log_share, columns))
+    for law in unlisted_laws(ground.state):
+        rows = ground.space.rows(law.columns)
+        size = float(np.sqrt(np.sum(rows**2) / rows.shape[1]))
+        if size <= 0.0:
+            continue
+        even = np.full(len(UNLISTED_SIZES), 1.0 / len(UNLISTED_SIZES))
+        columns = Columns(rows / size, np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
+        share = Share(law.place, law.follows, False)
+        found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
+    names = {member.name: member.share for member in found}
+    odds = dict(zip(names, log_odds(list(names.values())), strict=True))
+    return [replace(one, log_prior=float(odds[one.name]) + one.log_share) for one in found]

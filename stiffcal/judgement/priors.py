@@ -1,0 +1,123 @@
+"""All that is assumed before any reading: how many effects are missing, where, of which kind, and how large.
+
+The numbers of judgement are here and nowhere else. They depend on no reading and on no number of readings.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.drives import drive_torque
+from stiffcal.model.effect import Effect, NodeLoads, Place
+
+EXPECTED_EFFECTS = 0.8
+"""Effects beyond the present model that are expected in all."""
+UNLISTED = 0.25
+"""Share of each place that belongs to laws that nobody has written down."""
+SIZE_FACTOR = 5.0
+"""A parameter lies within this factor of the catalogue's typical size in two cases of three."""
+SIZES = np.exp(np.log(SIZE_FACTOR) * np.linspace(-2.4, 2.4, 7))
+"""Grid of a listed effect's common size over the typical one …"""
+SIZE_WEIGHTS = np.exp(-0.5 * np.linspace(-2.4, 2.4, 7) ** 2)
+"""… and its weights (log-normal), not normalised."""
+UNLISTED_SIZES = np.geomspace(0.05, 50.0, 7)
+"""Grid of the rms over all readings that an unlisted law makes, in noises; each alike (log-uniform)."""
+DISCREPANCIES = np.array([0.0, 0.05, 0.12, 0.29, 0.70, 1.7, 4.0])
+"""Grid of the discrepancy of every hypothesis, in noises …"""
+DISCREPANCY_WEIGHTS = np.array([0.5, *np.full(6, 0.5 / 6)])
+"""… none in half of all cases, else log-uniform."""
+STATED_NOISE_DOF = 4.0
+"""Degrees of freedom about noise that is only stated."""
+TYPICAL_COMPLIANCE = 2e-6
+"""rad/(N·m), the joint compliance of the robots whose effects the catalogue calls typical …"""
+TYPICAL_TORQUE = 1e3
+"""… and the torque, N·m, that their joints carry."""
+
+_OF_SETUP = {
+    "base-compliance": "base", "tool-compliance": "tool", "fixture-compliance": "tool", "thermal-drift": "time",
+    "seat-shift": "time", "clock-offset": "time",
+}  # fmt: skip
+
+
+def where(effect: Effect, place: Place) -> str:
+    """Return the place of the robot or of the set-up to which an effect at its place belongs."""
+    if place.kind == "setup":
+        return _OF_SETUP.get(effect.name, "instrument")
+    if place.kind == "pairs":
+        return f"joint {place.joints[-1]}"
+    return f"joint {place.joints[0]}" if place.joints else f"link {place.label}"
+
+
+@dataclass(frozen=True)
+class Share:
+    """What a member is, before any reading."""
+
+    place: str
+    """As `where`."""
+    family: str
+    """Members of a family share what the family has."""
+    listed: bool
+    """False for a law that nobody has written down."""
+
+
+def log_odds(shares: Sequence[Share]) -> Floats:
+    """Return the log odds (k,) of each of k members: places alike, families within a place, forms within a family.
+
+    A form or a shape more moves no other place.
+    """
+    places = {share.place for share in shares}
+    families: dict[tuple[str, bool], set[str]] = defaultdict(set)
+    forms: dict[tuple[str, bool, str], int] = defaultdict(int)
+    for share in shares:
+        families[share.place, share.listed].add(share.family)
+        forms[share.place, share.listed, share.family] += 1
+    per_place = EXPECTED_EFFECTS / max(len(places), 1)
+    odds = []
+    for share in shares:
+        own = families[share.place, share.listed]
+        other = families.get((share.place, not share.listed))
+        part = (1.0 - UNLISTED if share.listed else UNLISTED) if other else 1.0
+        expected = per_place * part / len(own) / forms[share.place, share.listed, share.family]
+        odds.append(np.log(expected / (1.0 - expected)))
+    return np.array(odds)
+
+
+@dataclass(frozen=True)
+class RobotScale:
+    """How soft and how loaded a robot is, against those of the catalogue's typical sizes."""
+
+    compliance: float
+    """Its joints' over `TYPICAL_COMPLIANCE`."""
+    torque: Floats
+    """(J,) largest torque of each drive over `TYPICAL_TORQUE`."""
+
+    @classmethod
+    def of(cls, robot: CompliantRobot, loads: NodeLoads) -> RobotScale:
+        """Return it for a robot with values, under the loads of a campaign."""
+        chain = robot.chain
+        springs = [
+            placed.amplitude("c")
+            for placed in robot.placed
+            if placed.effect.name == "joint-compliance" and placed.place.joints[0] not in chain.prismatic_joints
+        ]
+        known = [c for c in springs if c > 0.0]
+        softness = float(np.exp(np.mean(np.log(known)))) / TYPICAL_COMPLIANCE if known else 1.0
+        torque = [float(np.abs(drive_torque(chain, loads.wrench, k)).max()) for k in range(1, chain.n_joints + 1)]
+        return cls(softness, np.maximum(torque, 1e-6) / TYPICAL_TORQUE)
+
+    def typical(self, effect: Effect, place: Place, symbol: str) -> float:
+        """Return the typical size of an amplitude on this robot, in its own unit (rigidities: of the inverse)."""
+        spec = effect.spec(symbol)
+        size = abs(spec.amplitude_of(spec.typical)) or 1.0
+        unit = spec.unit
+        if "N" not in unit or unit.startswith("N/") or unit == "N·m":
+            return size
+        power = {"²": 2, "³": 3}.get(unit[-1], 1) if unit.startswith("rad/(N·m)") else 1
+        torque = float(self.torque[place.joints[0] - 1]) if place.joints else 1.0
+        return float(size * self.compliance / torque ** (power - 1))

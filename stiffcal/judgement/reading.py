@@ -1,0 +1,176 @@
+"""What is read off the distribution over sets: groups of effects that the data do not tell apart, how sure they are."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.priors import DISCREPANCIES
+from stiffcal.judgement.sets import Key
+
+NAMED, FIRM = 0.5, 0.95
+"""Probability from which a group is named, and from which it is firm."""
+ALIKE = 0.95
+"""Share of an effect's length that another can make, from which the two are one group."""
+DOUBT = 0.05
+"""Probability of an unlisted law in its place that leaves an effect no firm name."""
+SHARED = 0.5
+"""Share of an effect's squares that an unlisted law makes, from which it can be in its place."""
+SHOWS = 0.5
+"""Of the noise: what shows less is nothing."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Effects of which one is missing, as far as the data tell them apart."""
+
+    probability: float
+    """That some of them is missing."""
+    members: tuple[tuple[str, float], ...]
+    """Name and probability of each, given that one of the group is missing; largest first."""
+    firm: bool
+    """Whether the first of them is named without doubt."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What is missing, how probable, and whether something is that nobody has written down."""
+
+    groups: tuple[Group, ...]
+    """Those with a probability of a half and more."""
+    p_nothing: float
+    """Probability that nothing shows more than half of the noise."""
+    p_unknown: float
+    """Probability of laws that nobody has written down, a discrepancy of the poses that shows among them."""
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether something is probably missing that is none of the effects."""
+        return self.p_unknown >= NAMED
+
+
+def read_off(judged: Judged) -> Reading:
+    """Return what a distribution says."""
+    weighed, members = judged.weighed, judged.members
+    sets, straight = weighed.probabilities(), weighed.without_discrepancy()
+    names = {key: frozenset(members[i].name for i in key) for key in sets}
+    groups, taken = [], set[str]()
+    listed = {one.name for one in members if one.listed}
+    included = _sums({key: names[key] & listed for key in sets}, sets)
+    best = weighed.best
+    order = [members[i].name for i in best if members[i].listed]
+    order += sorted((name for name in included if name not in order), key=lambda name: -included[name])
+    for leader in order:
+        if leader in taken:
+            continue
+        own = _alike(judged, leader, sets, names) - taken
+        p = sum(value for key, value in sets.items() if names[key] & own)
+        if p < NAMED:
+            continue
+        others = frozenset(members[i].name for i in best) - own
+        shares = _within(own, others, sets, names)
+        plain = sum(value for key, value in straight.items() if names[key] & own)
+        plain_shares = _within(own, others, straight, names)
+        first = max(shares, key=lambda name: shares[name])
+        sure = min(p, plain, shares[first], plain_shares.get(first, 0.0)) >= FIRM
+        firm = sure and _unlisted_in_place(judged, leader, sets, names) < DOUBT
+        taken |= own
+        ranked = sorted(shares.items(), key=lambda item: -item[1])
+        groups.append(Group(p, tuple(ranked), firm))
+    unlisted = sum(value for key, value in sets.items() if not names[key] <= listed)
+    shows = float(np.sum(weighed.of_discrepancy()[DISCREPANCIES > SHOWS]))
+    small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
+    return Reading(tuple(groups), float(small * (1.0 - shows)), float(1.0 - (1.0 - unlisted) * (1.0 - shows)))
+
+
+def _sums(names: dict[Key, frozenset[str]], sets: dict[Key, float]) -> dict[str, float]:
+    found: dict[str, float] = defaultdict(float)
+    for key, value in sets.items():
+        for name in names[key]:
+            found[name] += value
+    return found
+
+
+def _alike(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key, frozenset[str]]) -> set[str]:
+    """Return the listed members of the leader's group: at its place, or that make what it makes."""
+    members = judged.members
+    key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
+    number = next(i for i in key if members[i].name == leader)
+    taken = {members[i].name for i in judged.weighed.best} - {leader}
+    place = members[number].share.place
+    bound_to_place = place.startswith(("joint", "link"))
+    found = {leader}
+    for i, one in enumerate(members):
+        if not one.listed or one.name in taken:
+            continue
+        if (bound_to_place and one.share.place == place) or _share(judged, key, number, i) >= ALIKE**2:
+            found.add(one.name)
+    return found
+
+
+def _within(
+    own: set[str], others: frozenset[str], sets: dict[Key, float], names: dict[Key, frozenset[str]]
+) -> dict[str, float]:
+    """Return the probability of each of a group's members, the other groups as in the best set."""
+    found: dict[str, float] = defaultdict(float)
+    for key, value in sets.items():
+        inside = names[key] & own
+        if inside and names[key] - own == others:
+            for name in inside:
+                found[name] += value / len(inside)
+    total = sum(found.values())
+    if total <= 0.0:
+        found = _sums({key: names[key] & frozenset(own) for key in sets}, sets)
+        total = sum(found.values())
+    return {name: value / total for name, value in found.items()}
+
+
+def _signal(judged: Judged, key: Key, number: int) -> tuple[Floats, int]:
+    """Return the coefficients (q,) of a member in a set, at the best sizes, and the discrepancy of that."""
+    evidence = judged.weighed.evidence
+    by_discrepancy, sizes = evidence.best_sizes(key)
+    best = int(np.argmax(by_discrepancy))
+    where = np.concatenate([evidence.place[i] for i in key])
+    scale = np.concatenate(
+        [np.full(len(evidence.place[i]), evidence.members[i].sizes[k]) for i, k in zip(key, sizes[best], strict=True)]
+    )
+    inner = evidence.inner
+    gram = inner.gram[best][np.ix_(where, where)] + np.diag(1.0 / scale**2)
+    solution = np.linalg.solve(gram, inner.target[best][where])
+    return solution[np.isin(where, evidence.place[number])], best
+
+
+def _share(judged: Judged, key: Key, number: int, other: int) -> float:
+    """Return the share of a member's squares, as it is in a set, that another's columns can make."""
+    evidence = judged.weighed.evidence
+    coefficients, best = _signal(judged, key, number)
+    gram, mine, its = evidence.inner.gram[best], evidence.place[number], evidence.place[other]
+    whole = float(coefficients @ gram[np.ix_(mine, mine)] @ coefficients)
+    across = gram[np.ix_(its, mine)] @ coefficients
+    own = gram[np.ix_(its, its)]
+    own = own + 1e-9 * np.trace(own) / len(own) * np.eye(len(own)) + 1e-300 * np.eye(len(own))
+    return float(across @ np.linalg.solve(own, across)) / max(whole, 1e-300)
+
+
+def _unlisted_in_place(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key, frozenset[str]]) -> float:
+    """Return the largest probability of an unlisted law that makes half of what the leader makes."""
+    members = judged.members
+    key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
+    number = next(i for i in key if members[i].name == leader)
+    probable = _sums({key: frozenset(i for i in key if not members[i].listed) for key in sets}, sets)  # type: ignore[misc]
+    return max((p for i, p in probable.items() if _share(judged, key, number, int(i)) >= SHARED), default=0.0)
+
+
+def _size(judged: Judged, key: Key) -> float:
+    """Return the rms over all readings of what a set makes, in noises."""
+    evidence = judged.weighed.evidence
+    parts = [(_signal(judged, key, i), i) for i in key]
+    best = parts[0][0][1]
+    where = np.concatenate([evidence.place[i] for i in key])
+    solution = np.concatenate([part[0][0] for part in parts])
+    square = float(solution @ evidence.inner.gram[best][np.ix_(where, where)] @ solution)
+    return float(np.sqrt(square / evidence.noise.dof))

@@ -1,0 +1,127 @@
+"""The sets of members that are worth weighing, found from the best so far by adding, dropping and exchanging one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.judgement.evidence import Evidence
+from stiffcal.judgement.members import Member
+
+WITHIN = 9.0
+"""Nats behind the best set up to which a set is enlarged."""
+CLOSE = 12
+"""Additions to a set that are weighed exactly: those that gain most next to it."""
+MOST = 5
+"""Members of a set."""
+MOST_EXPANDED = 14
+"""Sets that are enlarged."""
+
+Key = tuple[int, ...]
+
+
+@dataclass
+class Weighed:
+    """Sets with the logarithm of evidence times prior odds."""
+
+    members: Sequence[Member]
+    """All of them."""
+    evidence: Evidence
+    """About one model."""
+    log: dict[Key, float] = field(default_factory=dict)
+    """Per set, members by number in order."""
+    by_discrepancy: dict[Key, Floats] = field(default_factory=dict)
+    """(t,) the same for each discrepancy."""
+
+    def weigh(self, chosen: Iterable[int]) -> float:
+        """Return the log weight of a set, found once."""
+        key = tuple(sorted(chosen))
+        if key not in self.log:
+            prior = sum(self.members[i].log_prior for i in key)
+            self.by_discrepancy[key] = self.evidence.by_discrepancy(key) + prior
+            self.log[key] = float(np.logaddexp.reduce(self.by_discrepancy[key]))
+        return self.log[key]
+
+    @property
+    def best(self) -> Key:
+        """The set of the largest weight."""
+        return max(self.log, key=lambda key: self.log[key])
+
+    def probabilities(self) -> dict[Key, float]:
+        """Return the probability of each set that was weighed, all others left out."""
+        return _normalised(self.log)
+
+    def without_discrepancy(self) -> dict[Key, float]:
+        """Return the same where no hypothesis has a discrepancy."""
+        return _normalised({key: float(values[0]) for key, values in self.by_discrepancy.items()})
+
+    def of_discrepancy(self) -> Floats:
+        """Return (t,) the probability of each discrepancy."""
+        whole = np.logaddexp.reduce(np.array(list(self.by_discrepancy.values())), axis=0)
+        return np.asarray(np.exp(whole - np.logaddexp.reduce(whole)))
+
+    def may_join(self, number: int, chosen: Key) -> bool:
+        """Return whether a member can be in a set with others: not in two shapes, nor with what it excludes."""
+        new = self.members[number]
+        return all(_together(new, self.members[i]) for i in chosen)
+
+
+def _normalised(log: dict[Key, float]) -> dict[Key, float]:
+    values = np.array(list(log.values()))
+    return dict(zip(log, np.exp(values - np.logaddexp.reduce(values)).tolist(), strict=True))
+
+
+def _together(one: Member, other: Member) -> bool:
+    if one.name == other.name:
+        return False
+    if one.candidate is None or other.candidate is None or one.candidate.place != other.candidate.place:
+        return True
+    a, b = one.candidate.effect, other.candidate.effect
+    return not (a.name in (*b.excludes, *b.includes) or b.name in (*a.excludes, *a.includes))
+
+
+def search_sets(members: Sequence[Member], evidence: Evidence, starts: Iterable[Key] = ()) -> Weighed:
+    """Weigh the empty set, all single members, and sets about the best ones."""
+    found = Weighed(members, evidence)
+    found.weigh(())
+    for number in range(len(members)):
+        found.weigh((number,))
+    for start in starts:
+        found.weigh(start)
+        for left in start:
+            found.weigh(i for i in start if i != left)
+    expanded: set[Key] = {()}
+    while len(expanded) < MOST_EXPANDED:
+        top = max(found.log.values())
+        open_sets = [
+            key for key, value in found.log.items() if key not in expanded and len(key) < MOST and value > top - WITHIN
+        ]
+        if not open_sets:
+            break
+        key = max(open_sets, key=lambda k: found.log[k])
+        expanded.add(key)
+        for number in _most_promising(found, key):
+            found.weigh((*key, number))
+            for left in key:
+                rest = tuple(i for i in key if i != left)
+                if rest and found.may_join(number, rest) and found.log.get((*key, number), 0.0) > top - WITHIN:
+                    found.weigh((*rest, number))
+    return found
+
+
+def _most_promising(found: Weighed, key: Key) -> list[int]:
+    """Return the members that gain most next to a set, its own at their best sizes and discrepancy."""
+    evidence, members = found.evidence, found.members
+    by_discrepancy, sizes = evidence.best_sizes(key)
+    best = int(np.argmax(by_discrepancy))
+    where = np.concatenate([evidence.place[i] for i in key])
+    scale = np.concatenate(
+        [np.full(len(evidence.place[i]), members[i].columns.sizes[k]) for i, k in zip(key, sizes[best], strict=True)]
+    )
+    left = evidence.inner.at(best).given(where, scale)
+    able = [i for i in range(len(members)) if i not in key and found.may_join(i, key)]
+    gains = {i: float(evidence.best_sizes((i,), left)[0][0]) + members[i].log_prior for i in able}
+    return sorted(able, key=lambda i: -gains[i])[:CLOSE]

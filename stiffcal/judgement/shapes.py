@@ -1,0 +1,139 @@
+"""The shapes of an effect that the readings do not rule out: where a knee, a band or an order is.
+
+A shape parameter is log-uniform over the effect's own grid. About the best value of the grid it is made finer until
+next to it the evidence stays, and the sum over all shapes stands as the share of the best one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.diagnosis.candidates import Candidate, variants
+from stiffcal.diagnosis.slips import best_slip, is_slip
+from stiffcal.identification.regressors import Regressor
+from stiffcal.judgement.ground import Ground, columns_of
+from stiffcal.judgement.priors import RobotScale
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Effect, ParameterRole
+
+ALL_SHAPES = 200
+"""Combinations of shape parameters up to which a law is tried."""
+STAYS = 0.3
+"""Nats by which evidence may differ between neighbours at the best shape."""
+ROUNDS = 5
+"""Times that a grid is made finer."""
+HOPELESS = 4.0
+"""Nats behind the model without the effect from which on its grid is left as it is."""
+
+Shaped = tuple[Regressor, float]
+"""A regressor, and the logarithm of its share of all shapes."""
+
+
+def shapes_of(ground: Ground, candidate: Candidate, scale: RobotScale) -> list[Shaped]:
+    """Return an effect in its best shapes: next to what the model has, and in place of what it has there."""
+    placed = _present(ground, candidate)
+    if is_slip(candidate.effect):
+        return _steps(ground, candidate, placed)
+    tried = [one for one in variants(candidate, ground.state, ALL_SHAPES) if len(one.symbols) or one.fixed.any()]
+    if placed is not None and dict(placed.shape()) not in [dict(one.shape) for one in tried]:
+        tried.append(ground.state.regressor(placed.effect, placed.place, placed.shape()))
+    if len(tried) < 2:
+        return [(one, 0.0) for one in tried]
+    found: list[Shaped] = []
+    for residual in _residuals(ground, candidate, placed, scale):
+        best = _best_shape(ground, tried, residual, scale)
+        if best[0].shape not in [one.shape for one, _ in found]:
+            found.append(best)
+    return found
+
+
+def _present(ground: Ground, candidate: Candidate) -> PlacedEffect | None:
+    for placed in ground.present:
+        if (placed.effect.name, placed.place) == (candidate.effect.name, candidate.place):
+            return placed
+    return None
+
+
+def _residuals(ground: Ground, candidate: Candidate, placed: PlacedEffect | None, scale: RobotScale) -> list[Floats]:
+    """Return whitened residuals (r,) in which an effect's shape is sought.
+
+    Of an effect that the model has: without it. Of another: next to all that the model has, and in place of each at
+    the same place.
+    """
+    white = ground.white
+    rivals = [placed] if placed else [one for one in ground.present if one.place == candidate.place]
+    changed = [white + _share_of(ground, one, scale) for one in rivals]
+    return changed if placed else [white, *changed]
+
+
+def _share_of(ground: Ground, placed: PlacedEffect, scale: RobotScale) -> Floats:
+    """Return (r,) what an effect of the model does to the whitened readings."""
+    columns = columns_of(ground, ground.state.regressor(placed.effect, placed.place, placed.shape()), scale)
+    return np.asarray(columns.present @ columns.rows) if len(columns.present) else np.zeros(columns.rows.shape[1])
+
+
+def _best_shape(ground: Ground, tried: Sequence[Regressor], residual: Floats, scale: RobotScale) -> Shaped:
+    """Return the best shape, its share that of all that read alike."""
+    known = list(tried)
+    values = _evidence(ground, known, residual, scale)
+    symbol = _continuous(known[0].effect)
+    none = ground.evidence((), residual).of_set(())
+    for _ in range(ROUNDS):
+        if symbol is None or values.max() < none - HOPELESS:
+            break
+        new = _between(known, values, symbol)
+        if not new:
+            break
+        first = known[0]
+        made = [ground.state.regressor(first.effect, first.place, {symbol: value}) for value in new]
+        values = np.append(values, _evidence(ground, made, residual, scale))
+        known += made
+    best = int(np.argmax(values))
+    if symbol is None:
+        return known[best], float(np.logaddexp.reduce(values - values[best]) - np.log(len(known)))
+    place = np.log([one.shape[symbol] for one in known])
+    order = np.argsort(place)
+    width = np.gradient(place[order]) if len(order) > 1 else np.ones(1)
+    density = values[order] - values[best] + np.log(np.maximum(width, 1e-300))
+    return known[best], float(min(np.logaddexp.reduce(density) - np.log(np.sum(width)), 0.0))
+
+
+def _continuous(effect: Effect) -> str | None:
+    """Return the symbol of an effect's one shape parameter that can have any value; None without one."""
+    shapes = [spec for spec in effect.parameters if spec.role is ParameterRole.NONLINEAR]
+    return shapes[0].symbol if len(shapes) == 1 and not shapes[0].discrete else None
+
+
+def _between(known: Sequence[Regressor], values: Floats, symbol: str) -> list[float]:
+    """Return shapes half way from the best to its neighbours, where the evidence changes on the way."""
+    place = np.log([one.shape[symbol] for one in known])
+    order = np.argsort(place)
+    best = int(np.flatnonzero(order == np.argmax(values))[0])
+    found = []
+    for other in (best - 1, best + 1):
+        if 0 <= other < len(order) and abs(values[order[other]] - values[order[best]]) > STAYS:
+            found.append(float(np.exp(0.5 * (place[order[other]] + place[order[best]]))))
+    return found
+
+
+def _evidence(ground: Ground, tried: Sequence[Regressor], residual: Floats, scale: RobotScale) -> Floats:
+    """Return (k,) the log evidence of each shape alone."""
+    columns = [replace(columns_of(ground, one, scale), present=np.zeros(0)) for one in tried]
+    evidence = ground.evidence(columns, residual)
+    return np.array([evidence.of_set([k]) for k in range(len(tried))])
+
+
+def _steps(ground: Ground, candidate: Candidate, placed: PlacedEffect | None) -> list[Shaped]:
+    """Return the step where it explains most, and that of the model; each state is as probable before."""
+    numbers = ground.space.data.order.number
+    first = best_slip(ground.space, ground.residual) if len(numbers) else None
+    places = [] if first is None else [float(numbers[first])]
+    if placed is not None:
+        places.append(float(placed.values["state"]))
+    shapes: list[Mapping[str, float]] = [{"state": number} for number in dict.fromkeys(places)]
+    share = -float(np.log(max(len(numbers), 1)))
+    return [(ground.state.regressor(candidate.effect, candidate.place, shape), share) for shape in shapes]

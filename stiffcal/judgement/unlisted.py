@@ -1,0 +1,189 @@
+"""Laws that nobody has written down: flexible functions of what a joint carries and of how the robot stands.
+
+Each is a sum of a few columns of like size. What it follows is its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.identification.observation import Observations
+from stiffcal.identification.regressors import Linearised
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.effect import (
+    RX,
+    DocumentedEffect,
+    Kind,
+    NodeLoads,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+    joint_node,
+)
+
+LEVER = 0.1
+"""m of a shift for a radian of a turn: as large at the tool as each other."""
+TIME_WAVES = 6
+"""Half waves over a campaign of a law of time."""
+
+
+@dataclass(frozen=True)
+class UnlistedLaw:
+    """A law that is none of the catalogue's."""
+
+    place: str
+    """As `stiffcal.judgement.priors.where`."""
+    follows: str
+    """In words, what it follows."""
+    columns: Floats
+    """(q, m, n) displacements, of any size."""
+
+
+def unlisted_laws(state: Linearised) -> Iterator[UnlistedLaw]:
+    """Give the laws about a robot at rest."""
+    chain = state.robot.chain
+    for joint in range(1, chain.n_joints + 1):
+        for basis in BASES:
+            count = len(basis.values(chain, joint, state.loads))
+            regressor = state.regressor(_Drive(basis, count), Place("joints", (joint,)), {})
+            if regressor.columns.any():
+                yield UnlistedLaw(f"joint {joint}", basis.follows, regressor.columns)
+        regressor = state.regressor(_Node(int(chain.drive_components[joint - 1])), Place("joints", (joint,)), {})
+        if regressor.columns.any():
+            yield UnlistedLaw(f"joint {joint}", "all that the joint carries", regressor.columns)
+    columns = _of_time(state.data)
+    if len(columns):
+        yield UnlistedLaw("time", "time", columns)
+
+
+class Basis:
+    """Functions of the loads (n,) of a drive, each of order one."""
+
+    follows = ""
+
+    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+        """Return them for the drive of ``joint``, from 1."""
+        raise NotImplementedError
+
+
+def _unit(values: Floats) -> Floats:
+    most = float(np.abs(values).max(initial=0.0))
+    return values / most if most > 0.0 else values
+
+
+def _torque(chain: Chain, joint: int, loads: NodeLoads) -> Floats:
+    return _unit(drive_torque(chain, loads.wrench, joint))
+
+
+class OfTorque(Basis):
+    """Any function of its own torque."""
+
+    follows = "its own torque"
+
+    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+        """Powers and steps of it."""
+        u = _torque(chain, joint, loads)
+        return [np.abs(u), u**2, u**3, u**5, np.tanh(3.0 * u), np.tanh(10.0 * u), np.tanh(40.0 * u)]
+
+
+class OfAngle(Basis):
+    """A compliance that depends on its own angle."""
+
+    follows = "its own angle"
+
+    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+        """Waves of it, times torque."""
+        u, q = _torque(chain, joint, loads), loads.angles[joint - 1]
+        return [u * wave(k * q) for k in (0.5, 1.0, 2.0, 3.0, 4.0) for wave in (np.sin, np.cos)]
+
+
+class OfOtherAngles(Basis):
+    """A compliance that depends on the angle of another joint."""
+
+    follows = "another joint's angle"
+
+    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+        """Waves of each other angle, times torque."""
+        u = _torque(chain, joint, loads)
+        others = [q for k, q in enumerate(loads.angles, start=1) if k != joint]
+        return [u * wave(k * q) for q in others for k in (1.0, 2.0) for wave in (np.sin, np.cos)]
+
+
+class OfOtherTorques(Basis):
+    """What another joint carries moves this one."""
+
+    follows = "another joint's torque"
+
+    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+        """Each other torque, its square, and products with its own torque."""
+        u = _torque(chain, joint, loads)
+        values: list[Floats] = []
+        for k in range(1, chain.n_joints + 1):
+            if k != joint:
+                w = _torque(chain, k, loads)
+                values += [w, w**2, np.abs(w) * u, w * u]
+        return values
+
+
+BASES: Sequence[Basis] = (OfTorque(), OfAngle(), OfOtherAngles(), OfOtherTorques())
+
+
+def _size(symbol: str) -> ParameterSpec:
+    return ParameterSpec(symbol, "rad", "size", -1.0, 1.0, 1e-4, "")
+
+
+class _Drive(DocumentedEffect):
+    """A drive that gives by a sum of functions of its loads."""
+
+    name = "unlisted"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+
+    def __init__(self, basis: Basis, count: int) -> None:
+        self.basis = basis
+        self.parameters = tuple(_size(f"a{k}") for k in range(count))  # type: ignore[misc]
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """Return the functions, each with an amplitude of its own."""
+        joint = place.joints[0]
+        values = self.basis.values(chain, joint, loads)
+        return [term for k, value in enumerate(values) for term in drive_terms(chain, joint, f"a{k}", value)]
+
+
+class _Node(DocumentedEffect):
+    """A joint that gives in any direction under any load on it."""
+
+    name = "unlisted-node"
+    kind = Kind.NODE_LAW
+    place_kind = "joints"
+
+    def __init__(self, own: int) -> None:
+        self.moves = [(moved, load) for moved in range(6) for load in range(6) if moved != own]
+        self.parameters = tuple(_size(f"a{moved}{load}") for moved, load in self.moves)  # type: ignore[misc]
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """Return each turn and shift but the drive's own, proportional to each force and moment."""
+        node = joint_node(place.joints[0])
+        return [
+            Term(node, moved, f"a{moved}{load}", (1.0 if moved >= RX else LEVER) * _unit(loads.wrench[node, load]))
+            for moved, load in self.moves
+        ]
+
+
+def _of_time(data: Observations) -> Floats:
+    """Return (q, m, n) waves over the campaign, of each component."""
+    n, m = data.n_states, len(data.measured)
+    number = data.order.number if len(data.order.number) == n else np.arange(n)
+    t = (number - number.min()) / max(float(np.ptp(number)), 1.0)
+    waves = [np.cos(np.pi * k * t) for k in range(1, TIME_WAVES + 1)]
+    columns = np.zeros((len(waves) * m, m, n))
+    for k, wave in enumerate(waves):
+        for c in range(m):
+            columns[k * m + c, c] = wave
+    return columns
