@@ -7,6 +7,7 @@ parts along U, each weighed by τ²λ / (1 + τ²λ): any number of sizes costs 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.projection import Projection
 
+MOST_OF_RUN = 18
+"""Directions of one run alone: three loads, six components."""
 LEAST = 1e-9
 """Share of the largest variance of a run below which a direction is rounding."""
 
@@ -22,8 +25,12 @@ LEAST = 1e-9
 class Discrepancy:
     """Directions in whitened rows into which the poses' own responses move the readings."""
 
+    runs: tuple[int, ...]
+    """Numbers of the runs."""
+    n_rows: int
+    """Whitened rows of all."""
     of_run: tuple[tuple[Integers, Floats], ...]
-    """Per run the positions (r,) of its rows, and (r, d) orthonormal directions."""
+    """Per run the positions (r,) of its rows, and (r, d) orthonormal directions, the one of most variance first."""
     variance: Floats
     """(d in all,) along each, for a discrepancy of one noise."""
 
@@ -49,7 +56,21 @@ class Discrepancy:
             kept = values**2 > LEAST * max(float(values.max(initial=0.0)) ** 2, 1e-300)
             parts.append((place, basis[:, kept]))
             variances.append(values[kept] ** 2)
-        return cls(tuple(parts), np.concatenate(variances) if variances else np.zeros(0))
+        found = np.concatenate(variances) if variances else np.zeros(0)
+        return cls(tuple(np.unique(data.run).tolist()), m * n, tuple(parts), found)
+
+    def of_runs(self) -> Iterator[tuple[int, Floats]]:
+        """Give each run's number and (d, r) columns of it alone, together of rms one over its rows."""
+        at = 0
+        for run, (place, basis) in zip(self.runs, self.of_run, strict=True):
+            variance = self.variance[at : at + basis.shape[1]]
+            at += basis.shape[1]
+            kept = slice(0, MOST_OF_RUN)
+            rows = np.zeros((len(variance[kept]), self.n_rows))
+            rows[:, place] = (basis[:, kept] * np.sqrt(variance[kept])).T
+            square = float(np.sum(variance[kept]))
+            if square > 0.0:
+                yield run, rows * np.sqrt(len(place) / square)
 
     def along(self, rows: Floats) -> Floats:
         """Return (k, d) the parts of whitened rows (k, r) along the directions."""

@@ -18,7 +18,7 @@ from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import Noise
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member, list_members
-from stiffcal.judgement.priors import STATED_NOISE_DOF, RobotScale
+from stiffcal.judgement.priors import STATED_NOISE_DOF, Kind, RobotScale
 from stiffcal.judgement.sets import Weighed, search_sets
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -80,7 +80,7 @@ def judge_states(
             if any(one.name == name and len(one.columns.present) for one in members)
         )
         weighed = search_sets(members, ground.evidence([one.columns for one in members]), [start] if start else [])
-        best = frozenset(members[i].name for i in weighed.best if members[i].listed)
+        best = frozenset(members[i].name for i in weighed.best if members[i].kind is Kind.EFFECT)
         judged = Judged(weighed, fit, ground, number, best == chosen)
         if best in known or best == chosen:
             break

@@ -10,11 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.judgement.evidence import Columns
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.priors import (
+    RUN_SIZES,
     UNLISTED_SIZES,
+    Kind,
     RobotScale,
     Share,
     log_odds,
@@ -43,10 +46,13 @@ class Member:
     log_prior: float = 0.0
     """Log odds of the member in this shape, before any reading."""
 
+    run: int | None = None
+    """Number of the run that is off; None of others."""
+
     @property
-    def listed(self) -> bool:
-        """Whether the catalogue has it."""
-        return self.candidate is not None
+    def kind(self) -> Kind:
+        """Effect, unlisted law or mistake."""
+        return self.share.kind
 
 
 def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotScale) -> list[Member]:
@@ -55,7 +61,7 @@ def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotSc
     for candidate in candidates:
         if candidate.effect.general or candidate.effect.in_motion:
             continue
-        share = Share(where(candidate.effect, candidate.place), candidate.effect.name, True)
+        share = Share(where(candidate.effect, candidate.place), candidate.effect.name, Kind.EFFECT)
         for regressor, log_share in shapes_of(ground, candidate, scale):
             columns = columns_of(ground, regressor, scale)
             found.append(Member(candidate.name, share, candidate, dict(regressor.shape), log_share, columns))
@@ -66,8 +72,22 @@ def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotSc
             continue
         even = np.full(len(UNLISTED_SIZES), 1.0 / len(UNLISTED_SIZES))
         columns = Columns(rows / size, np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
-        share = Share(law.place, law.follows, False)
+        share = Share(law.place, law.follows, Kind.UNLISTED)
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
+    for run, rows in ground.discrepancy.of_runs():
+        found.append(_run_off(run, rows))
     names = {member.name: member.share for member in found}
     odds = dict(zip(names, log_odds(list(names.values())), strict=True))
     return [replace(one, log_prior=float(odds[one.name]) + one.log_share) for one in found]
+
+
+def _run_off(run: int, rows: Floats) -> Member:
+    """Return the member by which a run is off: moved in its own way by its loads, without bound.
+
+    Parameters
+    ----------
+    rows : (q, r) whitened columns, together of rms one over the run's readings.
+    """
+    even = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES))
+    columns = Columns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even)
+    return Member(f"run {run} off", Share(f"run {run}", "off", Kind.MISTAKE), None, {}, 0.0, columns, run=run)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
@@ -28,6 +29,10 @@ SIZE_WEIGHTS = np.exp(-0.5 * np.linspace(-2.4, 2.4, 7) ** 2)
 """… and its weights (log-normal), not normalised."""
 UNLISTED_SIZES = np.geomspace(0.05, 50.0, 7)
 """Grid of the rms over all readings that an unlisted law makes, in noises; each alike (log-uniform)."""
+DOUBTED_RUN = 0.01
+"""Probability that a run is off: mislabelled, knocked, in another unit …"""
+RUN_SIZES = np.geomspace(2.0, 200.0, 6)
+"""… and grid of the rms over its readings by which it is, in noises; each alike (log-uniform)."""
 DISCREPANCIES = np.array([0.0, 0.05, 0.12, 0.29, 0.70, 1.7, 4.0])
 """Grid of the discrepancy of every hypothesis, in noises …"""
 DISCREPANCY_WEIGHTS = np.array([0.5, *np.full(6, 0.5 / 6)])
@@ -54,6 +59,14 @@ def where(effect: Effect, place: Place) -> str:
     return f"joint {place.joints[0]}" if place.joints else f"link {place.label}"
 
 
+class Kind(Enum):
+    """What a member is."""
+
+    EFFECT = "effect"
+    UNLISTED = "unlisted law"
+    MISTAKE = "mistake in the data"
+
+
 @dataclass(frozen=True)
 class Share:
     """What a member is, before any reading."""
@@ -62,28 +75,37 @@ class Share:
     """As `where`."""
     family: str
     """Members of a family share what the family has."""
-    listed: bool
-    """False for a law that nobody has written down."""
+    kind: Kind
+    """Effect of the catalogue, law that nobody has written down, or mistake."""
 
 
 def log_odds(shares: Sequence[Share]) -> Floats:
-    """Return the log odds (k,) of each of k members: places alike, families within a place, forms within a family.
+    """Return the log odds (k,) of each of k members.
 
-    A form or a shape more moves no other place.
+    Of effects and laws: places alike, families within a place, forms within a family; a form or a shape more moves no
+    other place.
     """
+    odds = np.full(len(shares), np.log(DOUBTED_RUN / (1.0 - DOUBTED_RUN)))
+    laws = [k for k, share in enumerate(shares) if share.kind is not Kind.MISTAKE]
+    odds[laws] = _of_laws([shares[k] for k in laws])
+    return odds
+
+
+def _of_laws(shares: Sequence[Share]) -> Floats:
     places = {share.place for share in shares}
-    families: dict[tuple[str, bool], set[str]] = defaultdict(set)
-    forms: dict[tuple[str, bool, str], int] = defaultdict(int)
+    families: dict[tuple[str, Kind], set[str]] = defaultdict(set)
+    forms: dict[tuple[str, Kind, str], int] = defaultdict(int)
     for share in shares:
-        families[share.place, share.listed].add(share.family)
-        forms[share.place, share.listed, share.family] += 1
+        families[share.place, share.kind].add(share.family)
+        forms[share.place, share.kind, share.family] += 1
     per_place = EXPECTED_EFFECTS / max(len(places), 1)
     odds = []
     for share in shares:
-        own = families[share.place, share.listed]
-        other = families.get((share.place, not share.listed))
-        part = (1.0 - UNLISTED if share.listed else UNLISTED) if other else 1.0
-        expected = per_place * part / len(own) / forms[share.place, share.listed, share.family]
+        own = families[share.place, share.kind]
+        part = UNLISTED if share.kind is Kind.UNLISTED else 1.0 - UNLISTED
+        if len([kind for place, kind in families if place == share.place]) == 1:
+            part = 1.0
+        expected = per_place * part / len(own) / forms[share.place, share.kind, share.family]
         odds.append(np.log(expected / (1.0 - expected)))
     return np.array(odds)
 

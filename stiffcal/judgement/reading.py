@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.judge import Judged
-from stiffcal.judgement.priors import DISCREPANCIES
+from stiffcal.judgement.priors import DISCREPANCIES, Kind
 from stiffcal.judgement.sets import Key
+
+T = TypeVar("T")
 
 NAMED, FIRM = 0.5, 0.95
 """Probability from which a group is named, and from which it is firm."""
@@ -42,6 +46,8 @@ class Reading:
 
     groups: tuple[Group, ...]
     """Those with a probability of a half and more."""
+    doubted: tuple[tuple[int, float], ...]
+    """Numbers of runs that are off, with a probability of a half and more."""
     p_nothing: float
     """Probability that nothing shows more than half of the noise."""
     p_unknown: float
@@ -59,10 +65,10 @@ def read_off(judged: Judged) -> Reading:
     sets, straight = weighed.probabilities(), weighed.without_discrepancy()
     names = {key: frozenset(members[i].name for i in key) for key in sets}
     groups, taken = [], set[str]()
-    listed = {one.name for one in members if one.listed}
+    listed = {one.name for one in members if one.kind is Kind.EFFECT}
     included = _sums({key: names[key] & listed for key in sets}, sets)
     best = weighed.best
-    order = [members[i].name for i in best if members[i].listed]
+    order = [members[i].name for i in best if members[i].kind is Kind.EFFECT]
     order += sorted((name for name in included if name not in order), key=lambda name: -included[name])
     for leader in order:
         if leader in taken:
@@ -81,14 +87,16 @@ def read_off(judged: Judged) -> Reading:
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: -item[1])
         groups.append(Group(p, tuple(ranked), firm))
-    unlisted = sum(value for key, value in sets.items() if not names[key] <= listed)
+    unlisted = sum(value for key, value in sets.items() if any(members[i].kind is Kind.UNLISTED for i in key))
+    runs = _sums({key: frozenset(i for i in key if members[i].run is not None) for key in sets}, sets)
     shows = float(np.sum(weighed.of_discrepancy()[DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
-    return Reading(tuple(groups), float(small * (1.0 - shows)), float(1.0 - (1.0 - unlisted) * (1.0 - shows)))
+    doubted = tuple((members[i].run, p) for i, p in runs.items() if p >= NAMED)
+    return Reading(tuple(groups), doubted, float(small * (1.0 - shows)), float(1.0 - (1.0 - unlisted) * (1.0 - shows)))
 
 
-def _sums(names: dict[Key, frozenset[str]], sets: dict[Key, float]) -> dict[str, float]:
-    found: dict[str, float] = defaultdict(float)
+def _sums(names: Mapping[Key, frozenset[T]], sets: Mapping[Key, float]) -> dict[T, float]:
+    found: dict[T, float] = defaultdict(float)
     for key, value in sets.items():
         for name in names[key]:
             found[name] += value
@@ -105,7 +113,7 @@ def _alike(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key,
     bound_to_place = place.startswith(("joint", "link"))
     found = {leader}
     for i, one in enumerate(members):
-        if not one.listed or one.name in taken:
+        if one.kind is not Kind.EFFECT or one.name in taken:
             continue
         if (bound_to_place and one.share.place == place) or _share(judged, key, number, i) >= ALIKE**2:
             found.add(one.name)
@@ -161,8 +169,8 @@ def _unlisted_in_place(judged: Judged, leader: str, sets: dict[Key, float], name
     members = judged.members
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
     number = next(i for i in key if members[i].name == leader)
-    probable = _sums({key: frozenset(i for i in key if not members[i].listed) for key in sets}, sets)  # type: ignore[misc]
-    return max((p for i, p in probable.items() if _share(judged, key, number, int(i)) >= SHARED), default=0.0)
+    probable = _sums({key: frozenset(i for i in key if members[i].kind is Kind.UNLISTED) for key in sets}, sets)
+    return max((p for i, p in probable.items() if _share(judged, key, number, i) >= SHARED), default=0.0)
 
 
 def _size(judged: Judged, key: Key) -> float:

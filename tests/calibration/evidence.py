@@ -28,5 +28,6 @@ def judge(campaign: FieldCampaign) -> Answer:
             if reached >= ALTERNATIVES:
                 break
         named.append(Named(tuple(names), group.probability, tuple(shares), group.firm))
+    doubted = tuple(run for run, _ in reading.doubted)
     seconds = time.process_time() - start
-    return Answer(tuple(named), reading.unexplained, (), reading.p_nothing, reading.p_unknown, seconds)
+    return Answer(tuple(named), reading.unexplained, doubted, reading.p_nothing, reading.p_unknown, seconds)
