@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.base_rows import bounds_of_candidate
+from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import Columns, Evidence, Noise
 from stiffcal.judgement.priors import SIZE_WEIGHTS, SIZES, RobotScale
 from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Place
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,9 @@ class Ground:
     residual: Floats
     """(m, n) what the model leaves."""
     present: Sequence[PlacedEffect]
-    """Members that the robot has already, with values."""
+    """Members that the robot has already, with values …"""
+    derivative: Mapping[tuple[str, Place], Mapping[str, Floats]]
+    """… and by effect and place how the readings (m, n) change with each of their amplitudes that was fitted."""
     discrepancy: Discrepancy
     """Of every hypothesis."""
     noise: Noise
@@ -61,15 +64,23 @@ class Ground:
 
 def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> Columns:
     """Return whitened columns in units of their typical size."""
-    if not len(regressor.symbols):
+    effect, place = regressor.effect, regressor.place
+    own = dict(zip(regressor.symbols, regressor.columns, strict=True))
+    placed = next(
+        (
+            one
+            for one in ground.present
+            if (one.effect.name, one.place, one.shape()) == (effect.name, place, dict(regressor.shape))
+        ),
+        None,
+    )
+    if placed is not None:
+        own |= ground.derivative.get((effect.name, place), {})
+    if not own:
         rows = ground.space.rows(regressor.fixed[None])
         return Columns(rows, np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
-    typical = np.array([scale.typical(regressor.effect, regressor.place, symbol) for symbol in regressor.symbols])
-    rows = ground.space.rows(regressor.columns) * typical[:, None]
-    low, _ = bounds_of_candidate(regressor)
-    present = np.zeros(0)
-    for placed in ground.present:
-        same = (placed.effect.name, placed.place) == (regressor.effect.name, regressor.place)
-        if same and placed.shape() == dict(regressor.shape):
-            present = np.array([placed.amplitude(symbol) for symbol in regressor.symbols]) / typical
+    typical = np.array([scale.typical(effect, place, symbol) for symbol in own])
+    rows = ground.space.rows(np.array(list(own.values()))) * typical[:, None]
+    low, _ = signs_of([effect.spec(symbol) for symbol in own])
+    present = np.zeros(0) if placed is None else np.array([placed.amplitude(symbol) for symbol in own]) / typical
     return Columns(rows, np.isfinite(low) & (low >= 0.0), SIZES, SIZE_WEIGHTS, present)

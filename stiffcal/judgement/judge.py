@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.load_scan import weights_of
@@ -22,10 +24,10 @@ from stiffcal.judgement.priors import STATED_NOISE_DOF, Kind, RobotScale
 from stiffcal.judgement.sets import Weighed, search_sets
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect
+from stiffcal.model.effect import Effect, ParameterRole, Place
 from stiffcal.model.no_balance import NoBalanceError
 
-ROUNDS = 4
+ROUNDS = 6
 """Models about which the members are compared, at most."""
 
 
@@ -79,7 +81,7 @@ def judge_states(
             for name in chosen
             if any(one.name == name and len(one.columns.present) for one in members)
         )
-        weighed = search_sets(members, ground.evidence([one.columns for one in members]), [start] if start else [])
+        weighed = search_sets(members, ground.evidence([one.columns for one in members]), start)
         best = frozenset(members[i].name for i in weighed.best if members[i].kind is Kind.EFFECT)
         judged = Judged(weighed, fit, ground, number, best == chosen)
         if best in known or best == chosen:
@@ -128,9 +130,15 @@ def _ground(
     discrepancy = Discrepancy.of(space)
     dof = float(about.dof - len(common_of))
     present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
+    derivative: dict[tuple[str, Place], dict[str, Floats]] = defaultdict(dict)
+    for column, change in zip(about.columns, about.derivative, strict=True):
+        placed = fit.robot.placed[column.placed]
+        if placed in present and column.role is not ParameterRole.NONLINEAR:
+            derivative[placed.effect.name, placed.place][column.symbol] = change
     return Ground(
-        state, space, space.rows(columns), prior, about.residual, present, discrepancy, Noise(dof, _known(fit))
-    )
+        state, space, space.rows(columns), prior, about.residual, present, derivative, discrepancy,
+        Noise(dof, _known(fit)),
+    )  # fmt: skip
 
 
 def _known(fit: Fit) -> float:

@@ -92,7 +92,9 @@ def read_off(judged: Judged) -> Reading:
     shows = float(np.sum(weighed.of_discrepancy()[DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
     doubted = tuple((members[i].run, p) for i, p in runs.items() if p >= NAMED)
-    return Reading(tuple(groups), doubted, float(small * (1.0 - shows)), float(1.0 - (1.0 - unlisted) * (1.0 - shows)))
+    return Reading(
+        tuple(groups), doubted, float(max(small * (1.0 - shows), 0.0)), float(1.0 - (1.0 - unlisted) * (1.0 - shows))
+    )
 
 
 def _sums(names: Mapping[Key, frozenset[T]], sets: Mapping[Key, float]) -> dict[T, float]:

@@ -10,13 +10,14 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.judgement.evidence import Evidence
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.priors import Kind
 
 WITHIN = 9.0
 """Nats behind the best set up to which a set is enlarged."""
 CLOSE = 12
 """Additions to a set that are weighed exactly: those that gain most next to it."""
-MOST = 5
-"""Members of a set."""
+MOST_NEW = {Kind.EFFECT: 2, Kind.UNLISTED: 1, Kind.MISTAKE: 3}
+"""Members of a set beyond those of the model: columns are straight lines, and next to what is large others bend."""
 MOST_EXPANDED = 14
 """Sets that are enlarged."""
 
@@ -83,27 +84,30 @@ def _together(one: Member, other: Member) -> bool:
     return not (a.name in (*b.excludes, *b.includes) or b.name in (*a.excludes, *a.includes))
 
 
-def search_sets(members: Sequence[Member], evidence: Evidence, starts: Iterable[Key] = ()) -> Weighed:
-    """Weigh the empty set, all single members, and sets about the best ones."""
+def search_sets(members: Sequence[Member], evidence: Evidence, present: Key = ()) -> Weighed:
+    """Weigh the empty set, all single members, and sets about the best ones.
+
+    Parameters
+    ----------
+    present : members that the model about which columns are has already: of others a set has `MOST_NEW` at most.
+    """
     found = Weighed(members, evidence)
     found.weigh(())
     for number in range(len(members)):
         found.weigh((number,))
-    for start in starts:
-        found.weigh(start)
-        for left in start:
-            found.weigh(i for i in start if i != left)
+    found.weigh(present)
+    for left in present:
+        found.weigh(i for i in present if i != left)
     expanded: set[Key] = {()}
     while len(expanded) < MOST_EXPANDED:
         top = max(found.log.values())
-        open_sets = [
-            key for key, value in found.log.items() if key not in expanded and len(key) < MOST and value > top - WITHIN
-        ]
+        open_sets = [key for key, value in found.log.items() if key not in expanded and value > top - WITHIN]
         if not open_sets:
             break
         key = max(open_sets, key=lambda k: found.log[k])
         expanded.add(key)
-        for number in _most_promising(found, key):
+        able = [i for i in range(len(members)) if i not in key and _room(found, i, key, present)]
+        for number in _most_promising(found, key, able):
             found.weigh((*key, number))
             for left in key:
                 rest = tuple(i for i in key if i != left)
@@ -112,8 +116,15 @@ def search_sets(members: Sequence[Member], evidence: Evidence, starts: Iterable[
     return found
 
 
-def _most_promising(found: Weighed, key: Key) -> list[int]:
-    """Return the members that gain most next to a set, its own at their best sizes and discrepancy."""
+def _room(found: Weighed, number: int, key: Key, present: Key) -> bool:
+    """Return whether a set may have one member more."""
+    kind = found.members[number].kind
+    new = sum(found.members[i].kind is kind for i in key if i not in present)
+    return new < MOST_NEW[kind] and found.may_join(number, key)
+
+
+def _most_promising(found: Weighed, key: Key, able: Sequence[int]) -> list[int]:
+    """Return those of some members that gain most next to a set, its own at their best sizes and discrepancy."""
     evidence, members = found.evidence, found.members
     by_discrepancy, sizes = evidence.best_sizes(key)
     best = int(np.argmax(by_discrepancy))
@@ -122,6 +133,5 @@ def _most_promising(found: Weighed, key: Key) -> list[int]:
         [np.full(len(evidence.place[i]), members[i].columns.sizes[k]) for i, k in zip(key, sizes[best], strict=True)]
     )
     left = evidence.inner.at(best).given(where, scale)
-    able = [i for i in range(len(members)) if i not in key and found.may_join(i, key)]
     gains = {i: float(evidence.best_sizes((i,), left)[0][0]) + members[i].log_prior for i in able}
     return sorted(able, key=lambda i: -gains[i])[:CLOSE]

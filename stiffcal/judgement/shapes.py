@@ -43,12 +43,13 @@ def shapes_of(ground: Ground, candidate: Candidate, scale: RobotScale) -> list[S
         tried.append(ground.state.regressor(placed.effect, placed.place, placed.shape()))
     if len(tried) < 2:
         return [(one, 0.0) for one in tried]
-    found: list[Shaped] = []
+    found: dict[tuple[float, ...], Shaped] = {}
     for residual in _residuals(ground, candidate, placed, scale):
-        best = _best_shape(ground, tried, residual, scale)
-        if best[0].shape not in [one.shape for one, _ in found]:
-            found.append(best)
-    return found
+        best, share = _best_shape(ground, tried, residual, scale)
+        key = tuple(best.shape.values())
+        # next to what explains all, every shape reads alike; in its place fewer do
+        found[key] = best, min(share, found.get(key, (best, 0.0))[1])
+    return list(found.values())
 
 
 def _present(ground: Ground, candidate: Candidate) -> PlacedEffect | None:
