@@ -47,6 +47,19 @@ class Judged:
     """Whether the best set about the last model is that model's."""
 
     @property
+    def at_bound(self) -> bool:
+        """Whether an effect of the best set ends at the largest size that it can have: it is not what is missing."""
+        own = {(placed.effect.name, placed.place) for placed in self.ground.present}
+        return any(
+            parameter.at_bound
+            and parameter.value is not None
+            and np.isfinite(parameter.value)
+            and parameter.value != parameter.spec.neutral
+            for parameter in self.fit.parameters
+            if (parameter.effect, parameter.place) in own
+        )
+
+    @property
     def members(self) -> Sequence[Member]:
         """All members."""
         return self.weighed.members

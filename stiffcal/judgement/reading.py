@@ -83,7 +83,7 @@ def read_off(judged: Judged) -> Reading:
         plain_shares = _within(own, others, straight, names)
         first = max(shares, key=lambda name: shares[name])
         sure = min(p, plain, shares[first], plain_shares.get(first, 0.0)) >= FIRM
-        firm = sure and _unlisted_in_place(judged, leader, sets, names) < DOUBT
+        firm = sure and not judged.at_bound and _unlisted_in_place(judged, leader, sets, names) < DOUBT
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: -item[1])
         groups.append(Group(p, tuple(ranked), firm))
