@@ -88,10 +88,10 @@ def read_off(judged: Judged) -> Reading:
         ranked = sorted(shares.items(), key=lambda item: -item[1])
         groups.append(Group(p, tuple(ranked), firm))
     unlisted = sum(value for key, value in sets.items() if any(members[i].kind is Kind.UNLISTED for i in key))
-    runs = _sums({key: frozenset(i for i in key if members[i].run is not None) for key in sets}, sets)
+    runs = _sums({key: frozenset(run for i in key if (run := members[i].run) is not None) for key in sets}, sets)
     shows = float(np.sum(weighed.of_discrepancy()[DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
-    doubted = tuple((members[i].run, p) for i, p in runs.items() if p >= NAMED)
+    doubted = tuple((run, p) for run, p in sorted(runs.items()) if p >= NAMED)
     return Reading(
         tuple(groups), doubted, float(max(small * (1.0 - shows), 0.0)), float(1.0 - (1.0 - unlisted) * (1.0 - shows))
     )

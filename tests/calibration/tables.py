@@ -18,6 +18,7 @@ BINS = (0.0, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0)
 def table(records: Sequence[dict[str, Any]]) -> str:
     """Return rates by category and by how the noise is known, and the reliability of stated probabilities."""
     lines = [f"{'campaigns':<16}{'good':>6}{'of':>5}{'rate':>8}   95 % interval  firm wrong  outcomes"]
+    groups: list[tuple[str, list[dict[str, Any]]]]
     groups = [(name, [r for r in records if r["category"] == name]) for name in CATEGORIES]
     groups += [(name, [r for r in records if r["noise"] == name]) for name in NOISE_KNOWN]
     groups.append(("all", list(records)))
