@@ -10,7 +10,7 @@ WORKERS ?= 2
 # byte-code is kept: without it each process would compile all that it imports, the tests half a minute in each worker
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo dist docs schemas linkcheck readme-picture test test-all test-docs test-long test-browser test-kernels bench coverage practice rates campaigns batch-many faults fuzz fingerprint lint lock example clean
+.PHONY: demo dist docs schemas linkcheck readme-picture test test-all test-docs test-long test-browser test-kernels bench coverage practice rates calibration campaigns batch-many faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -74,6 +74,12 @@ SEED ?= 1
 COUNT ?= 0
 rates: $(VENV)/test.stamp
 	$(BIN)/python -m tests.rates --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --verbose
+
+# the field mix: campaigns in the proportions of laboratories, judged by today's search (JUDGE=today) or by the
+# distribution over sets of effects (JUDGE=evidence); kept in build/calibration, so that a second call goes on
+JUDGE ?= evidence
+calibration: $(VENV)/test.stamp
+	$(BIN)/python -m tests.calibration $(JUDGE) --seed $(SEED) $(if $(filter-out 0,$(COUNT)),--count $(COUNT)) --workers $(WORKERS)
 
 # what CI holds campaigns/ to: all of them in one batch; build/ci keeps the stores, so that the next call is quick
 campaigns: $(VENV)/run.stamp

@@ -26,6 +26,7 @@ ROOT = Path(__file__).parents[1]
 ACROSS_ROOMS = {
     "answers": "records what commands answer",
     "benchmarks": "compares with peers and limits",
+    "calibration": "judges campaigns in the proportions of laboratories, and compares judges",
     "docs": "builds the documentation, executes its blocks",
     "contracts": "tests over everything that is found",
     "faults": "kills commands, fills disks",

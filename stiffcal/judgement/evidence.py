@@ -30,7 +30,7 @@ ROUNDING = 1e-10
 
 
 @dataclass(frozen=True)
-class Columns:
+class MemberColumns:
     """Whitened columns of one member, in units of their typical size."""
 
     rows: Floats
@@ -46,7 +46,7 @@ class Columns:
 
 
 @dataclass(frozen=True)
-class Noise:
+class NoiseScale:
     """How well the rows' scale is known."""
 
     dof: float
@@ -100,14 +100,14 @@ class Inner:
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """Evidence of any set of members about one model."""
+class SetEvidence:
+    """SetEvidence of any set of members about one model."""
 
-    members: Sequence[Columns]
+    members: Sequence[MemberColumns]
     """All of them."""
     inner: Inner
     """Of their columns, per discrepancy of the grid."""
-    noise: Noise
+    noise: NoiseScale
     """Of the rows."""
 
     @classmethod
@@ -116,10 +116,10 @@ class Evidence:
         common: Floats,
         prior: Floats,
         residual: Floats,
-        members: Sequence[Columns],
+        members: Sequence[MemberColumns],
         discrepancy: Discrepancy,
-        noise: Noise,
-    ) -> Evidence:
+        noise: NoiseScale,
+    ) -> SetEvidence:
         """Prepare.
 
         Parameters

@@ -13,7 +13,7 @@ from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import Columns, Evidence, Noise
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.priors import SIZE_WEIGHTS, SIZES, RobotScale
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
@@ -39,7 +39,7 @@ class Ground:
     """… and by effect and place how the readings (m, n) change with each of their amplitudes that was fitted."""
     discrepancy: Discrepancy
     """Of every hypothesis."""
-    noise: Noise
+    noise: NoiseScale
     """How well the weights are known."""
 
     @cached_property
@@ -47,7 +47,7 @@ class Ground:
         """(r,) whitened residual."""
         return np.asarray(self.space.rows(self.residual[None])[0])
 
-    def evidence(self, members: Sequence[Columns], residual: Floats | None = None) -> Evidence:
+    def evidence(self, members: Sequence[MemberColumns], residual: Floats | None = None) -> SetEvidence:
         """Return the evidence of sets of members, where what is present already can be taken back.
 
         Parameters
@@ -59,10 +59,10 @@ class Ground:
             for member in members:
                 if len(member.present):
                     residual = residual + member.present @ member.rows
-        return Evidence.of(self.common, self.prior, residual, members, self.discrepancy, self.noise)
+        return SetEvidence.of(self.common, self.prior, residual, members, self.discrepancy, self.noise)
 
 
-def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> Columns:
+def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> MemberColumns:
     """Return whitened columns in units of their typical size."""
     effect, place = regressor.effect, regressor.place
     own = dict(zip(regressor.symbols, regressor.columns, strict=True))
@@ -78,9 +78,9 @@ def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> Colum
         own |= ground.derivative.get((effect.name, place), {})
     if not own:
         rows = ground.space.rows(regressor.fixed[None])
-        return Columns(rows, np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
+        return MemberColumns(rows, np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
     typical = np.array([scale.typical(effect, place, symbol) for symbol in own])
     rows = ground.space.rows(np.array(list(own.values()))) * typical[:, None]
     low, _ = signs_of([effect.spec(symbol) for symbol in own])
     present = np.zeros(0) if placed is None else np.array([placed.amplitude(symbol) for symbol in own]) / typical
-    return Columns(rows, np.isfinite(low) & (low >= 0.0), SIZES, SIZE_WEIGHTS, present)
+    return MemberColumns(rows, np.isfinite(low) & (low >= 0.0), SIZES, SIZE_WEIGHTS, present)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import list_candidates
+from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.load_scan import weights_of
 from stiffcal.identification.fit import Fit
@@ -17,11 +17,11 @@ from stiffcal.identification.identify import Settings, fit_observations, fit_pro
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.regressors import Linearised
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import Noise
+from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member, list_members
-from stiffcal.judgement.priors import STATED_NOISE_DOF, Kind, RobotScale
-from stiffcal.judgement.sets import Weighed, search_sets
+from stiffcal.judgement.priors import JOINT_SPRING, STATED_NOISE_DOF, MemberKind, RobotScale
+from stiffcal.judgement.sets import WeighedSets, search_sets
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole, Place
@@ -35,7 +35,7 @@ ROUNDS = 6
 class Judged:
     """Sets of members with their probabilities about the best model."""
 
-    weighed: Weighed
+    weighed: WeighedSets
     """Of all sets."""
     fit: Fit
     """Of the model with the best set."""
@@ -43,8 +43,6 @@ class Judged:
     """About which they were weighed."""
     rounds: int
     """Models about which members were compared."""
-    settled: bool
-    """Whether the best set about the last model is that model's."""
 
     @property
     def at_bound(self) -> bool:
@@ -58,6 +56,22 @@ class Judged:
             for parameter in self.fit.parameters
             if (parameter.effect, parameter.place) in own
         )
+
+    @property
+    def best(self) -> list[Member]:
+        """The members of the best set."""
+        return [self.members[i] for i in self.weighed.best]
+
+    @property
+    def names_of_best(self) -> frozenset[str]:
+        """Names of the effects in the best set."""
+        return frozenset(one.name for one in self.best if one.kind is MemberKind.EFFECT)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the best set about the last model is that model's."""
+        present = {f"{placed.effect.name} {placed.place.label}" for placed in self.ground.present}
+        return self.names_of_best == present
 
     @property
     def members(self) -> Sequence[Member]:
@@ -79,44 +93,48 @@ def judge_states(
     settings = settings or Settings()
     problem = fit_problem(states, robot)
     fit = fit_observations(problem, robot, settings)
-    base = fit.robot
-    candidates, _ = list_candidates(base, states, catalogue)
-    scale = RobotScale.of(base, Linearised.about(base, problem.data).loads)
+    springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not _is_member(placed)))
+    candidates, _ = list_candidates(springs, states, catalogue)
+    scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, problem.data).loads)
     geometry = GeometryNuisance.of(states, fit)
-    own = tuple((placed.effect.name, placed.place) for placed in base.placed)
-    chosen: frozenset[str] = frozenset()
-    judged, known = None, {}
-    for number in range(1, ROUNDS + 1):
-        ground = _ground(fit, own, geometry, weights_of(fit))
-        members = list_members(ground, candidates, scale)
-        start = tuple(
-            next(i for i, one in enumerate(members) if one.name == name and len(one.columns.present))
-            for name in chosen
-            if any(one.name == name and len(one.columns.present) for one in members)
-        )
-        weighed = search_sets(members, ground.evidence([one.columns for one in members]), start)
-        best = frozenset(members[i].name for i in weighed.best if members[i].kind is Kind.EFFECT)
-        judged = Judged(weighed, fit, ground, number, best == chosen)
-        if best in known or best == chosen:
-            break
-        known[best] = True
+    own = tuple((placed.effect.name, placed.place) for placed in springs.placed)
+    chosen = frozenset(f"{p.effect.name} {p.place.label}" for p in fit.robot.placed if _is_member(p))
+    tried = {chosen}
+    number = 1
+    while True:
+        judged = _judged(_ground(fit, own, geometry, weights_of(fit)), fit, candidates, scale, number)
+        best = judged.names_of_best
+        if best in tried or number == ROUNDS:
+            return judged
         try:
-            fit = fit_observations(problem, _with(base, [members[i] for i in weighed.best], ground), settings)
+            fit = fit_observations(problem, _with(springs, judged.best), settings)
         except (NoBalanceError, ArithmeticError):
-            break
-        chosen = best
-    assert judged is not None
-    return judged
+            return judged
+        tried.add(best)
+        number += 1
 
 
-def _with(base: CompliantRobot, chosen: Sequence[Member], ground: Ground) -> CompliantRobot:
+def _judged(ground: Ground, fit: Fit, candidates: Sequence[Candidate], scale: RobotScale, number: int) -> Judged:
+    """Weigh sets about a model."""
+    members = list_members(ground, candidates, scale)
+    present = {f"{placed.effect.name} {placed.place.label}" for placed in ground.present}
+    start = tuple(i for i, one in enumerate(members) if one.name in present and len(one.columns.present))
+    return Judged(search_sets(members, ground.evidence([one.columns for one in members]), start), fit, ground, number)
+
+
+def _is_member(placed: PlacedEffect) -> bool:
+    """Return whether an effect of the model under test is judged like those that are not in it."""
+    return placed.effect.name != JOINT_SPRING and not placed.effect.general
+
+
+def _with(springs: CompliantRobot, chosen: Sequence[Member]) -> CompliantRobot:
     """Return the model with the listed of some members, their shapes as they were compared."""
     added = tuple(
         PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape))
         for one in chosen
         if one.candidate is not None
     )
-    return replace(base, placed=(*base.placed, *added))
+    return replace(springs, placed=(*springs.placed, *added))
 
 
 def _ground(
@@ -150,7 +168,7 @@ def _ground(
             derivative[placed.effect.name, placed.place][column.symbol] = change
     return Ground(
         state, space, space.rows(columns), prior, about.residual, present, derivative, discrepancy,
-        Noise(dof, _known(fit)),
+        NoiseScale(dof, _known(fit)),
     )  # fmt: skip
 
 

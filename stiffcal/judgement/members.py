@@ -12,12 +12,12 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.judgement.evidence import Columns
+from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.priors import (
     RUN_SIZES,
     UNLISTED_SIZES,
-    Kind,
+    MemberKind,
     RobotScale,
     Share,
     log_odds,
@@ -41,7 +41,7 @@ class Member:
     """Values of its shape parameters."""
     log_share: float
     """Logarithm of the share that the shape and those that read alike have of all shapes, before any reading."""
-    columns: Columns
+    columns: MemberColumns
     """What it does to the readings."""
     log_prior: float = 0.0
     """Log odds of the member in this shape, before any reading."""
@@ -50,7 +50,7 @@ class Member:
     """Number of the run that is off; None of others."""
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> MemberKind:
         """Effect, unlisted law or mistake."""
         return self.share.kind
 
@@ -58,10 +58,11 @@ class Member:
 def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotScale) -> list[Member]:
     """Return all members about a model, listed ones in the shapes that the readings do not rule out."""
     found: list[Member] = []
-    for candidate in candidates:
+    # in an order of their own: which sets are weighed must not hang on the order of a catalogue
+    for candidate in sorted(candidates, key=lambda one: one.name):
         if candidate.effect.general or candidate.effect.in_motion:
             continue
-        share = Share(where(candidate.effect, candidate.place), candidate.effect.name, Kind.EFFECT)
+        share = Share(where(candidate.effect, candidate.place), candidate.effect.name, MemberKind.EFFECT)
         for regressor, log_share in shapes_of(ground, candidate, scale):
             columns = columns_of(ground, regressor, scale)
             found.append(Member(candidate.name, share, candidate, dict(regressor.shape), log_share, columns))
@@ -71,8 +72,8 @@ def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotSc
         if size <= 0.0:
             continue
         even = np.full(len(UNLISTED_SIZES), 1.0 / len(UNLISTED_SIZES))
-        columns = Columns(rows / size, np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
-        share = Share(law.place, law.follows, Kind.UNLISTED)
+        columns = MemberColumns(rows / size, np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
+        share = Share(law.place, law.follows, MemberKind.UNLISTED)
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
     for run, rows in ground.discrepancy.of_runs():
         found.append(_run_off(run, rows))
@@ -89,5 +90,5 @@ def _run_off(run: int, rows: Floats) -> Member:
     rows : (q, r) whitened columns, together of rms one over the run's readings.
     """
     even = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES))
-    columns = Columns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even)
-    return Member(f"run {run} off", Share(f"run {run}", "off", Kind.MISTAKE), None, {}, 0.0, columns, run=run)
+    columns = MemberColumns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even)
+    return Member(f"run {run} off", Share(f"run {run}", "off", MemberKind.MISTAKE), None, {}, 0.0, columns, run=run)

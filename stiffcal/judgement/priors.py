@@ -17,6 +17,8 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Effect, NodeLoads, Place
 
+JOINT_SPRING = "joint-compliance"
+"""The effect that every hypothesis has, its sizes unknown."""
 EXPECTED_EFFECTS = 0.8
 """Effects beyond the present model that are expected in all."""
 UNLISTED = 0.25
@@ -59,7 +61,7 @@ def where(effect: Effect, place: Place) -> str:
     return f"joint {place.joints[0]}" if place.joints else f"link {place.label}"
 
 
-class Kind(Enum):
+class MemberKind(Enum):
     """What a member is."""
 
     EFFECT = "effect"
@@ -75,7 +77,7 @@ class Share:
     """As `where`."""
     family: str
     """Members of a family share what the family has."""
-    kind: Kind
+    kind: MemberKind
     """Effect of the catalogue, law that nobody has written down, or mistake."""
 
 
@@ -86,15 +88,15 @@ def log_odds(shares: Sequence[Share]) -> Floats:
     other place.
     """
     odds = np.full(len(shares), np.log(DOUBTED_RUN / (1.0 - DOUBTED_RUN)))
-    laws = [k for k, share in enumerate(shares) if share.kind is not Kind.MISTAKE]
+    laws = [k for k, share in enumerate(shares) if share.kind is not MemberKind.MISTAKE]
     odds[laws] = _of_laws([shares[k] for k in laws])
     return odds
 
 
 def _of_laws(shares: Sequence[Share]) -> Floats:
     places = {share.place for share in shares}
-    families: dict[tuple[str, Kind], set[str]] = defaultdict(set)
-    forms: dict[tuple[str, Kind, str], int] = defaultdict(int)
+    families: dict[tuple[str, MemberKind], set[str]] = defaultdict(set)
+    forms: dict[tuple[str, MemberKind, str], int] = defaultdict(int)
     for share in shares:
         families[share.place, share.kind].add(share.family)
         forms[share.place, share.kind, share.family] += 1
@@ -102,7 +104,7 @@ def _of_laws(shares: Sequence[Share]) -> Floats:
     odds = []
     for share in shares:
         own = families[share.place, share.kind]
-        part = UNLISTED if share.kind is Kind.UNLISTED else 1.0 - UNLISTED
+        part = UNLISTED if share.kind is MemberKind.UNLISTED else 1.0 - UNLISTED
         if len([kind for place, kind in families if place == share.place]) == 1:
             part = 1.0
         expected = per_place * part / len(own) / forms[share.place, share.kind, share.family]
@@ -126,7 +128,7 @@ class RobotScale:
         springs = [
             placed.amplitude("c")
             for placed in robot.placed
-            if placed.effect.name == "joint-compliance" and placed.place.joints[0] not in chain.prismatic_joints
+            if placed.effect.name == JOINT_SPRING and placed.place.joints[0] not in chain.prismatic_joints
         ]
         known = [c for c in springs if c > 0.0]
         softness = float(np.exp(np.mean(np.log(known)))) / TYPICAL_COMPLIANCE if known else 1.0

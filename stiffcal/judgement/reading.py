@@ -11,7 +11,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.judge import Judged
-from stiffcal.judgement.priors import DISCREPANCIES, Kind
+from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
 from stiffcal.judgement.sets import Key
 
 T = TypeVar("T")
@@ -29,7 +29,7 @@ SHOWS = 0.5
 
 
 @dataclass(frozen=True)
-class Group:
+class AlikeEffects:
     """Effects of which one is missing, as far as the data tell them apart."""
 
     probability: float
@@ -41,10 +41,10 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Reading:
+class WhatIsMissing:
     """What is missing, how probable, and whether something is that nobody has written down."""
 
-    groups: tuple[Group, ...]
+    groups: tuple[AlikeEffects, ...]
     """Those with a probability of a half and more."""
     doubted: tuple[tuple[int, float], ...]
     """Numbers of runs that are off, with a probability of a half and more."""
@@ -59,16 +59,16 @@ class Reading:
         return self.p_unknown >= NAMED
 
 
-def read_off(judged: Judged) -> Reading:
+def read_off(judged: Judged) -> WhatIsMissing:
     """Return what a distribution says."""
     weighed, members = judged.weighed, judged.members
     sets, straight = weighed.probabilities(), weighed.without_discrepancy()
     names = {key: frozenset(members[i].name for i in key) for key in sets}
     groups, taken = [], set[str]()
-    listed = {one.name for one in members if one.kind is Kind.EFFECT}
+    listed = {one.name for one in members if one.kind is MemberKind.EFFECT}
     included = _sums({key: names[key] & listed for key in sets}, sets)
     best = weighed.best
-    order = [members[i].name for i in best if members[i].kind is Kind.EFFECT]
+    order = [members[i].name for i in best if members[i].kind is MemberKind.EFFECT]
     order += sorted((name for name in included if name not in order), key=lambda name: -included[name])
     for leader in order:
         if leader in taken:
@@ -86,13 +86,13 @@ def read_off(judged: Judged) -> Reading:
         firm = sure and not judged.at_bound and _unlisted_in_place(judged, leader, sets, names) < DOUBT
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: -item[1])
-        groups.append(Group(p, tuple(ranked), firm))
-    unlisted = sum(value for key, value in sets.items() if any(members[i].kind is Kind.UNLISTED for i in key))
+        groups.append(AlikeEffects(p, tuple(ranked), firm))
+    unlisted = sum(value for key, value in sets.items() if any(members[i].kind is MemberKind.UNLISTED for i in key))
     runs = _sums({key: frozenset(run for i in key if (run := members[i].run) is not None) for key in sets}, sets)
     shows = float(np.sum(weighed.of_discrepancy()[DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
     doubted = tuple((run, p) for run, p in sorted(runs.items()) if p >= NAMED)
-    return Reading(
+    return WhatIsMissing(
         tuple(groups), doubted, float(max(small * (1.0 - shows), 0.0)), float(1.0 - (1.0 - unlisted) * (1.0 - shows))
     )
 
@@ -115,7 +115,7 @@ def _alike(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key,
     bound_to_place = place.startswith(("joint", "link"))
     found = {leader}
     for i, one in enumerate(members):
-        if one.kind is not Kind.EFFECT or one.name in taken:
+        if one.kind is not MemberKind.EFFECT or one.name in taken:
             continue
         if (bound_to_place and one.share.place == place) or _share(judged, key, number, i) >= ALIKE**2:
             found.add(one.name)
@@ -171,7 +171,7 @@ def _unlisted_in_place(judged: Judged, leader: str, sets: dict[Key, float], name
     members = judged.members
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
     number = next(i for i in key if members[i].name == leader)
-    probable = _sums({key: frozenset(i for i in key if members[i].kind is Kind.UNLISTED) for key in sets}, sets)
+    probable = _sums({key: frozenset(i for i in key if members[i].kind is MemberKind.UNLISTED) for key in sets}, sets)
     return max((p for i, p in probable.items() if _share(judged, key, number, i) >= SHARED), default=0.0)
 
 

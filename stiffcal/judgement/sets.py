@@ -8,15 +8,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.judgement.evidence import Evidence
+from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.members import Member
-from stiffcal.judgement.priors import Kind
+from stiffcal.judgement.priors import MemberKind
 
 WITHIN = 9.0
 """Nats behind the best set up to which a set is enlarged."""
 CLOSE = 12
 """Additions to a set that are weighed exactly: those that gain most next to it."""
-MOST_NEW = {Kind.EFFECT: 2, Kind.UNLISTED: 1, Kind.MISTAKE: 3}
+MOST_NEW = {MemberKind.EFFECT: 2, MemberKind.UNLISTED: 1, MemberKind.MISTAKE: 3}
 """Members of a set beyond those of the model: columns are straight lines, and next to what is large others bend."""
 MOST_EXPANDED = 14
 """Sets that are enlarged."""
@@ -25,12 +25,12 @@ Key = tuple[int, ...]
 
 
 @dataclass
-class Weighed:
+class WeighedSets:
     """Sets with the logarithm of evidence times prior odds."""
 
     members: Sequence[Member]
     """All of them."""
-    evidence: Evidence
+    evidence: SetEvidence
     """About one model."""
     log: dict[Key, float] = field(default_factory=dict)
     """Per set, members by number in order."""
@@ -84,14 +84,14 @@ def _together(one: Member, other: Member) -> bool:
     return not (a.name in (*b.excludes, *b.includes) or b.name in (*a.excludes, *a.includes))
 
 
-def search_sets(members: Sequence[Member], evidence: Evidence, present: Key = ()) -> Weighed:
+def search_sets(members: Sequence[Member], evidence: SetEvidence, present: Key = ()) -> WeighedSets:
     """Weigh the empty set, all single members, and sets about the best ones.
 
     Parameters
     ----------
     present : members that the model about which columns are has already: of others a set has `MOST_NEW` at most.
     """
-    found = Weighed(members, evidence)
+    found = WeighedSets(members, evidence)
     found.weigh(())
     for number in range(len(members)):
         found.weigh((number,))
@@ -116,14 +116,14 @@ def search_sets(members: Sequence[Member], evidence: Evidence, present: Key = ()
     return found
 
 
-def _room(found: Weighed, number: int, key: Key, present: Key) -> bool:
+def _room(found: WeighedSets, number: int, key: Key, present: Key) -> bool:
     """Return whether a set may have one member more."""
     kind = found.members[number].kind
     new = sum(found.members[i].kind is kind for i in key if i not in present)
     return new < MOST_NEW[kind] and found.may_join(number, key)
 
 
-def _most_promising(found: Weighed, key: Key, able: Sequence[int]) -> list[int]:
+def _most_promising(found: WeighedSets, key: Key, able: Sequence[int]) -> list[int]:
     """Return those of some members that gain most next to a set, its own at their best sizes and discrepancy."""
     evidence, members = found.evidence, found.members
     by_discrepancy, sizes = evidence.best_sizes(key)

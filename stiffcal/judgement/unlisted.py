@@ -62,7 +62,7 @@ def unlisted_laws(state: Linearised) -> Iterator[UnlistedLaw]:
         yield UnlistedLaw("time", "time", columns)
 
 
-class Basis:
+class LoadFunctions:
     """Functions of the loads (n,) of a drive, each of order one."""
 
     follows = ""
@@ -81,7 +81,7 @@ def _torque(chain: Chain, joint: int, loads: NodeLoads) -> Floats:
     return _unit(drive_torque(chain, loads.wrench, joint))
 
 
-class OfTorque(Basis):
+class OfTorque(LoadFunctions):
     """Any function of its own torque."""
 
     follows = "its own torque"
@@ -92,7 +92,7 @@ class OfTorque(Basis):
         return [np.abs(u), u**2, u**3, u**5, np.tanh(3.0 * u), np.tanh(10.0 * u), np.tanh(40.0 * u)]
 
 
-class OfAngle(Basis):
+class OfAngle(LoadFunctions):
     """A compliance that depends on its own angle."""
 
     follows = "its own angle"
@@ -103,7 +103,7 @@ class OfAngle(Basis):
         return [u * wave(k * q) for k in (0.5, 1.0, 2.0, 3.0, 4.0) for wave in (np.sin, np.cos)]
 
 
-class OfOtherAngles(Basis):
+class OfOtherAngles(LoadFunctions):
     """A compliance that depends on the angle of another joint."""
 
     follows = "another joint's angle"
@@ -115,7 +115,7 @@ class OfOtherAngles(Basis):
         return [u * wave(k * q) for q in others for k in (1.0, 2.0) for wave in (np.sin, np.cos)]
 
 
-class OfOtherTorques(Basis):
+class OfOtherTorques(LoadFunctions):
     """What another joint carries moves this one."""
 
     follows = "another joint's torque"
@@ -131,7 +131,7 @@ class OfOtherTorques(Basis):
         return values
 
 
-BASES: Sequence[Basis] = (OfTorque(), OfAngle(), OfOtherAngles(), OfOtherTorques())
+BASES: Sequence[LoadFunctions] = (OfTorque(), OfAngle(), OfOtherAngles(), OfOtherTorques())
 
 
 def _size(symbol: str) -> ParameterSpec:
@@ -145,7 +145,7 @@ class _Drive(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "joints"
 
-    def __init__(self, basis: Basis, count: int) -> None:
+    def __init__(self, basis: LoadFunctions, count: int) -> None:
         self.basis = basis
         self.parameters = tuple(_size(f"a{k}") for k in range(count))  # type: ignore[misc]
 

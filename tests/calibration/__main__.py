@@ -2,7 +2,8 @@
 
     python -m tests.calibration today --seed 1 --count 300 --to build/calibration
 
-Judged campaigns are kept by judge, seed and number; a second call goes on where the first stopped.
+Judged campaigns are kept by judge, seed and number; a second call goes on where the first stopped. `self-check` judges
+small problems drawn from the very priors, whose probabilities have to be right exactly.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from tests.calibration import self_check
 from tests.calibration.judging import judged
 from tests.calibration.tables import table
 from tests.rates.workers import one_thread_each
 
-JUDGES = ("today", "evidence")
+JUDGES = ("today", "evidence", "self-check")
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -31,6 +33,9 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--to", type=Path, default=Path("build/calibration"))
     chosen = parser.parse_args(arguments)
+    if chosen.judge == "self-check":
+        print(self_check.table(self_check.drawn_and_judged(chosen.seed, chosen.count)))
+        return 0
     chosen.to.mkdir(parents=True, exist_ok=True)
     kept = chosen.to / f"{chosen.judge}-{chosen.seed}.jsonl"
     known = [json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines()] if kept.exists() else []

@@ -1,0 +1,113 @@
+"""Small problems drawn from the very priors: what is stated with 30 % has to be true in 30 %.
+
+Linear, with sets small enough that all of them are weighed: members with a size of the grid each, a discrepancy of the
+grid, noise whose scale is known or drawn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.priors import DISCREPANCIES, DISCREPANCY_WEIGHTS
+
+MEMBERS, RUNS, PER_RUN, COMMON = 4, 6, 5, 2
+ODDS = 0.5
+SIZES, WEIGHTS = np.array([0.15, 0.5, 1.5]), np.array([0.25, 0.5, 0.25])
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A probability that was stated of a member, and whether it was drawn."""
+
+    probability: float
+    drawn: bool
+
+
+def drawn_and_judged(seed: int, count: int) -> list[Stated]:
+    """Return what is stated of all members of so many problems."""
+    rng = np.random.default_rng(seed)
+    return [one for _ in range(count) for one in _problem(rng)]
+
+
+def _problem(rng: np.random.Generator) -> list[Stated]:
+    n = RUNS * PER_RUN
+    discrepancy = _discrepancy(rng)
+    members = [
+        MemberColumns(rng.normal(size=(int(rng.integers(1, 4)), n)), np.zeros(0, dtype=np.bool_), SIZES, WEIGHTS)
+        for _ in range(MEMBERS)
+    ]
+    bounded = [bool(rng.uniform() < 0.3) for _ in members]
+    members = [
+        MemberColumns(one.rows, np.full(len(one.rows), b), SIZES, WEIGHTS)
+        for one, b in zip(members, bounded, strict=True)
+    ]
+    present = rng.uniform(size=MEMBERS) < ODDS / (1.0 + ODDS)
+    y = rng.normal(size=n)
+    tau = float(rng.choice(DISCREPANCIES, p=DISCREPANCY_WEIGHTS))
+    at = 0
+    for place, basis in discrepancy.of_run:
+        spread = np.sqrt(discrepancy.variance[at : at + basis.shape[1]])
+        at += basis.shape[1]
+        y[place] += tau * basis @ (spread * rng.normal(size=basis.shape[1]))
+    for one, is_present in zip(members, present, strict=True):
+        if is_present:
+            coefficients = rng.choice(SIZES, p=WEIGHTS) * rng.normal(size=len(one.rows))
+            y += np.where(one.bounded, np.abs(coefficients), coefficients) @ one.rows
+    common = rng.normal(size=(COMMON, n))
+    y += rng.normal(size=COMMON) @ common * 100.0
+    evidence = SetEvidence.of(
+        common, np.zeros((0, COMMON + 1)), y, members, discrepancy, NoiseScale(float(n - COMMON), np.inf)
+    )
+    sets = [chosen for k in range(MEMBERS + 1) for chosen in combinations(range(MEMBERS), k)]
+    logs = np.array([evidence.of_set(chosen) + len(chosen) * np.log(ODDS) for chosen in sets])
+    p = np.exp(logs - np.logaddexp.reduce(logs))
+    return [
+        Stated(float(sum(p[k] for k, chosen in enumerate(sets) if number in chosen)), bool(present[number]))
+        for number in range(MEMBERS)
+    ]
+
+
+def _discrepancy(rng: np.random.Generator) -> Discrepancy:
+    parts = []
+    for run in range(RUNS):
+        basis, _ = np.linalg.qr(rng.normal(size=(PER_RUN, 2)))
+        parts.append((np.arange(run * PER_RUN, (run + 1) * PER_RUN), basis))
+    return Discrepancy(tuple(range(RUNS)), RUNS * PER_RUN, tuple(parts), rng.uniform(0.5, 2.0, 2 * RUNS))
+
+
+def bins(stated: list[Stated], edges: Floats) -> list[tuple[float, int, int]]:
+    """Return per bin the mean that was stated, how many were drawn, and of how many."""
+    found = []
+    for low, high in pairwise(edges):
+        own = [one for one in stated if low <= one.probability < high]
+        if own:
+            mean = float(np.mean([one.probability for one in own]))
+            found.append((mean, sum(one.drawn for one in own), len(own)))
+    return found
+
+
+def worst(stated: list[Stated], edges: Floats) -> float:
+    """Return by how many standard errors the worst bin is off."""
+    return max(abs(_error(mean, drawn, of)) for mean, drawn, of in bins(stated, edges))
+
+
+def _error(mean: float, drawn: int, of: int) -> float:
+    """Return by how many standard errors so many drawn are more than was stated."""
+    return float((drawn - mean * of) / max(np.sqrt(of * mean * (1.0 - mean)), 1.0))
+
+
+EDGES = np.array([0.0, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95, 0.99, 1.0 + 1e-9])
+
+
+def table(stated: list[Stated]) -> str:
+    """Return the reliability as text."""
+    lines = ["stated      true      of   standard errors"]
+    for mean, drawn, of in bins(stated, EDGES):
+        lines.append(f"{mean:6.3f}  {drawn / of:8.3f}{of:>8}   {_error(mean, drawn, of):+.1f}")
+    return "\n".join(lines)

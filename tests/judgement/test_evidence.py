@@ -1,0 +1,131 @@
+"""The evidence of sets against integrals by brute force, and what must not change it."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
+
+from stiffcal.arrays import Floats
+from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.priors import DISCREPANCIES, DISCREPANCY_WEIGHTS
+
+N, RUNS = 24, 4
+EXACTLY = NoiseScale(float(N - 2), np.inf)
+
+
+def of_poses(rng: np.random.Generator) -> Discrepancy:
+    """Return a discrepancy of four poses with two directions each."""
+    parts, per_run = [], N // RUNS
+    for run in range(RUNS):
+        basis, _ = np.linalg.qr(rng.normal(size=(per_run, 2)))
+        parts.append((np.arange(run * per_run, (run + 1) * per_run), basis))
+    return Discrepancy(tuple(range(RUNS)), N, tuple(parts), rng.uniform(0.5, 2.0, 2 * RUNS))
+
+
+def member(rng: np.random.Generator, count: int, bounded: bool = False) -> MemberColumns:
+    sizes = np.array([0.5, 2.0])
+    return MemberColumns(rng.normal(size=(count, N)), np.full(count, bounded), sizes, np.array([0.3, 0.7]))
+
+
+def covariance_of(discrepancy: Discrepancy, size: float) -> Floats:
+    result, at = np.eye(N), 0
+    for place, basis in discrepancy.of_run:
+        count = basis.shape[1]
+        result[np.ix_(place, place)] += size**2 * (basis * discrepancy.variance[at : at + count]) @ basis.T
+        at += count
+    return result
+
+
+def by_brute_force(
+    common: Floats, wide: float, y: Floats, chosen: list[MemberColumns], discrepancy: Discrepancy
+) -> float:
+    """Return the log density of y, coefficients of ``common`` with a prior so wide that it is flat."""
+    total = []
+    for size, weight in zip(DISCREPANCIES, DISCREPANCY_WEIGHTS, strict=True):
+        plain = covariance_of(discrepancy, size) + wide**2 * common.T @ common
+        for grid in product(*(range(len(one.sizes)) for one in chosen)):
+            whole, log_weight = plain.copy(), np.log(weight)
+            for k, one in zip(grid, chosen, strict=True):
+                whole += one.sizes[k] ** 2 * one.rows.T @ one.rows
+                log_weight += np.log(one.weights[k])
+            total.append(log_weight + multivariate_normal(np.zeros(N), whole).logpdf(y))
+    return float(logsumexp(total))
+
+
+@pytest.fixture
+def drawn() -> tuple[Floats, Floats, list[MemberColumns], Discrepancy]:
+    rng = np.random.default_rng(5)
+    members = [member(rng, 1), member(rng, 2), member(rng, 3)]
+    y = rng.normal(size=N) + 1.5 * members[0].rows[0]
+    return rng.normal(size=(2, N)), y, members, of_poses(rng)
+
+
+def test_ratios_are_those_of_brute_force(drawn: tuple[Floats, Floats, list[MemberColumns], Discrepancy]) -> None:
+    common, y, members, discrepancy = drawn
+    evidence = SetEvidence.of(common, np.zeros((0, 3)), y, members, discrepancy, EXACTLY)
+    none = by_brute_force(common, 1e4, y, [], discrepancy)
+    for number, one in enumerate(members):
+        expected = by_brute_force(common, 1e4, y, [one], discrepancy) - none
+        assert evidence.of_set([number]) - evidence.of_set([]) == pytest.approx(expected, abs=1e-4)
+
+
+def test_several_members_are_summed_about_their_best_sizes(
+    drawn: tuple[Floats, Floats, list[MemberColumns], Discrepancy],
+) -> None:
+    """The sum over all combinations is approached by one line per member: exact where sizes do not depend on others."""
+    common, y, members, discrepancy = drawn
+    evidence = SetEvidence.of(common, np.zeros((0, 3)), y, members, discrepancy, EXACTLY)
+    none = by_brute_force(common, 1e4, y, [], discrepancy)
+    expected = by_brute_force(common, 1e4, y, members[:2], discrepancy) - none
+    assert evidence.of_set([0, 1]) - evidence.of_set([]) == pytest.approx(expected, abs=0.05)
+
+
+def test_a_coefficient_that_cannot_be_negative_counts_by_its_probability(
+    drawn: tuple[Floats, Floats, list[MemberColumns], Discrepancy],
+) -> None:
+    """By importance: the share of free draws of the coefficient that are positive, over a half."""
+    common, y, members, discrepancy = drawn
+    free = members[0]
+    bounded = MemberColumns(free.rows, np.ones(1, dtype=np.bool_), free.sizes[:1], np.ones(1))
+    plain = MemberColumns(free.rows, free.bounded, free.sizes[:1], np.ones(1))
+    y = y - 1.4 * free.rows[0]
+    evidence = SetEvidence.of(common, np.zeros((0, 3)), y, [plain, bounded], discrepancy, EXACTLY)
+    at = evidence.inner.at(0)
+    precision = at.gram[0, 0, 0] + 1.0 / free.sizes[0] ** 2
+    rng = np.random.default_rng(1)
+    draws = at.target[0, 0] / precision + rng.normal(size=400_000) / np.sqrt(precision)
+    share = float(np.mean(draws > 0.0))
+    gain = evidence.by_discrepancy([1])[0] - evidence.by_discrepancy([0])[0]
+    error = np.sqrt((1.0 - share) / share / 400_000)
+    assert gain == pytest.approx(np.log(2.0 * share), abs=5.0 * error)
+
+
+@pytest.mark.parametrize("known", [0.0, 4.0, np.inf])
+def test_units_of_common_columns_and_of_coefficients_change_nothing(
+    known: float, drawn: tuple[Floats, Floats, list[MemberColumns], Discrepancy]
+) -> None:
+    common, y, members, discrepancy = drawn
+    noise = NoiseScale(float(N - 2), known)
+    mixed = np.array([[1e3, 2e3], [0.0, 1e-4]]) @ common
+    one = SetEvidence.of(common, np.zeros((0, 3)), y, members, discrepancy, noise)
+    other = SetEvidence.of(mixed, np.zeros((0, 3)), y, members, discrepancy, noise)
+    change = [evidence.of_set([0, 2]) - evidence.of_set([]) for evidence in (one, other)]
+    assert change[0] == pytest.approx(change[1], abs=1e-6)
+
+
+def test_conditional_products_are_those_of_the_larger_set(
+    drawn: tuple[Floats, Floats, list[MemberColumns], Discrepancy],
+) -> None:
+    common, y, members, discrepancy = drawn
+    fixed = [MemberColumns(one.rows, one.bounded, one.sizes[:1], np.ones(1)) for one in members]
+    evidence = SetEvidence.of(common, np.zeros((0, 3)), y, fixed, discrepancy, EXACTLY)
+    where = evidence.place[0]
+    left = evidence.inner.given(where, np.full(len(where), fixed[0].sizes[0]))
+    gain = evidence.best_sizes([2], left)[0] - evidence.best_sizes([], left)[0]
+    direct = evidence.by_discrepancy([0, 2]) - evidence.by_discrepancy([0])
+    np.testing.assert_allclose(gain, direct, atol=1e-9)

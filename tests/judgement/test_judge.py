@@ -1,0 +1,87 @@
+"""A campaign of the field mix judged: what is named, how sure, and what must not change it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from stiffcal.judgement.judge import Judged, judge_states
+from stiffcal.judgement.reading import read_off
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Effect
+from tests.calibration.field_mix import FieldCampaign, draw_campaign
+
+pytestmark = pytest.mark.long
+
+SEED = 9001
+"""Seed of the campaigns with which the judgement was developed."""
+TARGET, NOTHING, FRICTION = 0, 1, 35
+"""Of them one with a target that sits elsewhere, one with nothing, and one with friction."""
+
+
+@pytest.fixture(scope="module")
+def friction() -> FieldCampaign:
+    return draw_campaign(SEED, FRICTION)
+
+
+def probabilities(judged: Judged) -> dict[str, float]:
+    """Return the probability of each effect at its place."""
+    sets = judged.weighed.probabilities()
+    found: dict[str, float] = {}
+    for key, p in sets.items():
+        for name in {judged.members[i].name for i in key}:
+            found[name] = found.get(name, 0.0) + p
+    return found
+
+
+def test_nothing_is_named_where_nothing_is() -> None:
+    campaign = draw_campaign(SEED, NOTHING)
+    found = read_off(judge_states(campaign.states, campaign.model, built_in_effects()))
+    assert campaign.hidden == ()
+    assert found.groups == ()
+    assert found.p_nothing > 0.9
+
+
+def test_what_is_hidden_is_named_and_firm() -> None:
+    campaign = draw_campaign(SEED, TARGET)
+    found = read_off(judge_states(campaign.states, campaign.model, built_in_effects()))
+    assert [group.members[0][0] for group in found.groups] == ["target-offset setup"]
+    assert found.groups[0].firm
+    assert found.p_nothing < 0.01
+
+
+def test_the_order_of_the_catalogue_changes_nothing(friction: FieldCampaign) -> None:
+    effects = built_in_effects()
+    reverse: dict[str, Effect] = dict(reversed(effects.items()))
+    one, other = (probabilities(judge_states(friction.states, friction.model, known)) for known in (effects, reverse))
+    for name in one.keys() | other.keys():
+        assert one.get(name, 0.0) == pytest.approx(other.get(name, 0.0), abs=1e-9), name
+
+
+def test_what_is_in_the_model_already_is_as_probable_as_before(friction: FieldCampaign) -> None:
+    """Added by hand or found by the judgement: the same hypothesis has the same probability."""
+    effects = built_in_effects()
+    placed = friction.hidden[0]
+    added = PlacedEffect(effects[placed.effect.name], placed.place)
+    with_it = replace(friction.model, placed=(*friction.model.placed, added))
+    one, other = (probabilities(judge_states(friction.states, model, effects)) for model in (friction.model, with_it))
+    name = f"{placed.effect.name} {placed.place.label}"
+    assert one[name] > 0.9
+    assert one[name] == pytest.approx(other[name], abs=0.02)
+
+
+def test_a_second_plugin_of_the_same_law_changes_no_group(friction: FieldCampaign) -> None:
+    effects = built_in_effects()
+
+    class Again(type(effects["friction-hysteresis"])):  # type: ignore[misc]
+        """The same law by another name."""
+
+        name = "friction-again"
+
+    with_it: dict[str, Effect] = {**effects, "friction-again": Again()}
+    one, other = (read_off(judge_states(friction.states, friction.model, known)) for known in (effects, with_it))
+    assert one.groups[0].probability == pytest.approx(other.groups[0].probability, abs=0.01)
+    assert one.p_unknown == pytest.approx(other.p_unknown, abs=0.01)
+    assert not other.groups[0].firm
