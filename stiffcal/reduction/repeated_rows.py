@@ -40,13 +40,12 @@ def repeated_rows(states: LoadStates) -> list[str]:
     pairs = np.stack([used[copies], used[original[copies]]], axis=1)
     # of absolute runs each row is one of its own
     names = np.array([info.of or info.name for info in states.runs])[states.run[pairs]]
-    apart = (names[1:] != names[:-1]).any(axis=1) | (np.diff(states.row[pairs], axis=0) != 1).any(axis=1)
-    breaks = np.flatnonzero(apart) + 1
-    blocks = np.split(pairs, breaks)
-    copy_texts = [
-        f"{_place(states, block[:, 0])} {'repeats' if len(block) == 1 else 'repeat'} {_place(states, block[:, 1])}"
-        for block in blocks
-    ]
+    # copies that stand as many rows behind their originals are one entry: rows without a load stand between them
+    behind = states.row[pairs[:, 0]] - states.row[pairs[:, 1]]
+    blocks: dict[tuple[str, str, int], list[Integers]] = {}
+    for (copy, source), distance, pair in zip(names.tolist(), behind.tolist(), pairs, strict=True):
+        blocks.setdefault((copy, source, distance), []).append(pair)
+    copy_texts = [_sentence(states, np.stack(block)) for block in blocks.values()]
     suffix = f" and {len(blocks) - MOST_NAMED} more" if len(blocks) > MOST_NAMED else ""
     text = (
         "two readings never agree exactly; a copy counts twice and makes the noise appear smaller: exclude it with "
@@ -55,8 +54,17 @@ def repeated_rows(states: LoadStates) -> list[str]:
     return [f"identical rows: {'; '.join(copy_texts[:MOST_NAMED])}{suffix}: {text}"]
 
 
+def _sentence(states: LoadStates, block: Integers) -> str:
+    """Say which rows repeat which; block (n, 2): copies and their originals."""
+    rows = states.row[block[:, 0]]
+    gaps = rows[-1] - rows[0] + 1 > len(rows)
+    some = f" ({len(rows)} of them)" if gaps else ""
+    verb = "repeats" if len(rows) == 1 else "repeat"
+    return f"{_place(states, block[:, 0])}{some} {verb} {_place(states, block[:, 1])}"
+
+
 def _place(states: LoadStates, block: Integers) -> str:
-    """Return the run and the row of states one after the other."""
+    """Return the run and the rows of some of its states, from the first to the last."""
     info, rows = states.runs[int(states.run[block[0]])], states.row[block]
     name = info.of or info.name
     if len(block) == 1:

@@ -38,6 +38,18 @@ def test_a_row_that_is_a_copy_is_named_with_its_original(states: LoadStates) -> 
     assert "[[exclude]]" in warning
 
 
+def test_a_run_that_was_pasted_twice_is_one_entry_whatever_its_rows_without_load(states: LoadStates) -> None:
+    run = np.flatnonzero(states.run == 0)
+    half = len(run) // 2
+    resting = np.isin(np.arange(len(states)), run[[1, 3, half + 1, half + 3]])
+    pasted = replace(states, wrench=np.where(resting[:, None], 0.0, states.wrench))
+    for k in range(half):
+        pasted = copied(pasted, run[k], run[half + k])
+    (warning,) = repeated_rows(pasted)
+    assert warning.count("repeat") == 1
+    assert f"({half - 2} of them)" in warning
+
+
 def test_zeros_without_a_load_are_left_alone(states: LoadStates) -> None:
     unloaded = replace(states, wrench=np.where(np.isin(np.arange(len(states)), (2, 5))[:, None], 0.0, states.wrench))
     assert repeated_rows(copied(unloaded, 2, 5)) == []
