@@ -29,7 +29,7 @@ MEASURED_AT = "headerstamp"
 TIMES = (
     *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
     *("uhrzeit", "heure", "hora", "ora", "timeofday"),
-    *("temps", "tiempo", "tempo", "時間", "時刻", "时间", "epochtime", "systemtime", "ipoc"),
+    *("temps", "tiempo", "tempo", "時間", "時刻", "日時", "时间", "시간", "일시", "epochtime", "systemtime", "ipoc"),
 )
 QUATERNIONS = (*(("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz")),)
 NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")

@@ -35,7 +35,11 @@ _YEAR_LAST, _YEAR_FIRST = r"\g<day>-\g<month>-\g<year> \g<clock>", r"\g<year>-\g
 _OTHER_WAYS = tuple(
     (re.compile(pattern), template)
     for pattern, template in (
-        (rf"(?P<year>\d{{4}})年 ?(?P<month>\d{{1,2}})月 ?(?P<day>\d{{1,2}})日[ T]{{0,2}}{_CLOCK}?", _YEAR_FIRST),
+        (
+            rf"(?P<year>\d{{4}})[年년] ?(?P<month>\d{{1,2}})[月월] ?(?P<day>\d{{1,2}})[日일][ T]{{0,2}}{_CLOCK}?",
+            _YEAR_FIRST,
+        ),
+        (rf"(?P<year>\d{{4}})\. ?(?P<month>\d{{1,2}})\. ?(?P<day>\d{{1,2}})\. ?{_CLOCK}?", _YEAR_FIRST),  # Korean
         (rf"(?P<day>\d{{1,2}})\. ?{_MONTH} (?P<year>\d{{4}}),? ?{_CLOCK}?", _YEAR_LAST),
         (rf"{_MONTH} (?P<day>\d{{1,2}}),? (?P<year>\d{{4}}),? ?{_CLOCK}?", _YEAR_LAST),
         (rf"[A-Za-z]{{3}} {_MONTH} {{1,2}}(?P<day>\d{{1,2}}) {_CLOCK} (?P<year>\d{{4}})", _YEAR_LAST),  # C, Unix
@@ -46,6 +50,11 @@ _OTHER_WAYS = tuple(
             r"\g<year>-\g<month>-\g<day> \g<hour>:\g<minute>:\g<second>",
         ),
     )
+)
+# Halves of the day that stand before the clock: Korean, Chinese, Japanese.
+_HALVES = {"오전": "AM", "오후": "PM", "上午": "AM", "下午": "PM", "午前": "AM", "午後": "PM"}
+_HALF_FIRST = re.compile(
+    rf"(?P<date>[^:]{{0,20}}?) ?(?P<half>{'|'.join(_HALVES)}) ?(?P<clock>\d{{1,2}}:[\d:.,]{{2,16}})"
 )
 # The first letters of months' names, as loggers in English, German, French, Spanish and Italian write them.
 _MONTHS = {
@@ -68,7 +77,11 @@ def in_usual_form(text: str) -> str:
     --------
     >>> [in_usual_form(text) for text in ("2026年11月20日 10:15:30", "Nov 20, 2026 1:15 PM", "20261120_101530", "x")]
     ['2026-11-20 10:15:30', '20-Nov-2026 1:15 PM', '2026-11-20 10:15:30', 'x']
+    >>> in_usual_form("2026. 11. 20. 오후 1:15:30")
+    '2026-11-20 1:15:30 PM'
     """
+    if (match := _HALF_FIRST.fullmatch(text)) is not None:
+        text = f"{match['date']} {match['clock']} {_HALVES[match['half']]}".strip()
     for pattern, template in _OTHER_WAYS:
         if (match := pattern.fullmatch(text)) is not None:
             return match.expand(template).strip()

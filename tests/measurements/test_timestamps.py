@@ -30,3 +30,17 @@ def test_a_date_whose_order_is_open_is_found_below_dates_whose_order_is_not() ->
         seconds_of_times(["20.11.2026 10:00:00", "05/11/2026 10:00:01"], "log.csv", "t", 1)
     assert caught.value.code is FaultCode.TIME_AMBIGUOUS
     assert "row 2" in caught.value.place
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "2026-11-20 오후 1:15:30.5", "2026. 11. 20. 오후 1:15:30.5", "2026년 11월 20일 오후 1:15:30,5",
+        "2026/11/20 下午 1:15:30.5", "2026/11/20 午後1:15:30.5", "2026年11月20日 午後 1:15:30.5",
+    ],
+)  # fmt: skip
+def test_halves_of_the_day_before_the_clock(text: str) -> None:
+    after_noon, expected = seconds_of_times([text, "2026-11-20T13:15:30.5Z"], "log.csv", "t", 1)
+    assert after_noon == expected
+    midnight = text.replace("오후", "오전").replace("下午", "上午").replace("午後", "午前").replace("1:15", "12:15")
+    assert seconds_of_times([midnight], "log.csv", "t", 1)[0] == expected - 13 * 3600
