@@ -174,12 +174,15 @@ def document_of(result: Any) -> Document:
     """
     document: Document = {}
     kind: Any = type(result)
+    many_keys = _many_keys(kind)
     for name, mark in _written(kind):
         value = getattr(result, name)
         if mark is not None and not (getattr(result, mark.condition) if mark.condition else value is not None):
             continue
-        if name in _many_keys(kind):
+        if name in many_keys:
             document |= json_value(value)
+        elif type(value) is float:  # as most values of long answers are
+            document[name] = value if math.isfinite(value) else None
         else:
             document[name] = value if type(value) in _PLAIN else json_value(value)
     return document
