@@ -8,6 +8,7 @@ Rows that agree in every digit are found by `stiffcal.reduction.repeated_rows`.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -139,7 +140,7 @@ def _rounded_pairs(values: Floats, digits: Floats, layout: Layout) -> list[tuple
     _, near = cKDTree(scaled).query(scaled, k=neighbours, p=np.inf, distance_upper_bound=_HALF)
     near = np.asarray(near).reshape(len(rows), neighbours)
     alike: set[tuple[int, int]] = set()
-    copies: dict[int, int] = {}
+    originals: dict[int, list[int]] = {}
     for start in range(0, len(rows), _ROWS_AT_ONCE):
         own, place = np.nonzero(near[start : start + _ROWS_AT_ONCE] < len(rows))
         copy, original = rows[start + own], rows[near[start + own, place]]
@@ -148,8 +149,12 @@ def _rounded_pairs(values: Floats, digits: Floats, layout: Layout) -> list[tuple
         alike.update(zip(np.minimum(copy, original).tolist(), np.maximum(copy, original).tolist(), strict=True))
         coarser = _are_coarser(digits[copy], digits[original], layout)
         for one, other in zip(copy[coarser].tolist(), original[coarser].tolist(), strict=True):
-            copies.setdefault(one, other)
-    return list(copies.items()) if copies and not _is_chance(len(copies), len(alike)) else []
+            originals.setdefault(one, []).append(other)
+    if not originals or _is_chance(len(originals), len(alike)):
+        return []
+    # several rows round to the same where nothing moved: the one as far away as the originals of other copies is meant
+    distances = Counter(copy - original for copy, own in originals.items() for original in own)
+    return [(copy, max(own, key=lambda row: distances[copy - row])) for copy, own in originals.items()]
 
 
 def _near_others(scaled: Floats) -> Booleans:

@@ -82,6 +82,18 @@ def test_copies_with_gaps_are_one_entry(every: int) -> None:
     assert f"({24 - changed.sum()} of them)" in warning
 
 
+def test_of_rows_that_round_to_the_same_the_one_as_far_away_as_the_others_is_the_original() -> None:
+    """A pose that was measured again at the end, under the same load: the coarse digits show no difference."""
+    columns = printed(displacement_columns(), (3, 2, 3))
+    for name in (*JOINTS, *FORCES):
+        columns[name][-1] = columns[name][0]
+    for name in DISPLACEMENTS:
+        columns[name][[0, -1]] = 1.004, 1.001
+    second = printed(columns, (2, 1, 2))
+    (warning,) = warned(pasted(columns, second))
+    assert warning.count("repeat") == 1, warning
+
+
 @pytest.mark.parametrize("digits", [(2, 0, 2), (2, 1, 3), (3, 3, 4)])
 @pytest.mark.parametrize("noise_mm", [1e-4, 3e-3, 3e-2])
 @pytest.mark.parametrize("seed", range(4))
