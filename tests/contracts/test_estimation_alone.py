@@ -24,7 +24,6 @@ ROWS = {"planning/information.py", "planning/rivals.py", "diagnosis/suspects/ben
 SOLVERS = {
     "diagnosis/normal_equations.py",  # folds and candidates, from inner products
     "experiments/clamped/state_noise.py",
-    "experiments/clamped/torque_angle_fit.py",
     "propose/unnamed_states.py",  # the load at rest
     "reduction/consistency.py",  # zero offsets of instruments
     "reduction/excitation.py",  # loads that a person chose
@@ -123,7 +122,12 @@ def test_nobody_else_calls_a_solver(trees: dict[str, ast.Module]) -> None:
 def test_gauss_newton_has_one_caller_for_each_kind_of_rows(trees: dict[str, ast.Module]) -> None:
     """Every fit of load states and absolute places goes through `fit_observations`, every one of friction `PartFit`."""
     callers = {name for name, tree in trees.items() if ("stiffcal.estimation.solve", "settle") in imported(tree)}
-    assert callers == {"identification/identify.py", "experiments/friction/part_fit.py"}
+    assert callers == {
+        "identification/identify.py",
+        "experiments/friction/part_fit.py",
+        "experiments/clamped/torque_angle_fit.py",
+        "experiments/clamped/heldout.py",  # the middle of the play and the zero of a pose that is judged
+    }
 
 
 def test_bounds_and_priors_are_read_by_estimation(trees: dict[str, ast.Module]) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.clamped import heldout as clamped
+from stiffcal.estimation import solve
 from stiffcal.experiments.clamped.analysis import ClampedRun
 from stiffcal.experiments.clamped.branches import Branches
 from stiffcal.experiments.clamped.heldout import HeldoutRun, angle_residual, heldout_clamped
@@ -178,7 +178,7 @@ def test_middle_and_zero_are_placed_from_wherever_the_steps_begin(
 
 def test_steps_that_do_not_settle_leave_the_best(three: list[ClampedRun], monkeypatch: pytest.MonkeyPatch) -> None:
     settled = heldout_clamped(three)
-    monkeypatch.setattr(clamped, "SETTLED", 0.0)
+    monkeypatch.setattr(solve, "MAX_STEPS", 3)
     for best, result in zip(heldout_clamped(three), settled, strict=True):
         assert rms(best.torque) == pytest.approx(rms(result.torque), rel=1e-6)
 

@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.errors import no_progress
+from stiffcal.estimation.solve import settle
+from stiffcal.estimation.unknowns import Unknowns
 from stiffcal.experiments.clamped.analysis import ClampedRun
+from stiffcal.experiments.clamped.branch_source import BranchSource
 from stiffcal.experiments.clamped.branches import Branches
 from stiffcal.experiments.clamped.joints import joints_of
 from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw
-
-SETTLED, MOST_STEPS = 1e-9, 50
 
 
 @dataclass(frozen=True)
@@ -60,31 +62,25 @@ def heldout_clamped(runs: Sequence[ClampedRun]) -> list[HeldoutRun]:
 
 
 def _fit_middle_and_zero(law: TorqueAngleLaw, data: Branches) -> TorqueAngleLaw:
-    """Return the law with middle and zero fitted to branches, by Gauss-Newton steps.
+    """Return the law with middle and zero fitted to branches.
 
-    Without play the zero stays, as in `fit_series`: of a straight spring middle and zero do the same, and steps along
-    what changes nothing would lead out of the range in which the curve is known. Ends when a step moves neither by more
-    than `SETTLED` of the range. Where a law's corners keep the steps from that, the best of them counts, which makes a
-    residual no smaller than it is.
+    Without play the zero stays, as in `fit_series`: of a straight spring middle and zero do the same.
     """
-    best, least = law, np.inf
     low, high = float(data.angle.min()), float(data.angle.max())
-    for _ in range(MOST_STEPS):
-        half = 0.5 * law.width
-        law = replace(law, reach=(min(low - law.middle + half, 0.0), max(high - law.middle - half, 0.0)))
-        base = law.torque_at(data.angle, data.up)
-        squares = float(np.sum((data.torque - base) ** 2))
-        best, least = (law, squares) if squares < least else (best, least)
-        step = 1e-3 * max(high - low, 1e-12)
-        size = 1e-3 * max(float(np.abs(data.torque).max()), 1e-12)
-        slope = (replace(law, middle=law.middle + step).torque_at(data.angle, data.up) - base) / step
-        lifted = (replace(law, zero=law.zero + size).torque_at(data.angle, data.up) - base) / size
-        columns = np.stack([slope * (high - low), lifted if law.width > 0.0 else np.zeros_like(lifted)], axis=1)
-        answer, *_ = np.linalg.lstsq(columns, data.torque - base, rcond=1e-6)
-        law = replace(law, middle=law.middle + float(answer[0]) * (high - low), zero=law.zero + float(answer[1]))
-        if abs(float(answer[0])) <= SETTLED and abs(float(answer[1])) <= SETTLED * 1e3 * size:
-            return law
-    return best
+    half, free = 0.5 * law.width, [0, 3] if law.width > 0.0 else [0]
+    # steps in units of the range and of the largest torque, from where the law is
+    units = np.array([max(high - low, 1e-12), max(float(np.abs(data.torque).max()), 1e-12)])[: len(free)]
+
+    def law_at(steps: Floats) -> TorqueAngleLaw:
+        middle, zero = np.append(steps * units, 0.0)[:2] + np.array([law.middle, law.zero])
+        reach = (min(low - middle + half, 0.0), max(high - middle - half, 0.0))
+        return replace(law, middle=float(middle), zero=float(zero), reach=reach)
+
+    def slopes_at(steps: Floats) -> Floats:
+        return np.asarray(law_at(steps).slopes(data.angle, data.up)[:, free] * units)
+
+    source = BranchSource(data, Unknowns.plain(("middle", "zero")[: len(free)]), law_at, slopes_at)
+    return law_at(settle(source, np.zeros(len(free)), None, no_progress).values)
 
 
 def angle_residual(data: Branches, law: TorqueAngleLaw) -> Floats:

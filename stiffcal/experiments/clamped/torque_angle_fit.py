@@ -6,8 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stiffcal.arrays import Floats
-from stiffcal.errors import InputError
+from stiffcal.arrays import Floats, Integers
+from stiffcal.errors import InputError, no_progress
+from stiffcal.estimation.solve import settle
+from stiffcal.estimation.unknowns import Unknowns
+from stiffcal.experiments.clamped.branch_source import BranchSource
 from stiffcal.experiments.clamped.branches import Branches
 from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, play_segment
 from stiffcal.fault_codes import FaultCode
@@ -19,10 +22,8 @@ _WIDEST_BAND = 0.12
 # Plays tried at first, as shares of half the range of angles; the fit goes on from the best of them.
 _STARTS = (0.0, 0.15, 0.3, 0.45, 0.65, 0.85)
 MOST_STARTS = 3
-# Evaluations of the misfit for every law that is tried.
-EVALUATIONS = 80
-# Evaluations of the misfit for the law that is chosen.
-MOST_EVALUATIONS = 2000
+# Slopes in units of the largest torque and of half the range.
+_STEEPEST = 1e3
 
 
 @dataclass(frozen=True)
@@ -52,19 +53,28 @@ class SeriesFit:
         return self.covariance[6:, 6:]
 
 
+SCALED = (
+    "middle",
+    "width",
+    "log band",
+    "zero",
+    "friction",
+    "lag",
+    "drag",
+    "first slope",
+    "slope between",
+    "last slope",
+)
 PARAMETERS = ("middle", "width", "band", "zero", "friction", "drag", "p1", "p2", "p3")
 
 
 @dataclass(frozen=True)
 class _Scaled:
-    """The data in units of half the range and of the largest torque, and what is free."""
+    """Branches in units of half the range and of the largest torque, and what is free."""
 
     data: Branches
     angle_unit: float
     torque_unit: float
-    angle: Floats
-    torque: Floats
-    weight: float
     with_play: bool
     with_friction: bool
     with_lag: bool
@@ -97,12 +107,6 @@ def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
     # 30: three further parameters (width, band, zero) by chance gain 3 ± 2.4, and misfits that are not noise some more
     chosen = with_play if gain > 30.0 and wide else without
     if not chosen.settled:
-        # One that is not chosen may stay where it is: its misfit is then larger, and counts the less for it.
-        lag = with_lag and both_ways
-        chosen = _fit(
-            data, with_play=chosen is with_play, with_friction=both_ways, with_lag=lag, evaluations=MOST_EVALUATIONS
-        )
-    if not chosen.settled:
         raise InputError.at(
             FaultCode.NO_CONVERGENCE,
             "campaign.toml", "runs", "the fit of torque over angle of a clamped run does not converge",
@@ -111,34 +115,46 @@ def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
     return chosen
 
 
-def _fit(
-    data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool, evaluations: int = EVALUATIONS
-) -> SeriesFit:
-    from scipy.optimize import least_squares
-
+def _fit(data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool) -> SeriesFit:
     low, high = float(data.angle.min()), float(data.angle.max())
     angle_unit, centre = max(0.5 * (high - low), 1e-12), 0.5 * (low + high)
     torque_unit = max(float(np.abs(data.torque).max()), 1e-12)
-    scaled = _Scaled(
-        data, angle_unit, torque_unit, (data.angle - centre) / angle_unit, data.torque / torque_unit, 1.0,
-        with_play, with_friction, with_lag,
-    )  # fmt: skip
+    unit = replace(data, angle=(data.angle - centre) / angle_unit, torque=data.torque / torque_unit)
+    scaled = _Scaled(unit, angle_unit, torque_unit, with_play, with_friction, with_lag)
+    source, whole = _source(scaled)
+    shares = _STARTS if with_play else _STARTS[:1]
+    lower, upper = source.unknowns.lower + 1e-9, source.unknowns.upper - 1e-9
+    starts = [np.clip(_start(scaled, share)[whole.free], lower, upper) for share in shares]
+    starts.sort(key=source.misfit)
+    near = [settle(source, start, None, no_progress, near=True).values for start in starts[:MOST_STARTS]]
+    best = settle(source, min(near, key=source.misfit), None, no_progress)
+    return replace(_to_si(scaled, source.law_at(best.values), centre), settled=best.last_step is None)
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """Which of the ten numbers of a law are free, and the values of the others."""
+
+    free: Integers
+    held: Floats
+
+    def __call__(self, values: Floats) -> Floats:
+        every = self.held.copy()
+        every[self.free] = values
+        return every
+
+
+def _source(scaled: _Scaled) -> tuple[BranchSource, _Whole]:
+    """Return the rows of the numbers that are free; where a law does not depend on one it stays where it is."""
     lower, upper = _bounds(scaled)
-    # what is held is no unknown: within bounds that are nearly one place steps would not settle
-    free = np.flatnonzero(lower < upper)
+    whole = _Whole(np.flatnonzero(lower < upper), lower)
+    names = [SCALED[number] for number in whole.free.tolist()]
+    nonlinear = np.ones(len(names), dtype=np.bool_)
 
-    def whole(v: Floats) -> Floats:
-        values = lower.copy()
-        values[free] = v
-        return values
-
-    def misfit(v: Floats) -> Floats:
-        return np.asarray(_law_of(scaled, whole(v)).torque_at(scaled.angle, data.up) - scaled.torque)
-
-    def slopes(v: Floats) -> Floats:
-        v = whole(v)
+    def slopes(values: Floats) -> Floats:
+        v = whole(values)
         law = _law_of(scaled, v)
-        by_law, curve = law.slopes(scaled.angle, data.up), np.array(law.curve)
+        by_law, curve = law.slopes(scaled.data.angle, scaled.data.up), np.array(law.curve)
         # middle, width and the three slopes set the curve: of three numbers differences cost nothing
         by_value = np.zeros((3, 10))
         for number in (0, 1, 7, 8, 9):
@@ -147,30 +163,15 @@ def _fit(
             by_value[:, number] = (np.array(_law_of(scaled, v + step).curve) - curve) / step[number]
         columns = by_law[:, 7:] @ by_value
         columns[:, :7] += by_law[:, :7]
-        return np.asarray(columns[:, free])
+        return np.asarray(columns[:, whole.free])
 
-    shares = _STARTS if with_play else _STARTS[:1]
-    starts = [np.clip(_start(scaled, share), lower + 1e-9, upper - 1e-9)[free] for share in shares]
-    starts.sort(key=lambda v: float(np.sum(misfit(v) ** 2)))
-    solutions = [
-        least_squares(
-            misfit,
-            v,
-            jac=slopes,
-            bounds=(lower[free], upper[free]),
-            x_scale=np.maximum(np.abs(v), 0.05),
-            max_nfev=evaluations,
-        )
-        for v in starts[:MOST_STARTS]
-    ]
-    best = min(solutions, key=lambda solution: float(solution.cost))
-    law = _law_of(scaled, whole(best.x))
-    return replace(_to_si(scaled, law, centre), settled=bool(best.status > 0))
+    unknowns = Unknowns.plain(names, lower[whole.free], upper[whole.free], nonlinear)
+    return BranchSource(scaled.data, unknowns, lambda values: _law_of(scaled, whole(values)), slopes), whole
 
 
 def _start(scaled: _Scaled, share: float) -> Floats:
-    """Return middle, width, log band, zero, friction, lag, drag, slopes at the ends and what the middle has more."""
-    grid = np.linspace(scaled.angle.min(), scaled.angle.max(), 121)
+    """Return middle, width, log band, zero, friction, lag, drag, and Bernstein's three of the slope."""
+    grid = np.linspace(scaled.data.angle.min(), scaled.data.angle.max(), 121)
     sides = [_over(scaled, grid, direction) for direction in (True, False) if np.any(scaled.data.up == direction)]
     middle_curve = np.mean(sides, axis=0)
     friction = 0.5 * float(np.median(sides[0] - sides[-1])) if scaled.with_friction else 0.0
@@ -183,7 +184,7 @@ def _start(scaled: _Scaled, share: float) -> Floats:
     zero = float(np.mean(middle_curve[at : at + count + 1])) if share > 0.0 else 0.0
     slope = max(float(middle_curve[-5:].mean() - middle_curve[:5].mean()) / max(2.0 - width, 0.1), 0.05)
     return np.array(
-        [middle, width, np.log(_FIRST_BAND), zero, max(friction, 0.0), 0.0, 0.0, slope, slope, 2.0 * slope],
+        [middle, width, np.log(_FIRST_BAND), zero, max(friction, 0.0), 0.0, 0.0, slope, slope, slope],
         dtype=np.float64,
     )
 
@@ -191,14 +192,14 @@ def _start(scaled: _Scaled, share: float) -> Floats:
 def _over(scaled: _Scaled, grid: Floats, way: bool) -> Floats:
     """Return one branch's torque over a grid of angles."""
     members = np.flatnonzero(scaled.data.up == way)
-    order = members[np.argsort(scaled.angle[members])]
-    return np.asarray(np.interp(grid, scaled.angle[order], scaled.torque[order]))
+    order = members[np.argsort(scaled.data.angle[members])]
+    return np.asarray(np.interp(grid, scaled.data.angle[order], scaled.data.torque[order]))
 
 
 def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:
     """Return the least and the largest values; equal where one is held."""
-    lower = np.array([-1.0, 0.0, np.log(1e-3), -0.5, -0.9, -0.2, -0.3, 0.0, 0.0, 0.0])
-    upper = np.array([1.0, 1.95, np.log(_WIDEST_BAND), 0.5, 0.9, 0.2, 0.9, 1e3, 1e3, 1e3])
+    lower = np.array([-1.0, 0.0, np.log(1e-3), -0.5, -0.9, -0.2, -0.3, 0.0, -_STEEPEST, 0.0])
+    upper = np.array([1.0, 1.95, np.log(_WIDEST_BAND), 0.5, 0.9, 0.2, 0.9, _STEEPEST, _STEEPEST, _STEEPEST])
     if not scaled.with_play:
         lower[[1, 3]] = upper[[1, 3]] = 0.0
         lower[2] = upper[2] = np.log(_FIRST_BAND)
@@ -211,10 +212,10 @@ def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:
 
 def _law_of(scaled: _Scaled, v: Floats) -> TorqueAngleLaw:
     """Return the law in the data's own units."""
-    middle, width, band, zero, friction, lag, drag, first, last, more = (float(value) for value in v)
-    low = min(float(scaled.angle.min()) - middle + 0.5 * width, -1e-3)
-    high = max(float(scaled.angle.max()) - middle - 0.5 * width, 1e-3)
-    inner = more - np.sqrt(first * last)
+    middle, width, band, zero, friction, lag, drag, first, between, last = (float(value) for value in v)
+    low = min(float(scaled.data.angle.min()) - middle + 0.5 * width, -1e-3)
+    high = max(float(scaled.data.angle.max()) - middle - 0.5 * width, 1e-3)
+    inner = max(between, -float(np.sqrt(first * last)))
     size = high - low
     rise, bend = 2.0 * (inner - first) / size, (first - 2.0 * inner + last) / size**2
     curve = (first - rise * low + bend * low * low, 0.5 * rise - bend * low, bend / 3.0)
@@ -228,8 +229,8 @@ def _to_si(scaled: _Scaled, law: TorqueAngleLaw, centre: float) -> SeriesFit:
     free = np.array([True, play, play, play, with_friction, with_friction, True, True, True])
     up = scaled.data.up
 
-    residual = law.torque_at(scaled.angle, up) - scaled.torque
-    slopes = law.slopes(scaled.angle, up)
+    residual = law.torque_at(scaled.data.angle, up) - scaled.data.torque
+    slopes = law.slopes(scaled.data.angle, up)
     slopes[:, 2] /= law.band
     lag = slopes[:, [5]] if scaled.with_lag else slopes[:, :0]
     jacobian = np.concatenate([np.delete(slopes, 5, axis=1)[:, free], lag], axis=1)
