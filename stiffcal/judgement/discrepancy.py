@@ -1,13 +1,14 @@
-"""The discrepancy that every hypothesis carries: each pose may answer its loads in a way of its own.
+"""The discrepancy that every hypothesis carries: each pose may answer its loads in a way of its own, or wander in time.
 
-Per run a random linear response of every component to the load, of a size τ common to all runs. With V = I + τ² D Dᵀ,
-block by block of runs, and D = U √λ Wᵀ, every inner product under V⁻¹ is one of plain rows less one of the rows'
-parts along U, each weighed by τ²λ / (1 + τ²λ): any number of sizes costs one projection.
+Per run a random linear response of every component to the load, or a random walk of every component, of a size τ common
+to all runs. With V = I + τ² D Dᵀ, block by block of runs, and D = U √λ Wᵀ, every inner product under V⁻¹ is one of
+plain rows less one of the rows' parts along U, each weighed by τ²λ / (1 + τ²λ): any number of sizes costs one
+projection.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.projection import Projection
 
+WAVES = 20
+"""Half waves over a run of a random walk."""
 MOST_OF_RUN = 18
 """Directions of one run alone: three loads, six components."""
 LEAST = 1e-9
@@ -35,17 +38,34 @@ class Discrepancy:
     """(d in all,) along each, for a discrepancy of one noise."""
 
     @classmethod
-    def of(cls, space: Projection) -> Discrepancy:
-        """Return it for load states; ``space`` has their weights and runs."""
+    def of_loads(cls, space: Projection) -> Discrepancy:
+        """Return each run's own response to its loads; ``space`` has weights and runs of load states."""
+        return cls._of(space, _unit_loads(space.data.wrench))
+
+    @classmethod
+    def of_time(cls, space: Projection) -> Discrepancy:
+        """Return each run's own random walk, as waves over it whose variance falls with the square of their number.
+
+        (Karhunen and Loève: the waves of a random walk.)
+        """
+        data = space.data
+        _, first, count = np.unique(data.run, return_index=True, return_counts=True)
+        part = (np.arange(data.n_states) - np.repeat(first, count)) / np.repeat(np.maximum(count - 1, 1), count)
+        waves = [np.cos(np.pi * k * part) / k for k in range(1, WAVES + 1)]
+        size = float(np.sqrt(sum(1.0 / k**2 for k in range(1, WAVES + 1)) / 2.0))
+        return cls._of(space, [wave / size for wave in waves])
+
+    @classmethod
+    def _of(cls, space: Projection, drivers: Sequence[Floats]) -> Discrepancy:
+        """Return the responses of each component in each run to drivers (n,), each of one noise."""
         data = space.data
         m, n = data.measured.shape
-        loads = _unit_loads(data.wrench)
         scale = space.whitening.scale
         size = np.array([1.0 / np.median(row[row > 0.0]) if (row > 0.0).any() else 0.0 for row in scale])
-        stack = np.zeros((len(loads) * m, m, n))
-        for k, load in enumerate(loads):
+        stack = np.zeros((len(drivers) * m, m, n))
+        for k, driver in enumerate(drivers):
             for c in range(m):
-                stack[k * m + c, c] = load * size[c]
+                stack[k * m + c, c] = driver * size[c]
         rows = space.rows(stack).reshape(len(stack), m, n)
         parts, variances = [], []
         for run in np.unique(data.run):

@@ -7,8 +7,8 @@ with variances u², and the noise's scale is integrated with ν degrees of freed
     log p = −½ log|V| − ½ log|XᵀV⁻¹X + Λ| − ½ log|I + u G u| − ½ (N + ν) log(ν + Q)
 
 G and Q are inner products under V⁻¹ with X taken out. Coefficients with a bound count by the probability that they lie
-within it, after over before. Sizes and τ are summed over their grids: singles over all of them, larger sets about the
-best, one member after the other.
+within it, after over before. Sizes, kind and size of the discrepancy are summed over their grids: singles over all of
+them, larger sets about the best, one member after the other.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.priors import DISCREPANCIES, DISCREPANCY_WEIGHTS
+from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY
 
 SWEEPS = 3
 """Times that each member's size is sought again while the others stay."""
@@ -117,7 +117,7 @@ class SetEvidence:
         prior: Floats,
         residual: Floats,
         members: Sequence[MemberColumns],
-        discrepancy: Discrepancy,
+        kinds: Sequence[tuple[Discrepancy, float]],
         noise: NoiseScale,
     ) -> SetEvidence:
         """Prepare.
@@ -127,19 +127,21 @@ class SetEvidence:
         common : (p, r) whitened columns of what every hypothesis has.
         prior : (o, p + 1) rows of what is known of these before; last what they should be.
         residual : (r,) whitened.
+        kinds : of discrepancies, each with how probable it is.
         noise : how well its scale is known.
         """
         whole = np.concatenate([common, *(member.rows for member in members), residual[None]])
-        plain, along = whole @ whole.T, discrepancy.along(whole)
+        plain = whole @ whole.T
         p = len(common)
         known = np.zeros((len(prior), len(whole)))
         known[:, :p], known[:, -1] = prior[:, :p], prior[:, -1]
         plain += known.T @ known
-        found = []
-        for size, weight in zip(DISCREPANCIES, DISCREPANCY_WEIGHTS, strict=True):
-            inner = plain - (along * discrepancy.weights(size)) @ along.T if size > 0.0 else plain
-            constant = float(np.log(weight)) - 0.5 * discrepancy.log_determinant(size)
-            found.append(_without_common(inner, p, constant))
+        found = [_without_common(plain, p, float(np.log(NO_DISCREPANCY)))]
+        for discrepancy, probability in kinds:
+            along, share = discrepancy.along(whole), float(np.log(probability / len(DISCREPANCIES)))
+            for size in DISCREPANCIES:
+                inner = plain - (along * discrepancy.weights(size)) @ along.T
+                found.append(_without_common(inner, p, share - 0.5 * discrepancy.log_determinant(size)))
         inner = Inner(
             np.array([one[0] for one in found]),
             np.array([one[1][:-1, :-1] for one in found]),

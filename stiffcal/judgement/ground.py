@@ -14,7 +14,7 @@ from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import SIZE_WEIGHTS, SIZES, RobotScale
+from stiffcal.judgement.priors import OF_LOADS, OF_TIME, SIZE_WEIGHTS, SIZES, RobotScale
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 
@@ -37,8 +37,10 @@ class Ground:
     """Members that the robot has already, with values …"""
     derivative: Mapping[tuple[str, Place], Mapping[str, Floats]]
     """… and by effect and place how the readings (m, n) change with each of their amplitudes that was fitted."""
-    discrepancy: Discrepancy
-    """Of every hypothesis."""
+    of_loads: Discrepancy
+    """Runs that answer their loads in ways of their own."""
+    of_time: Discrepancy
+    """Runs that wander."""
     noise: NoiseScale
     """How well the weights are known."""
 
@@ -59,7 +61,8 @@ class Ground:
             for member in members:
                 if len(member.present):
                     residual = residual + member.present @ member.rows
-        return SetEvidence.of(self.common, self.prior, residual, members, self.discrepancy, self.noise)
+        kinds = ((self.of_loads, OF_LOADS), (self.of_time, OF_TIME))
+        return SetEvidence.of(self.common, self.prior, residual, members, kinds, self.noise)
 
 
 def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> MemberColumns:

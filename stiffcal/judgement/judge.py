@@ -158,7 +158,6 @@ def _ground(
         prior = np.insert(prior, [p] * q, 0.0, axis=1)
         prior = np.concatenate([prior, np.eye(q, p + q + 1, p)])
     space = about.space
-    discrepancy = Discrepancy.of(space)
     dof = float(about.dof - len(common_of))
     present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
     derivative: dict[tuple[str, Place], dict[str, Floats]] = defaultdict(dict)
@@ -166,10 +165,11 @@ def _ground(
         placed = fit.robot.placed[column.placed]
         if placed in present and column.role is not ParameterRole.NONLINEAR:
             derivative[placed.effect.name, placed.place][column.symbol] = change
+    of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
+    noise = NoiseScale(dof, _known(fit))
     return Ground(
-        state, space, space.rows(columns), prior, about.residual, present, derivative, discrepancy,
-        NoiseScale(dof, _known(fit)),
-    )  # fmt: skip
+        state, space, space.rows(columns), prior, about.residual, present, derivative, of_loads, of_time, noise
+    )
 
 
 def _known(fit: Fit) -> float:

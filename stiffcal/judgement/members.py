@@ -75,7 +75,7 @@ def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotSc
         columns = MemberColumns(rows / size, np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
         share = Share(law.place, law.follows, MemberKind.UNLISTED)
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
-    for run, rows in ground.discrepancy.of_runs():
+    for run, rows in ground.of_loads.of_runs():
         found.append(_run_off(run, rows))
     names = {member.name: member.share for member in found}
     odds = dict(zip(names, log_odds(list(names.values())), strict=True))

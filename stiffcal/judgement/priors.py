@@ -35,10 +35,10 @@ DOUBTED_RUN = 0.01
 """Probability that a run is off: mislabelled, knocked, in another unit …"""
 RUN_SIZES = np.geomspace(2.0, 200.0, 6)
 """… and grid of the rms over its readings by which it is, in noises; each alike (log-uniform)."""
-DISCREPANCIES = np.array([0.0, 0.05, 0.12, 0.29, 0.70, 1.7, 4.0])
-"""Grid of the discrepancy of every hypothesis, in noises …"""
-DISCREPANCY_WEIGHTS = np.array([0.5, *np.full(6, 0.5 / 6)])
-"""… none in half of all cases, else log-uniform."""
+DISCREPANCIES = np.array([0.05, 0.14, 0.4, 1.1, 3.2, 9.0])
+"""Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform) …"""
+NO_DISCREPANCY, OF_LOADS, OF_TIME = 0.5, 0.35, 0.15
+"""… and how probable it is that there is none, that poses answer their loads in ways of their own, that they wander."""
 STATED_NOISE_DOF = 4.0
 """Degrees of freedom about noise that is only stated."""
 TYPICAL_COMPLIANCE = 2e-6

@@ -89,7 +89,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
         groups.append(AlikeEffects(p, tuple(ranked), firm))
     unlisted = sum(value for key, value in sets.items() if any(members[i].kind is MemberKind.UNLISTED for i in key))
     runs = _sums({key: frozenset(run for i in key if (run := members[i].run) is not None) for key in sets}, sets)
-    shows = float(np.sum(weighed.of_discrepancy()[DISCREPANCIES > SHOWS]))
+    shows = float(np.sum(weighed.of_discrepancy()[1:].reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
     doubted = tuple((run, p) for run, p in sorted(runs.items()) if p >= NAMED)
     return WhatIsMissing(

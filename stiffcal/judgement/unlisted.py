@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.observation import Observations
 from stiffcal.identification.regressors import Linearised
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
@@ -29,8 +28,6 @@ from stiffcal.model.effect import (
 
 LEVER = 0.1
 """m of a shift for a radian of a turn: as large at the tool as each other."""
-TIME_WAVES = 6
-"""Half waves over a campaign of a law of time."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +54,6 @@ def unlisted_laws(state: Linearised) -> Iterator[UnlistedLaw]:
         regressor = state.regressor(_Node(int(chain.drive_components[joint - 1])), Place("joints", (joint,)), {})
         if regressor.columns.any():
             yield UnlistedLaw(f"joint {joint}", "all that the joint carries", regressor.columns)
-    columns = _of_time(state.data)
-    if len(columns):
-        yield UnlistedLaw("time", "time", columns)
 
 
 class LoadFunctions:
@@ -174,16 +168,3 @@ class _Node(DocumentedEffect):
             Term(node, moved, f"a{moved}{load}", (1.0 if moved >= RX else LEVER) * _unit(loads.wrench[node, load]))
             for moved, load in self.moves
         ]
-
-
-def _of_time(data: Observations) -> Floats:
-    """Return (q, m, n) waves over the campaign, of each component."""
-    n, m = data.n_states, len(data.measured)
-    number = data.order.number if len(data.order.number) == n else np.arange(n)
-    t = (number - number.min()) / max(float(np.ptp(number)), 1.0)
-    waves = [np.cos(np.pi * k * t) for k in range(1, TIME_WAVES + 1)]
-    columns = np.zeros((len(waves) * m, m, n))
-    for k, wave in enumerate(waves):
-        for c in range(m):
-            columns[k * m + c, c] = wave
-    return columns

@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import DISCREPANCIES, DISCREPANCY_WEIGHTS
+from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY
 
 MEMBERS, RUNS, PER_RUN, COMMON = 4, 6, 5, 2
 ODDS = 0.5
@@ -49,7 +49,7 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
     ]
     present = rng.uniform(size=MEMBERS) < ODDS / (1.0 + ODDS)
     y = rng.normal(size=n)
-    tau = float(rng.choice(DISCREPANCIES, p=DISCREPANCY_WEIGHTS))
+    tau = 0.0 if rng.uniform() < NO_DISCREPANCY else float(rng.choice(DISCREPANCIES))
     at = 0
     for place, basis in discrepancy.of_run:
         spread = np.sqrt(discrepancy.variance[at : at + basis.shape[1]])
@@ -62,7 +62,12 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
     common = rng.normal(size=(COMMON, n))
     y += rng.normal(size=COMMON) @ common * 100.0
     evidence = SetEvidence.of(
-        common, np.zeros((0, COMMON + 1)), y, members, discrepancy, NoiseScale(float(n - COMMON), np.inf)
+        common,
+        np.zeros((0, COMMON + 1)),
+        y,
+        members,
+        [(discrepancy, 1.0 - NO_DISCREPANCY)],
+        NoiseScale(float(n - COMMON), np.inf),
     )
     sets = [chosen for k in range(MEMBERS + 1) for chosen in combinations(range(MEMBERS), k)]
     logs = np.array([evidence.of_set(chosen) + len(chosen) * np.log(ODDS) for chosen in sets])
