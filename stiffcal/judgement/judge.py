@@ -21,6 +21,7 @@ from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member, list_members
 from stiffcal.judgement.priors import JOINT_SPRING, STATED_NOISE_DOF, MemberKind, RobotScale
+from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.sets import WeighedSets, search_sets
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -105,13 +106,20 @@ def judge_states(
         judged = _judged(_ground(fit, own, geometry, weights_of(fit)), fit, candidates, scale, number)
         best = judged.names_of_best
         if best in tried or number == ROUNDS:
-            return judged
+            break
         try:
             fit = fit_observations(problem, _with(springs, judged.best), settings)
         except (NoBalanceError, ArithmeticError):
-            return judged
+            break
         tried.add(best)
         number += 1
+    weighed = with_rivals_refitted(
+        judged.weighed,
+        scale,
+        lambda chosen: fit_observations(problem, _with(springs, chosen), settings),
+        lambda fit: _ground(fit, own, geometry, weights_of(judged.fit)),
+    )
+    return replace(judged, weighed=weighed)
 
 
 def _judged(ground: Ground, fit: Fit, candidates: Sequence[Candidate], scale: RobotScale, number: int) -> Judged:

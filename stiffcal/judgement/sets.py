@@ -99,21 +99,26 @@ def search_sets(members: Sequence[Member], evidence: SetEvidence, present: Key =
     for left in present:
         found.weigh(i for i in present if i != left)
     expanded: set[Key] = {()}
-    while len(expanded) < MOST_EXPANDED:
-        top = max(found.log.values())
-        open_sets = [key for key, value in found.log.items() if key not in expanded and value > top - WITHIN]
-        if not open_sets:
-            break
-        key = max(open_sets, key=lambda k: found.log[k])
+    while len(expanded) < MOST_EXPANDED and (key := _next(found, expanded)) is not None:
         expanded.add(key)
         able = [i for i in range(len(members)) if i not in key and _room(found, i, key, present)]
         for number in _most_promising(found, key, able):
             found.weigh((*key, number))
-            for left in key:
-                rest = tuple(i for i in key if i != left)
-                if rest and found.may_join(number, rest) and found.log.get((*key, number), 0.0) > top - WITHIN:
-                    found.weigh((*rest, number))
     return found
+
+
+def _next(found: WeighedSets, expanded: set[Key]) -> Key | None:
+    """Return the set to enlarge: the best, it without each of its members, then the nearest; None: enough."""
+    best = found.best
+    if best not in expanded:
+        return best
+    for left in best:
+        key = tuple(i for i in best if i != left)
+        if key not in expanded:
+            found.weigh(key)
+            return key
+    near = [key for key, value in found.log.items() if key not in expanded and value > found.log[best] - WITHIN]
+    return max(near, key=lambda k: found.log[k]) if near else None
 
 
 def _room(found: WeighedSets, number: int, key: Key, present: Key) -> bool:
