@@ -216,21 +216,29 @@ class SetEvidence:
         k = gram.shape[-1]
         gram[..., range(k), range(k)] += 1.0
         factor = np.linalg.cholesky(gram)
-        half = np.linalg.solve(factor, (inner.target[:, None] * scale)[..., None])[..., 0]
+        unit = np.broadcast_to(np.eye(k)[:, bounded], (*scale.shape, int(bounded.sum())))
+        parts = np.linalg.solve(factor, np.concatenate([(inner.target[:, None] * scale)[..., None], unit], axis=-1))
+        half = parts[..., 0]
         square = inner.square[:, None] - np.sum(half**2, axis=2)
         value = self.noise.log_density(square) - np.sum(np.log(np.diagonal(factor, axis1=2, axis2=3)), axis=2)
         if bounded.any():
-            value = value + self._within(factor, half, bounded, square)
+            value = value + self._within(parts, square)
         return np.asarray(value)
 
-    def _within(self, factor: Floats, half: Floats, bounded: Booleans, square: Floats) -> Floats:
-        """Return the log of how probable it is that bounded coefficients are positive, over half of each before."""
+    def _within(self, parts: Floats, square: Floats) -> Floats:
+        """Return the log of how probable it is that bounded coefficients are positive, over half of each before.
+
+        Parameters
+        ----------
+        parts : (t, s, k, 1 + b) L⁻¹ times target and unit vectors of b bounded coefficients, L Lᵀ their precision.
+        square : (t, s) of the residual.
+        """
         from scipy.special import log_ndtr
 
-        inverse = np.linalg.inv(factor)
-        mean = np.einsum("...ba,...b->...a", inverse, half)
-        deviation = np.sqrt(np.sum(inverse**2, axis=-2)) * self.noise.scale(np.maximum(square, 0.0))[..., None]
-        return np.asarray(np.sum((log_ndtr(mean / deviation) + np.log(2.0))[..., bounded], axis=-1))
+        mean = np.einsum("...kb,...k->...b", parts[..., 1:], parts[..., 0])
+        deviation = np.sqrt(np.sum(parts[..., 1:] ** 2, axis=-2))
+        noise = self.noise.scale(np.maximum(square, 0.0))[..., None]
+        return np.asarray(np.sum(log_ndtr(mean / (noise * deviation)) + np.log(2.0), axis=-1))
 
 
 def _without_common(inner: Floats, p: int, constant: float) -> tuple[float, Floats]:

@@ -86,12 +86,12 @@ def read_off(judged: Judged) -> WhatIsMissing:
         firm = sure and not judged.at_bound and _unlisted_in_place(judged, leader, sets, names) < DOUBT
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: -item[1])
-        groups.append(AlikeEffects(p, tuple(ranked), firm))
+        groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm))
     unlisted = sum(value for key, value in sets.items() if any(members[i].kind is MemberKind.UNLISTED for i in key))
     runs = _sums({key: frozenset(run for i in key if (run := members[i].run) is not None) for key in sets}, sets)
     shows = float(np.sum(weighed.of_discrepancy()[1:].reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
-    doubted = tuple((run, p) for run, p in sorted(runs.items()) if p >= NAMED)
+    doubted = tuple((run, min(p, 1.0)) for run, p in sorted(runs.items()) if p >= NAMED)
     return WhatIsMissing(
         tuple(groups), doubted, float(max(small * (1.0 - shows), 0.0)), float(1.0 - (1.0 - unlisted) * (1.0 - shows))
     )
