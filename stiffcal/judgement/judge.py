@@ -101,25 +101,26 @@ def judge_states(
     own = tuple((placed.effect.name, placed.place) for placed in springs.placed)
     chosen = frozenset(f"{p.effect.name} {p.place.label}" for p in fit.robot.placed if _is_member(p))
     tried = {chosen}
-    number = 1
-    while True:
+    for number in range(1, ROUNDS + 1):
         judged = _judged(_ground(fit, own, geometry, weights_of(fit)), fit, candidates, scale, number)
+        if judged.names_of_best in tried:
+            weights = weights_of(fit)
+            weighed = with_rivals_refitted(
+                judged.weighed,
+                scale,
+                lambda chosen: fit_observations(problem, _with(springs, chosen), settings),
+                lambda rival: _ground(rival, own, geometry, weights),  # noqa: B023, it is called before the next round
+            )
+            judged = replace(judged, weighed=weighed)
         best = judged.names_of_best
-        if best in tried or number == ROUNDS:
+        if best in tried:
             break
         try:
             fit = fit_observations(problem, _with(springs, judged.best), settings)
         except (NoBalanceError, ArithmeticError):
             break
         tried.add(best)
-        number += 1
-    weighed = with_rivals_refitted(
-        judged.weighed,
-        scale,
-        lambda chosen: fit_observations(problem, _with(springs, chosen), settings),
-        lambda fit: _ground(fit, own, geometry, weights_of(judged.fit)),
-    )
-    return replace(judged, weighed=weighed)
+    return judged
 
 
 def _judged(ground: Ground, fit: Fit, candidates: Sequence[Candidate], scale: RobotScale, number: int) -> Judged:

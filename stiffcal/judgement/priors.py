@@ -25,9 +25,10 @@ UNLISTED = 0.25
 """Share of each place that belongs to laws that nobody has written down."""
 SIZE_FACTOR = 5.0
 """A parameter lies within this factor of the catalogue's typical size in two cases of three."""
-SIZES = np.exp(np.log(SIZE_FACTOR) * np.linspace(-2.4, 2.4, 7))
-"""Grid of a listed effect's common size over the typical one …"""
-SIZE_WEIGHTS = np.exp(-0.5 * np.linspace(-2.4, 2.4, 7) ** 2)
+_SPREAD = np.linspace(-3.6, 3.6, 9)
+SIZES = np.exp(np.log(SIZE_FACTOR) * _SPREAD)
+"""Grid of a listed effect's common size over the typical one, as far as one of three thousand lies …"""
+SIZE_WEIGHTS = np.exp(-0.5 * _SPREAD**2)
 """… and its weights (log-normal), not normalised."""
 UNLISTED_SIZES = np.geomspace(0.05, 50.0, 7)
 """Grid of the rms over all readings that an unlisted law makes, in noises; each alike (log-uniform)."""

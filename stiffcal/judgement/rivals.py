@@ -6,7 +6,7 @@ they are, and thousands of readings make certainty of that.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -18,25 +18,30 @@ from stiffcal.judgement.priors import MemberKind, RobotScale
 from stiffcal.judgement.sets import Key, WeighedSets
 from stiffcal.model.no_balance import NoBalanceError
 
-NEAR = 12.0
-"""Nats behind the best set up to which a rival is refitted."""
+NEAR = 25.0
+"""Nats behind the best set up to which a rival is refitted: what an effect of ten noises bends, and more."""
 MOST_REFITS = 8
 """Rivals that are refitted."""
 
 
-def rivals_of(weighed: WeighedSets) -> list[tuple[int, int]]:
-    """Return the nearest rivals: a member of the best set by number, and the effect in its place."""
+Rival = tuple[int, int | None]
+"""A member of the best set by number, and the effect in its place; None: it is left out."""
+
+
+def rivals_of(weighed: WeighedSets) -> list[Rival]:
+    """Return the nearest rivals, nearest first."""
     best, members = set(weighed.best), weighed.members
     top = weighed.log[weighed.best]
-    found = []
+    found: list[tuple[float, Rival]] = []
     for key, value in weighed.log.items():
         left, new = best - set(key), set(key) - best
-        if len(left) == len(new) == 1 and value > top - NEAR:
-            old, other = left.pop(), new.pop()
-            kinds = {members[old].kind, members[other].kind}
-            if kinds == {MemberKind.EFFECT} and members[old].name != members[other].name:
-                found.append((value, old, other))
-    return [(old, other) for _, old, other in sorted(found, reverse=True)[:MOST_REFITS]]
+        if len(left) != 1 or len(new) > 1 or value < top - NEAR:
+            continue
+        old, other = left.pop(), new.pop() if new else None
+        effects = {members[i].kind for i in (old, other) if i is not None} == {MemberKind.EFFECT}
+        if effects and (other is None or members[old].name != members[other].name):
+            found.append((value, (old, other)))
+    return [rival for _, rival in sorted(found, key=lambda one: -one[0])[:MOST_REFITS]]
 
 
 def with_rivals_refitted(
@@ -53,15 +58,15 @@ def with_rivals_refitted(
     fitted : fits the model with some members.
     ground_of : returns what members are compared about, under the weights of the best set.
     """
-    best, gains = weighed.best, dict[tuple[int, int], float]()
+    best, gains = weighed.best, dict[Rival, float]()
     for old, other in rivals_of(weighed):
-        key = tuple(sorted({*best, other} - {old}))
+        key = tuple(sorted({*best} - {old} | ({other} if other is not None else set())))
         try:
             fit = fitted([weighed.members[i] for i in key])
             gains[old, other] = _about_its_own(weighed, key, ground_of(fit), scale) - weighed.log[key]
         except (NoBalanceError, ArithmeticError, np.linalg.LinAlgError):
             continue
-    changed = {key: sum(_gains_in(key, gains)) for key in weighed.log}
+    changed = {key: _gain_of(key, gains) for key in weighed.log}
     return replace(
         weighed,
         log={key: value + changed[key] for key, value in weighed.log.items()},
@@ -69,11 +74,13 @@ def with_rivals_refitted(
     )
 
 
-def _gains_in(key: Key, gains: dict[tuple[int, int], float]) -> Iterator[float]:
-    """Give what each rival in a set gains where that of the best set is not in it."""
-    for (old, other), gain in gains.items():
-        if other in key and old not in key:
-            yield gain
+def _gain_of(key: Key, gains: Mapping[Rival, float]) -> float:
+    """Return what a set gains: for each member of the best set that it lacks what its own rival there gains."""
+    total = 0.0
+    for old in {old for old, _ in gains} - set(key):
+        inside = [gain for (left, other), gain in gains.items() if left == old and other in key]
+        total += sum(inside) if inside else gains.get((old, None), 0.0)
+    return total
 
 
 def _about_its_own(weighed: WeighedSets, key: Key, ground: Ground, scale: RobotScale) -> float:
