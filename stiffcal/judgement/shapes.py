@@ -99,6 +99,8 @@ def _best_shape(ground: Ground, tried: Sequence[Regressor], residual: Floats, sc
     place = np.log([one.shape[symbol] for one in known])
     order = np.argsort(place)
     width = np.gradient(place[order]) if len(order) > 1 else np.ones(1)
+    if not width.any():
+        return known[best], 0.0
     density = values[order] - values[best] + np.log(np.maximum(width, 1e-300))
     return known[best], float(min(np.logaddexp.reduce(density) - np.log(np.sum(width)), 0.0))
 
