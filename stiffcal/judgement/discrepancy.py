@@ -18,8 +18,8 @@ from stiffcal.identification.projection import Projection
 
 WAVES = 20
 """Half waves over a run of a random walk."""
-MOST_OF_RUN = 18
-"""Directions of one run alone: three loads, six components."""
+MOST_OF_RUN = 24
+"""Directions of one run alone: three loads and a step for each of six components."""
 LEAST = 1e-9
 """Share of the largest variance of a run below which a direction is rounding."""
 
@@ -79,19 +79,6 @@ class Discrepancy:
         found = np.concatenate(variances) if variances else np.zeros(0)
         return cls(tuple(np.unique(data.run).tolist()), m * n, tuple(parts), found)
 
-    def of_runs(self) -> Iterator[tuple[int, Floats]]:
-        """Give each run's number and (d, r) columns of it alone, together of rms one over its rows."""
-        at = 0
-        for run, (place, basis) in zip(self.runs, self.of_run, strict=True):
-            variance = self.variance[at : at + basis.shape[1]]
-            at += basis.shape[1]
-            kept = slice(0, MOST_OF_RUN)
-            rows = np.zeros((len(variance[kept]), self.n_rows))
-            rows[:, place] = (basis[:, kept] * np.sqrt(variance[kept])).T
-            square = float(np.sum(variance[kept]))
-            if square > 0.0:
-                yield run, rows * np.sqrt(len(place) / square)
-
     def along(self, rows: Floats) -> Floats:
         """Return (k, d) the parts of whitened rows (k, r) along the directions."""
         return np.concatenate([rows[:, place] @ basis for place, basis in self.of_run], axis=1)
@@ -104,6 +91,27 @@ class Discrepancy:
     def log_determinant(self, size: float) -> float:
         """Return log |V|."""
         return float(np.sum(np.log1p(size**2 * self.variance)))
+
+
+def off_by_run(of_loads: Discrepancy, of_time: Discrepancy) -> Iterator[tuple[int, Floats]]:
+    """Give each run's number and (d, r) columns that move it alone, together of rms one over its rows.
+
+    Parameters
+    ----------
+    of_loads, of_time : how runs answer their loads and wander; a run that is off does both, as far as it likes.
+    """
+    at = [0, 0]
+    for run, (place, loads), (_, time) in zip(of_loads.runs, of_loads.of_run, of_time.of_run, strict=True):
+        answer = loads * np.sqrt(of_loads.variance[at[0] : at[0] + loads.shape[1]])
+        walk = time * np.sqrt(of_time.variance[at[1] : at[1] + time.shape[1]])
+        at = [at[0] + loads.shape[1], at[1] + time.shape[1]]
+        # of a long run the walk's first waves alone, next to all that it can answer; a short one moves in any way
+        basis, size, _ = np.linalg.svd(walk - loads @ (loads.T @ walk), full_matrices=False)
+        moved = np.column_stack([answer, (basis * size)[:, size > LEAST * walk.max(initial=0.0)]])[:, :MOST_OF_RUN]
+        if moved.any():
+            rows = np.zeros((moved.shape[1], of_loads.n_rows))
+            rows[:, place] = moved.T * np.sqrt(len(place) / np.sum(moved**2))
+            yield run, rows
 
 
 def _unit_loads(wrench: Floats) -> list[Floats]:

@@ -11,11 +11,13 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
-from stiffcal.diagnosis.load_scan import weights_of
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
-from stiffcal.identification.noise import Whitening
+from stiffcal.identification.load_rows import LoadRows
+from stiffcal.identification.noise import Noise
+from stiffcal.identification.observation import Observations
 from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.weights import residual_noise
 from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.ground import Ground
@@ -39,9 +41,11 @@ class Judged:
     weighed: WeighedSets
     """Of all sets."""
     fit: Fit
-    """Of the model with the best set."""
+    """Of the model with the best set, runs that are off left out."""
     ground: Ground
     """About which they were weighed."""
+    chosen: frozenset[str]
+    """Names of the effects and runs with which the fit was made."""
     rounds: int
     """Models about which members were compared."""
 
@@ -59,25 +63,24 @@ class Judged:
         )
 
     @property
+    def members(self) -> Sequence[Member]:
+        """All members."""
+        return self.weighed.members
+
+    @property
     def best(self) -> list[Member]:
         """The members of the best set."""
         return [self.members[i] for i in self.weighed.best]
 
     @property
     def names_of_best(self) -> frozenset[str]:
-        """Names of the effects in the best set."""
-        return frozenset(one.name for one in self.best if one.kind is MemberKind.EFFECT)
+        """Names of the effects and runs in the best set."""
+        return frozenset(one.name for one in self.best if one.kind is not MemberKind.UNLISTED)
 
     @property
     def settled(self) -> bool:
         """Whether the best set about the last model is that model's."""
-        present = {f"{placed.effect.name} {placed.place.label}" for placed in self.ground.present}
-        return self.names_of_best == present
-
-    @property
-    def members(self) -> Sequence[Member]:
-        """All members."""
-        return self.weighed.members
+        return self.names_of_best == self.chosen
 
 
 def judge_states(
@@ -91,44 +94,28 @@ def judge_states(
     robot : the present model, with or without values.
     catalogue : effects by name.
     """
-    settings = settings or Settings()
     problem = fit_problem(states, robot)
-    fit = fit_observations(problem, robot, settings)
-    springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not _is_member(placed)))
-    candidates, _ = list_candidates(springs, states, catalogue)
-    scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, problem.data).loads)
-    geometry = GeometryNuisance.of(states, fit)
-    own = tuple((placed.effect.name, placed.place) for placed in springs.placed)
-    chosen = frozenset(f"{p.effect.name} {p.place.label}" for p in fit.robot.placed if _is_member(p))
+    fit = fit_observations(problem, robot, settings or Settings())
+    campaign = _Campaign.of(states, fit, catalogue, settings or Settings())
+    chosen = frozenset(_name_of(placed) for placed in fit.robot.placed if _is_member(placed))
     tried = {chosen}
     for number in range(1, ROUNDS + 1):
-        judged = _judged(_ground(fit, own, geometry, weights_of(fit)), fit, candidates, scale, number)
+        judged = campaign.judged(fit, chosen, number)
         if judged.names_of_best in tried:
-            weights = weights_of(fit)
+            noise = _noise_of(fit)
             weighed = with_rivals_refitted(
-                judged.weighed,
-                scale,
-                lambda chosen: fit_observations(problem, _with(springs, chosen), settings),
-                lambda rival: _ground(rival, own, geometry, weights),  # noqa: B023, it is called before the next round
-            )
+                judged.weighed, campaign.scale, campaign.fit, lambda rival: campaign.ground(rival, noise)  # noqa: B023
+            )  # fmt: skip
             judged = replace(judged, weighed=weighed)
         best = judged.names_of_best
         if best in tried:
             break
         try:
-            fit = fit_observations(problem, _with(springs, judged.best), settings)
+            fit, chosen = campaign.fit(judged.best), best
         except (NoBalanceError, ArithmeticError):
             break
         tried.add(best)
     return judged
-
-
-def _judged(ground: Ground, fit: Fit, candidates: Sequence[Candidate], scale: RobotScale, number: int) -> Judged:
-    """Weigh sets about a model."""
-    members = list_members(ground, candidates, scale)
-    present = {f"{placed.effect.name} {placed.place.label}" for placed in ground.present}
-    start = tuple(i for i, one in enumerate(members) if one.name in present and len(one.columns.present))
-    return Judged(search_sets(members, ground.evidence([one.columns for one in members]), start), fit, ground, number)
 
 
 def _is_member(placed: PlacedEffect) -> bool:
@@ -136,51 +123,95 @@ def _is_member(placed: PlacedEffect) -> bool:
     return placed.effect.name != JOINT_SPRING and not placed.effect.general
 
 
-def _with(springs: CompliantRobot, chosen: Sequence[Member]) -> CompliantRobot:
-    """Return the model with the listed of some members, their shapes as they were compared."""
-    added = tuple(
-        PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape))
-        for one in chosen
-        if one.candidate is not None
-    )
-    return replace(springs, placed=(*springs.placed, *added))
+def _name_of(placed: PlacedEffect) -> str:
+    return f"{placed.effect.name} {placed.place.label}"
 
 
-def _ground(
-    fit: Fit, own: Sequence[tuple[str, object]], geometry: GeometryNuisance | None, whitening: Whitening
-) -> Ground:
-    """Return what members are compared about: a fit, with what it has beyond the model under test as members."""
-    state = Linearised.about(fit.robot, fit.data)
-    about = fit.linearised(whitening, state)
-    common_of = [
-        k
-        for k, column in enumerate(about.columns)
-        if (fit.robot.placed[column.placed].effect.name, fit.robot.placed[column.placed].place) in own
-    ]
-    columns, prior = about.derivative[common_of], about.prior
-    kept = [row for row in prior if not np.delete(row[:-1], common_of).any()]
-    prior = np.array([[*row[:-1][common_of], row[-1]] for row in kept]).reshape(-1, len(common_of) + 1)
-    if geometry is not None:
-        nuisance = geometry.directions(about.space, columns)
-        p, q = len(columns), len(nuisance)
-        columns = np.concatenate([columns, nuisance])
-        prior = np.insert(prior, [p] * q, 0.0, axis=1)
-        prior = np.concatenate([prior, np.eye(q, p + q + 1, p)])
-    space = about.space
-    dof = float(about.dof - len(common_of))
-    present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
-    derivative: dict[tuple[str, Place], dict[str, Floats]] = defaultdict(dict)
-    for column, change in zip(about.columns, about.derivative, strict=True):
-        placed = fit.robot.placed[column.placed]
-        if placed in present and column.role is not ParameterRole.NONLINEAR:
-            derivative[placed.effect.name, placed.place][column.symbol] = change
-    of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
-    noise = NoiseScale(dof, _known(fit))
-    return Ground(
-        state, space, space.rows(columns), prior, about.residual, present, derivative, of_loads, of_time, noise
-    )
+def _noise_of(fit: Fit) -> Noise:
+    """Return the noise of a fit; where none is known, the residuals' own size by kind of row."""
+    return fit.noise or residual_noise(fit.data, fit.predicted)
 
 
-def _known(fit: Fit) -> float:
-    """Return with how many degrees of freedom the scale of the weights is known besides the readings."""
-    return STATED_NOISE_DOF if fit.noise is not None and fit.noise.source == "manifest" else 0.0
+@dataclass(frozen=True)
+class _Campaign:
+    """What all models of one judgement share."""
+
+    states: LoadStates
+    """The load states."""
+    data: Observations
+    """All of them, as rows."""
+    springs: CompliantRobot
+    """What every hypothesis has."""
+    candidates: Sequence[Candidate]
+    """Effects of the catalogue at their places."""
+    scale: RobotScale
+    """How soft and how loaded the robot is."""
+    geometry: GeometryNuisance | None
+    """Errors of its geometry."""
+    settings: Settings
+    """How fits are made."""
+
+    @classmethod
+    def of(cls, states: LoadStates, fit: Fit, catalogue: Mapping[str, Effect], settings: Settings) -> _Campaign:
+        """Prepare, with the fit of the model under test."""
+        springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not _is_member(placed)))
+        candidates, _ = list_candidates(springs, states, catalogue)
+        scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, fit.data).loads)
+        return cls(states, fit.data, springs, candidates, scale, GeometryNuisance.of(states, fit), settings)
+
+    def fit(self, chosen: Sequence[Member]) -> Fit:
+        """Return the fit of the model with some members; runs that are off take no part."""
+        added = tuple(
+            PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape))
+            for one in chosen
+            if one.candidate is not None
+        )
+        robot = replace(self.springs, placed=(*self.springs.placed, *added))
+        off = [one.run for one in chosen if one.run is not None]
+        problem = fit_problem(self.states, robot, ~np.isin(self.states.run, off) if off else None)
+        return fit_observations(problem, robot, self.settings)
+
+    def judged(self, fit: Fit, chosen: frozenset[str], number: int) -> Judged:
+        """Weigh sets about a model."""
+        ground = self.ground(fit, _noise_of(fit))
+        members = list_members(ground, self.candidates, self.scale)
+        start = tuple(
+            i
+            for i, one in enumerate(members)
+            if one.name in chosen and (one.run is not None or len(one.columns.present))
+        )
+        weighed = search_sets(members, ground.evidence([one.columns for one in members]), start)
+        return Judged(weighed, fit, ground, chosen, number)
+
+    def ground(self, fit: Fit, noise: Noise) -> Ground:
+        """Return what members are compared about: a fit, what it has beyond the springs as members."""
+        state = Linearised.about(fit.robot, self.data)
+        about = LoadRows.about(fit.robot, self.data, fit.columns, noise, state)
+        own = [(placed.effect.name, placed.place) for placed in self.springs.placed]
+        present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
+        common = [k for k, column in enumerate(about.columns) if fit.robot.placed[column.placed] not in present]
+        columns, prior = about.derivative[common], _prior_of(about.prior, common)
+        if self.geometry is not None:
+            nuisance = self.geometry.directions(about.space, columns)
+            p, q = len(columns), len(nuisance)
+            columns = np.concatenate([columns, nuisance])
+            prior = np.insert(prior, [p] * q, 0.0, axis=1)
+            prior = np.concatenate([prior, np.eye(q, p + q + 1, p)])
+        derivative: dict[tuple[str, Place], dict[str, Floats]] = defaultdict(dict)
+        for column, change in zip(about.columns, about.derivative, strict=True):
+            placed = fit.robot.placed[column.placed]
+            if placed in present and column.role is not ParameterRole.NONLINEAR:
+                derivative[placed.effect.name, placed.place][column.symbol] = change
+        space = about.space
+        stated = fit.noise is not None and fit.noise.source == "manifest"
+        scale = NoiseScale(float(about.dof - len(common)), STATED_NOISE_DOF if stated else 0.0)
+        return Ground(
+            state, space, space.rows(columns), prior, about.residual, present, derivative,
+            Discrepancy.of_loads(space), Discrepancy.of_time(space), scale,
+        )  # fmt: skip
+
+
+def _prior_of(prior: Floats, chosen: Sequence[int]) -> Floats:
+    """Return the rows (r, p + 1) of what is known before that are of chosen parameters alone, as rows of these."""
+    kept = [row for row in prior if not np.delete(row[:-1], chosen).any()]
+    return np.array([[*row[:-1][chosen], row[-1]] for row in kept]).reshape(-1, len(chosen) + 1)

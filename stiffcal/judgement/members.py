@@ -12,6 +12,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.judgement.discrepancy import off_by_run
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.priors import (
@@ -75,7 +76,7 @@ def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotSc
         columns = MemberColumns(rows / size, np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
         share = Share(law.place, law.follows, MemberKind.UNLISTED)
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
-    for run, rows in ground.of_loads.of_runs():
+    for run, rows in off_by_run(ground.of_loads, ground.of_time):
         found.append(_run_off(run, rows))
     names = {member.name: member.share for member in found}
     odds = dict(zip(names, log_odds(list(names.values())), strict=True))
@@ -83,7 +84,7 @@ def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotSc
 
 
 def _run_off(run: int, rows: Floats) -> Member:
-    """Return the member by which a run is off: moved in its own way by its loads, without bound.
+    """Return the member by which a run is off, in any way and without bound.
 
     Parameters
     ----------

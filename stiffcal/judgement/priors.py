@@ -34,7 +34,7 @@ UNLISTED_SIZES = np.geomspace(0.05, 50.0, 7)
 """Grid of the rms over all readings that an unlisted law makes, in noises; each alike (log-uniform)."""
 DOUBTED_RUN = 0.01
 """Probability that a run is off: mislabelled, knocked, in another unit …"""
-RUN_SIZES = np.geomspace(2.0, 200.0, 6)
+RUN_SIZES = np.geomspace(2.0, 5000.0, 7)
 """… and grid of the rms over its readings by which it is, in noises; each alike (log-uniform)."""
 DISCREPANCIES = np.array([0.05, 0.14, 0.4, 1.1, 3.2, 9.0])
 """Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform) …"""

@@ -55,7 +55,7 @@ def with_rivals_refitted(
     Parameters
     ----------
     scale : of the robot.
-    fitted : fits the model with some members.
+    fitted : fits the model with some members, runs that are off left out.
     ground_of : returns what members are compared about, under the weights of the best set.
     """
     best, gains = weighed.best, dict[Rival, float]()

@@ -26,6 +26,8 @@ from stiffcal.model.effect import (
     joint_node,
 )
 
+USUAL, BEYOND = 0.9, 2.0
+"""Quantile of the loads that counts as one, and how far beyond it a law's functions go on."""
 LEVER = 0.1
 """m of a shift for a radian of a turn: as large at the tool as each other."""
 
@@ -67,8 +69,9 @@ class LoadFunctions:
 
 
 def _unit(values: Floats) -> Floats:
-    most = float(np.abs(values).max(initial=0.0))
-    return values / most if most > 0.0 else values
+    """Return loads of order one; a load far beyond all others, as in a run of another unit, is no larger than these."""
+    usual = float(np.quantile(np.abs(values), USUAL)) or float(np.abs(values).max(initial=0.0))
+    return np.clip(values / usual, -BEYOND, BEYOND) if usual > 0.0 else values
 
 
 def _torque(chain: Chain, joint: int, loads: NodeLoads) -> Floats:
