@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
+# Readings up to which a table of all pairs takes a megabyte and less time than loading a library for trees.
+FEW = 200
 # Of no use to any rig: readings that are far from each other in space are so along it, as a rule.
 _ASLANT = np.array([0.48, 0.6, 0.64])
 
@@ -30,21 +32,32 @@ class LikeReadings:
 
     @cached_property
     def _tree(self) -> cKDTree:
-        from scipy.spatial import cKDTree  # takes longer to load than most campaigns take here
+        from scipy.spatial import cKDTree
 
         return cKDTree(self._share)
+
+    @cached_property
+    def _table(self) -> Booleans | None:
+        """(m, m) which are alike, of few readings; None of many."""
+        if len(self._share) > FEW:
+            return None
+        return np.asarray(((self._share[:, None] - self._share) ** 2).sum(axis=2) <= 1.0)
 
     @cached_property
     def counts(self) -> Integers:
         """(m,) how many readings are like each, itself included."""
         if (np.diff(np.sort(self._share @ _ASLANT)) >= 1.0).all():
             return np.ones(len(self._share), dtype=np.int64)
+        if self._table is not None:
+            return np.asarray(self._table.sum(axis=1), dtype=np.int64)
         return np.asarray(self._tree.query_ball_point(self._share, 1.0, return_length=True), dtype=np.int64)
 
     def of(self, reading: int) -> Integers:
         """Return the readings like one, itself among them, ascending."""
         if self.counts[reading] == 1:
             return np.array([reading], dtype=np.int64)
+        if self._table is not None:
+            return np.flatnonzero(self._table[reading])
         return np.sort(np.asarray(self._tree.query_ball_point(self._share[reading], 1.0), dtype=np.int64))
 
 

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.reduction.like_readings import LikeReadings, most_alike_from
+from stiffcal.reduction.like_readings import FEW, LikeReadings, most_alike_from
 
 STEP = 3.0
 
 
-def readings(seed: int) -> Floats:
+def readings(seed: int, near_levels: int = 60) -> Floats:
     """Return forces at a few levels, some of them in steps along one axis, and some at random."""
     rng = np.random.default_rng(seed)
     levels = rng.normal(scale=30.0, size=(4, 3))
-    near = levels[rng.integers(4, size=60)] + rng.normal(scale=0.5, size=(60, 3))
+    near = levels[rng.integers(4, size=near_levels)] + rng.normal(scale=0.5, size=(near_levels, 3))
     along = np.arange(30.0)[:, None] * [0.0, 0.7 * STEP, 0.0]
     return np.asarray(rng.permutation(np.concatenate([near, along, rng.normal(scale=5.0, size=(30, 3))])))
 
@@ -24,9 +24,11 @@ def pairs(force: Floats) -> Booleans:
     return np.asarray(np.linalg.norm(force[:, None] - force, axis=2) < STEP)
 
 
+@pytest.mark.parametrize("near_levels", [60, 2 * FEW])
 @pytest.mark.parametrize("seed", range(5))
-def test_they_are_those_of_the_table_of_pairs(seed: int) -> None:
-    force = readings(seed)
+def test_they_are_those_of_the_table_of_pairs(seed: int, near_levels: int) -> None:
+    """Of few readings a table, of many a tree says which are alike."""
+    force = readings(seed, near_levels)
     like, table = LikeReadings(force, STEP), pairs(force)
     assert like.counts.tolist() == table.sum(axis=1).tolist()
     assert all(like.of(k).tolist() == np.flatnonzero(table[k]).tolist() for k in range(len(force)))

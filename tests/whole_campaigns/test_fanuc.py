@@ -96,7 +96,7 @@ def test_a_fault_names_the_file_of_its_own_column(fanuc: Path) -> None:
 
 
 SLIPS = {
-    "metres as millimetres": ('translation = "m"', 'translation = "mm"', "3.66 µm under up to 1.17e+03 N", "m"),
+    "metres as millimetres": ('translation = "m"', 'translation = "mm"', "0.00366 mm under up to 1.17e+03 N", "m"),
     "metres as micrometres": ('translation = "m"', 'translation = "um"', "3.19e+05 N/µm", "m"),
     "radians as degrees": ('position = "rad"', 'position = "deg"', "43 poses lie within", "rad"),
 }
