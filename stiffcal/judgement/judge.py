@@ -24,7 +24,7 @@ from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member, list_members
 from stiffcal.judgement.priors import JOINT_SPRING, STATED_NOISE_DOF, MemberKind, RobotScale
 from stiffcal.judgement.rivals import with_rivals_refitted
-from stiffcal.judgement.sets import WeighedSets, search_sets
+from stiffcal.judgement.sets import Key, WeighedSets, search_sets
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole, Place
@@ -45,7 +45,9 @@ class Judged:
     ground: Ground
     """About which they were weighed."""
     chosen: frozenset[str]
-    """Names of the effects and runs with which the fit was made."""
+    """Names of the effects and runs with which the fit was made …"""
+    own: Key
+    """… and the set of them, with the unlisted laws of the best set."""
     rounds: int
     """Models about which members were compared."""
 
@@ -104,7 +106,7 @@ def judge_states(
         if judged.names_of_best in tried:
             noise = _noise_of(fit)
             weighed = with_rivals_refitted(
-                judged.weighed, campaign.scale, campaign.fit, lambda rival: campaign.ground(rival, noise)  # noqa: B023
+                judged.weighed, judged.own, campaign.scale, campaign.fit, lambda rival: campaign.ground(rival, noise)  # noqa: B023
             )  # fmt: skip
             judged = replace(judged, weighed=weighed)
         best = judged.names_of_best
@@ -181,7 +183,10 @@ class _Campaign:
             if one.name in chosen and (one.run is not None or len(one.columns.present))
         )
         weighed = search_sets(members, ground.evidence([one.columns for one in members]), start)
-        return Judged(weighed, fit, ground, chosen, number)
+        unlisted = [i for i in weighed.best if members[i].kind is MemberKind.UNLISTED]
+        own = tuple(sorted({*start, *unlisted}))
+        weighed.weigh(own)
+        return Judged(weighed, fit, ground, chosen, own, number)
 
     def ground(self, fit: Fit, noise: Noise) -> Ground:
         """Return what members are compared about: a fit, what it has beyond the springs as members."""

@@ -1,4 +1,4 @@
-"""The nearest rivals of the best set, each refitted on the balanced robot and weighed about its own fit.
+"""The nearest rivals of a set, each refitted on the balanced robot and weighed about its own fit.
 
 About the fit of one set the others are straight lines from there: by what they bend they would be less probable than
 they are, and thousands of readings make certainty of that.
@@ -25,12 +25,12 @@ MOST_REFITS = 8
 
 
 Rival = tuple[int, int | None]
-"""A member of the best set by number, and the effect in its place; None: it is left out."""
+"""A member of the set by number, and the effect in its place; None: it is left out."""
 
 
-def rivals_of(weighed: WeighedSets) -> list[Rival]:
-    """Return the nearest rivals, nearest first."""
-    best, members = set(weighed.best), weighed.members
+def rivals_of(weighed: WeighedSets, own: Key) -> list[Rival]:
+    """Return the nearest rivals of the set about whose fit all are weighed, nearest first."""
+    best, members = set(own), weighed.members
     top = weighed.log[weighed.best]
     found: list[tuple[float, Rival]] = []
     for key, value in weighed.log.items():
@@ -46,6 +46,7 @@ def rivals_of(weighed: WeighedSets) -> list[Rival]:
 
 def with_rivals_refitted(
     weighed: WeighedSets,
+    own: Key,
     scale: RobotScale,
     fitted: Callable[[list[Member]], Fit],
     ground_of: Callable[[Fit], Ground],
@@ -54,13 +55,14 @@ def with_rivals_refitted(
 
     Parameters
     ----------
+    own : the set about whose fit all are weighed.
     scale : of the robot.
     fitted : fits the model with some members, runs that are off left out.
     ground_of : returns what members are compared about, under the weights of the best set.
     """
-    best, gains = weighed.best, dict[Rival, float]()
-    for old, other in rivals_of(weighed):
-        key = tuple(sorted({*best} - {old} | ({other} if other is not None else set())))
+    gains = dict[Rival, float]()
+    for old, other in rivals_of(weighed, own):
+        key = tuple(sorted({*own} - {old} | ({other} if other is not None else set())))
         try:
             fit = fitted([weighed.members[i] for i in key])
             gains[old, other] = _about_its_own(weighed, key, ground_of(fit), scale) - weighed.log[key]
@@ -75,7 +77,7 @@ def with_rivals_refitted(
 
 
 def _gain_of(key: Key, gains: Mapping[Rival, float]) -> float:
-    """Return what a set gains: for each member of the best set that it lacks what its own rival there gains."""
+    """Return what a set gains: for each member of the set that it lacks what its own rival there gains."""
     total = 0.0
     for old in {old for old, _ in gains} - set(key):
         inside = [gain for (left, other), gain in gains.items() if left == old and other in key]
