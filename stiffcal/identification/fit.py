@@ -75,15 +75,23 @@ class Fit:
         """The parameters that the fit solved for: neither fixed nor left at their neutral value."""
         return free_columns(self.robot, self.fixed | self.left_at_neutral)
 
-    def linearised(self, whitening: Whitening | None = None, at_rest: ModelAtRest | None = None) -> LoadRows:
+    def linearised(
+        self,
+        weights: Whitening | Noise | None = None,
+        at_rest: ModelAtRest | None = None,
+        data: Observations | None = None,
+    ) -> LoadRows:
         """Return the rows about the estimates: the only way from a fit to columns, residual, priors and bounds.
 
         Parameters
         ----------
-        whitening : weights of ``data`` to use in place of the fit's own.
+        weights : to use in place of the fit's own.
         at_rest : the fitted robot at rest, where it is at hand.
+        data : observations in place of those that were fitted, some of which took no part; ``weights`` are of them.
         """
-        return LoadRows.about(self.robot, self.data, self.columns, whitening or self.whitening, at_rest)
+        return LoadRows.about(
+            self.robot, self.data if data is None else data, self.columns, weights or self.whitening, at_rest
+        )
 
     def residual_of(self, data: Observations) -> tuple[Projection, Floats]:
         """Return the weights of other observations by the fit's noise, and (m, n) what the model leaves of them.

@@ -13,7 +13,6 @@ from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
-from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Noise
 from stiffcal.identification.observation import Observations
 from stiffcal.identification.regressors import Linearised
@@ -191,7 +190,7 @@ class _Campaign:
     def ground(self, fit: Fit, noise: Noise) -> Ground:
         """Return what members are compared about: a fit, what it has beyond the springs as members."""
         state = Linearised.about(fit.robot, self.data)
-        about = LoadRows.about(fit.robot, self.data, fit.columns, noise, state)
+        about = fit.linearised(noise, state, self.data)
         own = [(placed.effect.name, placed.place) for placed in self.springs.placed]
         present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
         common = [k for k, column in enumerate(about.columns) if fit.robot.placed[column.placed] not in present]
