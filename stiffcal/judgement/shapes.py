@@ -39,13 +39,14 @@ def shapes_of(ground: Ground, candidate: Candidate, scale: RobotScale) -> list[S
     if is_slip(candidate.effect):
         return _steps(ground, candidate, placed)
     tried = [one for one in variants(candidate, ground.state, ALL_SHAPES) if len(one.symbols) or one.fixed.any()]
-    if placed is not None and dict(placed.shape()) not in [dict(one.shape) for one in tried]:
+    own = None if placed is None else dict(placed.shape())
+    if placed is not None and own not in [dict(one.shape) for one in tried]:
         tried.append(ground.state.regressor(placed.effect, placed.place, placed.shape()))
     if len(tried) < 2:
         return [(one, 0.0) for one in tried]
     found: dict[tuple[float, ...], Shaped] = {}
     for residual in _residuals(ground, candidate, placed, scale):
-        best, share = _best_shape(ground, tried, residual, scale)
+        best, share = _best_shape(ground, tried, residual, scale, own)
         key = tuple(best.shape.values())
         # next to what explains all, every shape reads alike; in its place fewer do
         found[key] = best, min(share, found.get(key, (best, 0.0))[1])
@@ -77,8 +78,19 @@ def _share_of(ground: Ground, placed: PlacedEffect, scale: RobotScale) -> Floats
     return np.asarray(columns.present @ columns.rows) if len(columns.present) else np.zeros(columns.rows.shape[1])
 
 
-def _best_shape(ground: Ground, tried: Sequence[Regressor], residual: Floats, scale: RobotScale) -> Shaped:
-    """Return the best shape, its share that of all that read alike."""
+def _best_shape(
+    ground: Ground,
+    tried: Sequence[Regressor],
+    residual: Floats,
+    scale: RobotScale,
+    own: Mapping[str, float] | None,
+) -> Shaped:
+    """Return the best shape, or that of the model, its share that of all that read alike.
+
+    Parameters
+    ----------
+    own : the shape in the model, which stands for all: its part is what is taken back. None: it is not in the model.
+    """
     known = list(tried)
     values = _evidence(ground, known, residual, scale)
     symbol = _continuous(known[0].effect)
@@ -93,7 +105,7 @@ def _best_shape(ground: Ground, tried: Sequence[Regressor], residual: Floats, sc
         made = [ground.state.regressor(first.effect, first.place, {symbol: value}) for value in new]
         values = np.append(values, _evidence(ground, made, residual, scale))
         known += made
-    best = int(np.argmax(values))
+    best = int(np.argmax(values)) if own is None else [dict(one.shape) for one in known].index(dict(own))
     if symbol is None:
         return known[best], float(np.logaddexp.reduce(values - values[best]) - np.log(len(known)))
     place = np.log([one.shape[symbol] for one in known])
@@ -102,7 +114,8 @@ def _best_shape(ground: Ground, tried: Sequence[Regressor], residual: Floats, sc
     if not width.any():
         return known[best], 0.0
     density = values[order] - values[best] + np.log(np.maximum(width, 1e-300))
-    return known[best], float(min(np.logaddexp.reduce(density) - np.log(np.sum(width)), 0.0))
+    share = float(np.logaddexp.reduce(density) - np.log(np.sum(width)))
+    return known[best], share if own is not None else min(share, 0.0)
 
 
 def _continuous(effect: Effect) -> str | None:

@@ -20,6 +20,9 @@ SEED = 9001
 TARGET, NOTHING, FRICTION = 0, 1, 35
 """Of them one with a target that sits elsewhere, one with nothing, and one with friction."""
 
+CREEP_SEED, CREEP = 3, 273
+"""A campaign with creep, of which the grid has a better shape than the fit."""
+
 
 @pytest.fixture(scope="module")
 def friction() -> FieldCampaign:
@@ -50,6 +53,15 @@ def test_what_is_hidden_is_named_and_firm() -> None:
     assert [group.members[0][0] for group in found.groups] == ["target-offset setup"]
     assert found.groups[0].firm
     assert found.p_nothing < 0.01
+
+
+def test_an_effect_is_taken_back_in_the_shape_that_the_fit_found() -> None:
+    """About the model with it, readings lack nothing: the part of the effect is put back, whatever its best shape."""
+    campaign = draw_campaign(CREEP_SEED, CREEP)
+    judged = judge_states(campaign.states, campaign.model, built_in_effects())
+    assert judged.settled
+    assert judged.chosen == {"creep j3"}
+    assert probabilities(judged)["creep j3"] > 0.9
 
 
 def test_the_order_of_the_catalogue_changes_nothing(friction: FieldCampaign) -> None:
