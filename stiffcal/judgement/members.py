@@ -63,7 +63,12 @@ def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotSc
     for candidate in sorted(candidates, key=lambda one: one.name):
         if candidate.effect.general or candidate.effect.in_motion:
             continue
-        share = Share(where(candidate.effect, candidate.place), candidate.effect.name, MemberKind.EFFECT)
+        share = Share(
+            where(candidate.effect, candidate.place),
+            candidate.effect.name,
+            MemberKind.EFFECT,
+            candidate.place.kind != "setup",
+        )
         for regressor, log_share in shapes_of(ground, candidate, scale):
             columns = columns_of(ground, regressor, scale)
             found.append(Member(candidate.name, share, candidate, dict(regressor.shape), log_share, columns))
@@ -74,7 +79,7 @@ def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotSc
             continue
         even = np.full(len(UNLISTED_SIZES), 1.0 / len(UNLISTED_SIZES))
         columns = MemberColumns(rows / size, np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
-        share = Share(law.place, law.follows, MemberKind.UNLISTED)
+        share = Share(law.place, law.follows, MemberKind.UNLISTED, True)
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
     for run, rows in off_by_run(ground.of_loads, ground.of_time):
         found.append(_run_off(run, rows))
@@ -92,4 +97,6 @@ def _run_off(run: int, rows: Floats) -> Member:
     """
     even = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES))
     columns = MemberColumns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even)
-    return Member(f"run {run} off", Share(f"run {run}", "off", MemberKind.MISTAKE), None, {}, 0.0, columns, run=run)
+    return Member(
+        f"run {run} off", Share(f"run {run}", "off", MemberKind.MISTAKE, False), None, {}, 0.0, columns, run=run
+    )

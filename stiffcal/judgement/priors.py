@@ -80,6 +80,8 @@ class Share:
     """Members of a family share what the family has."""
     kind: MemberKind
     """Effect of the catalogue, law that nobody has written down, or mistake."""
+    of_part: bool
+    """Whether the place is a joint or a link: what is there is one group."""
 
 
 def log_odds(shares: Sequence[Share]) -> Floats:

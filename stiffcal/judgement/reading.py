@@ -111,13 +111,12 @@ def _alike(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key,
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
     number = next(i for i in key if members[i].name == leader)
     taken = {members[i].name for i in judged.weighed.best} - {leader}
-    place = members[number].share.place
-    bound_to_place = place.startswith(("joint", "link"))
+    own = members[number].share
     found = {leader}
     for i, one in enumerate(members):
         if one.kind is not MemberKind.EFFECT or one.name in taken:
             continue
-        if (bound_to_place and one.share.place == place) or _share(judged, key, number, i) >= ALIKE**2:
+        if (own.of_part and one.share.place == own.place) or _share(judged, key, number, i) >= ALIKE**2:
             found.add(one.name)
     return found
 

@@ -5,7 +5,7 @@ Each is a sum of a few columns of like size. What it follows is its name.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,24 +48,14 @@ def unlisted_laws(state: Linearised) -> Iterator[UnlistedLaw]:
     """Give the laws about a robot at rest."""
     chain = state.robot.chain
     for joint in range(1, chain.n_joints + 1):
-        for basis in BASES:
-            count = len(basis.values(chain, joint, state.loads))
-            regressor = state.regressor(_Drive(basis, count), Place("joints", (joint,)), {})
+        for follows, functions in FUNCTIONS.items():
+            count = len(functions(chain, joint, state.loads))
+            regressor = state.regressor(_Drive(functions, count), Place("joints", (joint,)), {})
             if regressor.columns.any():
-                yield UnlistedLaw(f"joint {joint}", basis.follows, regressor.columns)
+                yield UnlistedLaw(f"joint {joint}", follows, regressor.columns)
         regressor = state.regressor(_Node(int(chain.drive_components[joint - 1])), Place("joints", (joint,)), {})
         if regressor.columns.any():
             yield UnlistedLaw(f"joint {joint}", "all that the joint carries", regressor.columns)
-
-
-class LoadFunctions:
-    """Functions of the loads (n,) of a drive, each of order one."""
-
-    follows = ""
-
-    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
-        """Return them for the drive of ``joint``, from 1."""
-        raise NotImplementedError
 
 
 def _unit(values: Floats) -> Floats:
@@ -78,57 +68,45 @@ def _torque(chain: Chain, joint: int, loads: NodeLoads) -> Floats:
     return _unit(drive_torque(chain, loads.wrench, joint))
 
 
-class OfTorque(LoadFunctions):
-    """Any function of its own torque."""
-
-    follows = "its own torque"
-
-    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
-        """Powers and steps of it."""
-        u = _torque(chain, joint, loads)
-        return [np.abs(u), u**2, u**3, u**5, np.tanh(3.0 * u), np.tanh(10.0 * u), np.tanh(40.0 * u)]
+def _of_torque(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+    """Return powers and steps of the drive's own torque."""
+    u = _torque(chain, joint, loads)
+    return [np.abs(u), u**2, u**3, u**5, np.tanh(3.0 * u), np.tanh(10.0 * u), np.tanh(40.0 * u)]
 
 
-class OfAngle(LoadFunctions):
-    """A compliance that depends on its own angle."""
-
-    follows = "its own angle"
-
-    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
-        """Waves of it, times torque."""
-        u, q = _torque(chain, joint, loads), loads.angles[joint - 1]
-        return [u * wave(k * q) for k in (0.5, 1.0, 2.0, 3.0, 4.0) for wave in (np.sin, np.cos)]
+def _of_angle(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+    """Return waves of the joint's own angle, times torque."""
+    u, q = _torque(chain, joint, loads), loads.angles[joint - 1]
+    return [u * wave(k * q) for k in (0.5, 1.0, 2.0, 3.0, 4.0) for wave in (np.sin, np.cos)]
 
 
-class OfOtherAngles(LoadFunctions):
-    """A compliance that depends on the angle of another joint."""
-
-    follows = "another joint's angle"
-
-    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
-        """Waves of each other angle, times torque."""
-        u = _torque(chain, joint, loads)
-        others = [q for k, q in enumerate(loads.angles, start=1) if k != joint]
-        return [u * wave(k * q) for q in others for k in (1.0, 2.0) for wave in (np.sin, np.cos)]
+def _of_other_angles(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+    """Return waves of each other joint's angle, times torque."""
+    u = _torque(chain, joint, loads)
+    others = [q for k, q in enumerate(loads.angles, start=1) if k != joint]
+    return [u * wave(k * q) for q in others for k in (1.0, 2.0) for wave in (np.sin, np.cos)]
 
 
-class OfOtherTorques(LoadFunctions):
-    """What another joint carries moves this one."""
-
-    follows = "another joint's torque"
-
-    def values(self, chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
-        """Each other torque, its square, and products with its own torque."""
-        u = _torque(chain, joint, loads)
-        values: list[Floats] = []
-        for k in range(1, chain.n_joints + 1):
-            if k != joint:
-                w = _torque(chain, k, loads)
-                values += [w, w**2, np.abs(w) * u, w * u]
-        return values
+def _of_other_torques(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+    """Return each other joint's torque, its square, and products with the own torque."""
+    u = _torque(chain, joint, loads)
+    values: list[Floats] = []
+    for k in range(1, chain.n_joints + 1):
+        if k != joint:
+            w = _torque(chain, k, loads)
+            values += [w, w**2, np.abs(w) * u, w * u]
+    return values
 
 
-BASES: Sequence[LoadFunctions] = (OfTorque(), OfAngle(), OfOtherAngles(), OfOtherTorques())
+Functions = Callable[[Chain, int, NodeLoads], list[Floats]]
+"""Of the loads (n,) of a drive, by its joint from 1; each of order one."""
+FUNCTIONS: Mapping[str, Functions] = {
+    "its own torque": _of_torque,
+    "its own angle": _of_angle,
+    "another joint's angle": _of_other_angles,
+    "another joint's torque": _of_other_torques,
+}
+"""By what a law of them follows."""
 
 
 def _size(symbol: str) -> ParameterSpec:
@@ -142,14 +120,14 @@ class _Drive(DocumentedEffect):
     kind = Kind.NODE_LAW
     place_kind = "joints"
 
-    def __init__(self, basis: LoadFunctions, count: int) -> None:
-        self.basis = basis
+    def __init__(self, functions: Functions, count: int) -> None:
+        self.functions = functions
         self.parameters = tuple(_size(f"a{k}") for k in range(count))  # type: ignore[misc]
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """Return the functions, each with an amplitude of its own."""
         joint = place.joints[0]
-        values = self.basis.values(chain, joint, loads)
+        values = self.functions(chain, joint, loads)
         return [term for k, value in enumerate(values) for term in drive_terms(chain, joint, f"a{k}", value)]
 
 

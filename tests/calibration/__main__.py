@@ -9,14 +9,13 @@ small problems drawn from the very priors, whose probabilities have to be right 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from tests.calibration import self_check
-from tests.calibration.judging import judged
+from tests.calibration.judging import judged, read_line
 from tests.calibration.tables import table
 from tests.rates.workers import one_thread_each
 
@@ -38,15 +37,15 @@ def main(arguments: Sequence[str]) -> int:
         return 0
     chosen.to.mkdir(parents=True, exist_ok=True)
     kept = chosen.to / f"{chosen.judge}-{chosen.seed}.jsonl"
-    known = [json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines()] if kept.exists() else []
+    known = [read_line(line) for line in kept.read_text(encoding="utf-8").splitlines()] if kept.exists() else []
     wanted = range(chosen.first, chosen.first + chosen.count)
-    left = sorted(set(wanted) - {record["number"] for record in known})
+    left = sorted(set(wanted) - {record.number for record in known})
     with one_thread_each(chosen.workers) as pool, kept.open("a", encoding="utf-8") as file:
         for record in pool.map(partial(judged, chosen.judge, chosen.seed), left):
             known.append(record)
-            file.write(json.dumps(record) + "\n")
+            file.write(record.line() + "\n")
             file.flush()
-    print(table([record for record in known if record["number"] in wanted]))
+    print(table([record for record in known if record.number in wanted]))
     return 0
 
 

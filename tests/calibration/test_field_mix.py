@@ -7,6 +7,7 @@ import pytest
 
 from tests.calibration.answers import Answer, Named, firm_wrong, is_good
 from tests.calibration.field_mix import FieldCampaign, draw_campaign
+from tests.calibration.judging import JudgedCampaign, read_line
 
 NAN = float("nan")
 SEED = 9001
@@ -60,3 +61,14 @@ def test_a_mistake_is_good_where_its_runs_are_named(campaigns: dict[str, FieldCa
     assert is_good(mistake, answer(doubted=(first,)))
     assert not is_good(mistake, answer(doubted=(first, max(mistake.runs) + 1)))
     assert not is_good(mistake, answer())
+
+
+def test_a_judged_campaign_is_read_as_it_was_written() -> None:
+    """An answer without probabilities holds NaN, which is not equal to itself: lines are compared."""
+    one = JudgedCampaign(
+        3, "one", "repeats", "balance", "heavy", 12, (1.5,), ("creep j1",), ("creep j1",), (), answer(named("creep j1")),
+        "1 right", True, 0,
+    )  # fmt: skip
+    again = read_line(one.line())
+    assert again.line() == one.line()
+    assert again.answer.named[0].names == ("creep j1",)
