@@ -66,8 +66,8 @@ def test_a_mistake_is_good_where_its_runs_are_named(campaigns: dict[str, FieldCa
 def test_a_judged_campaign_is_read_as_it_was_written() -> None:
     """An answer without probabilities holds NaN, which is not equal to itself: lines are compared."""
     one = JudgedCampaign(
-        3, "one", "repeats", "balance", "heavy", 12, (1.5,), ("creep j1",), ("creep j1",), (), answer(named("creep j1")),
-        "1 right", True, 0,
+        3, "one", "repeats", "balance", "heavy", 12, (1.5,), ("creep j1",), ("creep j1",), (),
+        answer(named("creep j1")), "1 right", True, 0,
     )  # fmt: skip
     again = read_line(one.line())
     assert again.line() == one.line()
