@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 from stiffcal.arrays import Floats
 from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import amplitudes
+from stiffcal.experiments.friction.documents import identified_friction
 from stiffcal.experiments.friction.fitting import fit_friction
 from stiffcal.experiments.friction.heldout import heldout_friction, left_out
 from stiffcal.experiments.friction.identifiability import MotionLack
@@ -27,7 +28,8 @@ from tests.laboratory.joint_strokes import LAW, friction_runs, robot
 TRUE = {"coulomb": 50.0, "viscous": 80.0}
 JOINT_2 = Place("joints", (2,))
 FRICTION = PlacedEffect(LAW, JOINT_2)
-STRIBECK = PlacedEffect(built_in_effects()["stribeck"], JOINT_2)
+LAW_OF_SPEED = built_in_effects()["stribeck"]
+STRIBECK = PlacedEffect(LAW_OF_SPEED, JOINT_2)
 
 
 @functools.cache
@@ -76,6 +78,14 @@ def test_one_way_leaves_friction_open_and_says_so() -> None:
     assert set(joint.lacking.values()) == {MotionLack.ONE_DIRECTION}
     assert [one.value for one in joint.parameters] == [None, None]
     assert joint.free == ()
+
+
+def test_a_shape_that_no_reading_shows_has_the_usual_value_and_is_not_identified() -> None:
+    (joint,) = fit_friction(rows(), (FRICTION, STRIBECK), robot()).joints
+    assert joint.lacking["stribeck.j2.exponent"] is MotionLack.SHAPE
+    answered = {one.name: one for one in identified_friction(joint)}
+    assert answered["stribeck.j2.exponent"].value == LAW_OF_SPEED.spec("exponent").typical
+    assert {name for name, one in answered.items() if not one.identifiable} == set(joint.lacking)
 
 
 def test_what_a_drift_of_the_speed_alone_shows_is_open() -> None:

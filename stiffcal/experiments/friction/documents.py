@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.experiments.friction.identifiability import MotionLack
 from stiffcal.experiments.friction.results import (
     BearingFriction,
     BetweenDirections,
@@ -46,8 +47,8 @@ def effects_in_model(placed: tuple[PlacedEffect, ...]) -> list[EffectInModel]:
     return [EffectInModel(name, joints=numbers) for name, numbers in joints.items()]
 
 
-def _identified(parameter: Parameter, remark: str) -> IdentifiedParameter:
-    """Return one parameter as ``identify`` answers it, with a remark on what to know of it."""
+def _identified(parameter: Parameter, lack: MotionLack | None) -> IdentifiedParameter:
+    """Return one parameter as ``identify`` answers it, and why the motion does not determine it; None where it does."""
     value, std = parameter.value, parameter.std
     return IdentifiedParameter(
         name=parameter.name,
@@ -58,16 +59,16 @@ def _identified(parameter: Parameter, remark: str) -> IdentifiedParameter:
         interval=None if parameter.interval is None else list(parameter.interval),
         unit=parameter.spec.unit,
         fixed=parameter.fixed,
-        identifiable=parameter.identifiable and not remark,
+        identifiable=parameter.identifiable and lack is None,
         at_bound=parameter.at_bound,
         poorly_known=bool(std is not None and value and is_poorly_known(value, std)),
-        remark=remark,
+        remark="" if lack is None else lack.sentence,
     )
 
 
 def identified_friction(joint_fit: JointFrictionFit) -> list[IdentifiedParameter]:
     """Return a joint's parameters as ``identify`` answers them."""
-    return [_identified(parameter, joint_fit.remark(parameter.name)) for parameter in joint_fit.parameters]
+    return [_identified(parameter, joint_fit.lacking.get(parameter.name)) for parameter in joint_fit.parameters]
 
 
 def unknown_parameters(placed: PlacedEffect) -> list[IdentifiedParameter]:
@@ -117,9 +118,9 @@ def lacking_motion(data: MeasuredRuns, fit: FrictionFit) -> list[UnidentifiedPar
     groups = []
     for joint_fit in fit.joints:
         name = data.joint_names[joint_fit.joint - 1]
-        if joint_fit.lacking:
-            names = [parameter.name for parameter in joint_fit.parameters if parameter.name in joint_fit.lacking]
-            (lack,) = set(joint_fit.lacking.values())
+        # shapes have a value: the usual one
+        for lack in sorted({*joint_fit.lacking.values()} - {MotionLack.SHAPE}):
+            names = [one.name for one in joint_fit.parameters if joint_fit.lacking.get(one.name) is lack]
             reason = f"joint {name}: {lack.sentence}"
             groups.append(UnidentifiedParameters(parameters=names, known=None, reason=reason))
     return groups
@@ -233,8 +234,8 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
                     "direction than in the other: friction depends on the direction, or the torque has a zero offset"
                 )
         for parameter in joint_fit.parameters:
-            if parameter.name in joint_fit.usual:
-                texts.append(f"{parameter.name}: {joint_fit.remark(parameter.name)}")
+            if joint_fit.lacking.get(parameter.name) is MotionLack.SHAPE:
+                texts.append(f"{parameter.name}: {MotionLack.SHAPE.sentence}")
             elif parameter.at_bound:
                 texts.append(f"{parameter.name} is at the limit of its range")
         if any(p.value is not None and p.value <= 0.0 for p in joint_fit.parameters if p.spec.symbol == "coulomb"):

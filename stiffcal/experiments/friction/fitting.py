@@ -18,8 +18,6 @@ from stiffcal.experiments.friction.rows import FrictionRows, together
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
 
-NOT_IDENTIFIED = "not identifiable from these data; the usual value is used"
-
 
 @dataclass(frozen=True)
 class JointFrictionFit:
@@ -29,8 +27,6 @@ class JointFrictionFit:
     """From 1."""
     parameters: tuple[Parameter, ...]
     """All parameters, in the order of the model and of each effect."""
-    usual: frozenset[str]
-    """Full names of shapes that these data do not determine, held at their usual values."""
     lacking: Mapping[str, MotionLack]
     """Full name to why the motion does not determine it."""
     values: Mapping[str, float]
@@ -49,12 +45,6 @@ class JointFrictionFit:
     """rad/s, the lowest speed."""
     highest: float
     """rad/s, the highest speed."""
-
-    def remark(self, name: str) -> str:
-        """Return what a reader must know of a parameter's value, "" where nothing."""
-        if name in self.usual:
-            return NOT_IDENTIFIED
-        return self.lacking[name].sentence if name in self.lacking else ""
 
 
 @dataclass(frozen=True)
@@ -170,14 +160,13 @@ def joint_fit(fit: PartFit, joint: int) -> JointFrictionFit:
     own = [k for k, column in enumerate(fit.solved.columns) if fit.robot.placed[column.placed] in placed]
     lack = motion_lack(velocity) or MotionLack.COLLINEAR
     stems = tuple(effect.parameter_name("") for effect in placed)
-    lacking = {name: lack for name in sorted(fit.unidentified) if name.startswith(stems)}
+    causes = dict.fromkeys(sorted(fit.unidentified), lack) | dict.fromkeys(sorted(fit.usual), MotionLack.SHAPE)
     known = fit.source.noise_known[of_joint].all()
     speed = np.abs(velocity)
     return JointFrictionFit(
         joint=joint,
         parameters=tuple(p for p in fit.parameters if p.place.joints[0] == joint),
-        usual=frozenset(name for name in fit.usual if name.startswith(stems)),
-        lacking=lacking,
+        lacking={name: cause for name, cause in causes.items() if name.startswith(stems)},
         values={name: value for name, value in fit.values.items() if name.startswith(stems)},
         free=tuple(names[k] for k in own),
         covariance=fit.covariance[np.ix_(own, own)],

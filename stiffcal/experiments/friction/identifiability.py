@@ -24,6 +24,8 @@ class MotionLack(StrEnum):
     """It moved both ways, at one speed only."""
     COLLINEAR = "collinear"
     """Terms of the model do the same at all speeds, angles and times that were logged."""
+    SHAPE = "shape"
+    """It does not show how a law bends: a shape is held at its usual value."""
 
     @property
     def sentence(self) -> str:
@@ -42,6 +44,7 @@ _SENTENCES = {
     MotionLack.COLLINEAR: (
         "in these motions it cannot be distinguished from the other terms of the model; add other speeds or angles"
     ),
+    MotionLack.SHAPE: "not identifiable from these data; the usual value is used",
 }
 
 
