@@ -100,8 +100,74 @@ class Inner:
 
 
 @dataclass(frozen=True)
+class Shared:
+    """What all sets have about one model: columns, what is known of these before, and the discrepancies."""
+
+    columns: Floats
+    """(p, r) whitened."""
+    prior: Floats
+    """(o, p + 1) rows of what is known of them before; last what they should be."""
+    kinds: Sequence[tuple[Discrepancy, float]]
+    """Of discrepancies, each with how probable it is."""
+
+    @cached_property
+    def along(self) -> list[Floats]:
+        """Per kind the parts (p, d) of the columns along its directions."""
+        return [discrepancy.along(self.columns) for discrepancy, _ in self.kinds]
+
+    @cached_property
+    def grid(self) -> list[tuple[int, Floats, float]]:
+        """Per discrepancy its kind, the weights (d,) of its directions, and a logarithm: its share, and −½ log |V|.
+
+        The first is none; its kind is −1.
+        """
+        found = [(-1, np.zeros(0), float(np.log(NO_DISCREPANCY)))]
+        for number, (discrepancy, probability) in enumerate(self.kinds):
+            share = float(np.log(probability / len(DISCREPANCIES)))
+            for size in DISCREPANCIES:
+                density = share - 0.5 * discrepancy.log_determinant(size)
+                found.append((number, discrepancy.weights(size), density))
+        return found
+
+    @cached_property
+    def own(self) -> list[tuple[Floats, float]]:
+        """Per discrepancy L⁻¹ (p, p), L Lᵀ the columns' inner products, and log |L|."""
+        known = self.prior[:, :-1]
+        plain = self.columns @ self.columns.T + known.T @ known
+        found = []
+        for kind, weights, _ in self.grid:
+            inner = plain if kind < 0 else plain - (self.along[kind] * weights) @ self.along[kind].T
+            size = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+            unit = inner / np.outer(size, size)
+            unit[np.diag_indices(len(unit))] += ROUNDING
+            factor = np.linalg.cholesky(unit)
+            determinant = float(np.sum(np.log(np.diag(factor))) + np.sum(np.log(size)))
+            found.append((np.linalg.inv(factor) / size, determinant))
+        return found
+
+    def inner(self, rows: Floats) -> Inner:
+        """Return inner products of whitened rows (k + 1, r), last the residual."""
+        plain, across = rows @ rows.T, self.columns @ rows.T
+        known, wanted = self.prior[:, :-1], self.prior[:, -1]
+        across[:, -1] += known.T @ wanted
+        plain[-1, -1] += wanted @ wanted
+        along = [discrepancy.along(rows) for discrepancy, _ in self.kinds]
+        gram = np.empty((len(self.grid), len(rows), len(rows)))
+        constant = np.empty(len(self.grid))
+        for t, ((kind, weights, density), (inverse, determinant)) in enumerate(zip(self.grid, self.own, strict=True)):
+            inner, cross = plain, across
+            if kind >= 0:
+                grown = along[kind] * weights
+                inner, cross = plain - grown @ along[kind].T, across - self.along[kind] @ grown.T
+            part = inverse @ cross
+            gram[t] = inner - part.T @ part
+            constant[t] = density - determinant
+        return Inner(constant, gram[:, :-1, :-1], gram[:, :-1, -1], gram[:, -1, -1])
+
+
+@dataclass(frozen=True)
 class SetEvidence:
-    """SetEvidence of any set of members about one model."""
+    """Evidence of any set of members about one model."""
 
     members: Sequence[MemberColumns]
     """All of them."""
@@ -111,44 +177,15 @@ class SetEvidence:
     """Of the rows."""
 
     @classmethod
-    def of(
-        cls,
-        common: Floats,
-        prior: Floats,
-        residual: Floats,
-        members: Sequence[MemberColumns],
-        kinds: Sequence[tuple[Discrepancy, float]],
-        noise: NoiseScale,
-    ) -> SetEvidence:
+    def of(cls, shared: Shared, residual: Floats, members: Sequence[MemberColumns], noise: NoiseScale) -> SetEvidence:
         """Prepare.
 
         Parameters
         ----------
-        common : (p, r) whitened columns of what every hypothesis has.
-        prior : (o, p + 1) rows of what is known of these before; last what they should be.
         residual : (r,) whitened.
-        kinds : of discrepancies, each with how probable it is.
         noise : how well its scale is known.
         """
-        whole = np.concatenate([common, *(member.rows for member in members), residual[None]])
-        plain = whole @ whole.T
-        p = len(common)
-        known = np.zeros((len(prior), len(whole)))
-        known[:, :p], known[:, -1] = prior[:, :p], prior[:, -1]
-        plain += known.T @ known
-        found = [_without_common(plain, p, float(np.log(NO_DISCREPANCY)))]
-        for discrepancy, probability in kinds:
-            along, share = discrepancy.along(whole), float(np.log(probability / len(DISCREPANCIES)))
-            for size in DISCREPANCIES:
-                inner = plain - (along * discrepancy.weights(size)) @ along.T
-                found.append(_without_common(inner, p, share - 0.5 * discrepancy.log_determinant(size)))
-        inner = Inner(
-            np.array([one[0] for one in found]),
-            np.array([one[1][:-1, :-1] for one in found]),
-            np.array([one[1][:-1, -1] for one in found]),
-            np.array([one[1][-1, -1] for one in found]),
-        )
-        return cls(members, inner, noise)
+        return cls(members, shared.inner(np.concatenate([*(one.rows for one in members), residual[None]])), noise)
 
     @cached_property
     def place(self) -> list[Integers]:
@@ -200,53 +237,91 @@ class SetEvidence:
         return inner.constant + value + others + spread, sizes
 
     def _line(self, inner: Inner, chosen: Sequence[int], sizes: Integers, varied: int, bounded: Booleans) -> Floats:
-        """Return (t, s) the log evidence for each size of one member, the others' (t, c) as they are."""
-        grid = self.members[chosen[varied]].sizes
+        """Return (t, s) the log evidence for each size of one member, the others' (t, c) as they are.
+
+        The others are taken out at their sizes; along the eigenvectors of what is left of the member's own inner
+        products every size is a division.
+        """
+        own = np.concatenate([np.full(len(self.place[i]), j == varied) for j, i in enumerate(chosen)])
         scale = np.concatenate(
             [
-                np.broadcast_to(
-                    grid[None, :, None] if j == varied else self.members[i].sizes[sizes[:, j], None, None],
-                    (len(sizes), len(grid), len(self.place[i])),
-                )
+                np.repeat(self.members[i].sizes[sizes[:, j], None], len(self.place[i]), axis=1)
                 for j, i in enumerate(chosen)
-            ],
-            axis=2,
+                if j != varied
+            ]
+            or [np.zeros((len(sizes), 0))],
+            axis=1,
         )
-        gram = inner.gram[:, None] * scale[..., :, None] * scale[..., None, :]
-        k = gram.shape[-1]
-        gram[..., range(k), range(k)] += 1.0
-        factor = np.linalg.cholesky(gram)
-        unit = np.broadcast_to(np.eye(k)[:, bounded], (*scale.shape, int(bounded.sum())))
-        parts = np.linalg.solve(factor, np.concatenate([(inner.target[:, None] * scale)[..., None], unit], axis=-1))
-        half = parts[..., 0]
-        square = inner.square[:, None] - np.sum(half**2, axis=2)
-        value = self.noise.log_density(square) - np.sum(np.log(np.diagonal(factor, axis1=2, axis2=3)), axis=2)
-        if bounded.any():
-            value = value + self._within(parts, square)
-        return np.asarray(value)
-
-    def _within(self, parts: Floats, square: Floats) -> Floats:
-        """Return the log of how probable it is that bounded coefficients are positive, over half of each before.
-
-        Parameters
-        ----------
-        parts : (t, s, k, 1 + b) L⁻¹ times target and unit vectors of b bounded coefficients, L Lᵀ their precision.
-        square : (t, s) of the residual.
-        """
-        from scipy.special import log_ndtr
-
-        mean = np.einsum("...kb,...k->...b", parts[..., 1:], parts[..., 0])
-        deviation = np.sqrt(np.sum(parts[..., 1:] ** 2, axis=-2))
+        factor, across, half = _taken_out(inner, own, scale)
+        left = inner.gram[:, own][:, :, own] - np.swapaxes(across, 1, 2) @ across
+        values, vectors = np.linalg.eigh(left)
+        values = np.maximum(values, 0.0)
+        along = np.einsum("tvj,tv->tj", vectors, inner.target[:, own] - np.einsum("tov,to->tv", across, half))
+        grid = self.members[chosen[varied]].sizes[None, :, None] ** 2
+        share = grid / (1.0 + grid * values[:, None])
+        square = (inner.square - np.sum(half**2, axis=1))[:, None] - np.sum(share * along[:, None] ** 2, axis=2)
+        determinant = np.sum(np.log(np.diagonal(factor, axis1=1, axis2=2)), axis=1)[:, None]
+        value = self.noise.log_density(square) - determinant - 0.5 * np.sum(np.log1p(grid * values[:, None]), axis=2)
+        if not bounded.any():
+            return np.asarray(value)
+        mean, variance = _of_coefficients(bounded, own, vectors, share, along, factor, across, half)
         noise = self.noise.scale(np.maximum(square, 0.0))[..., None]
-        return np.asarray(np.sum(log_ndtr(mean / (noise * deviation)) + np.log(2.0), axis=-1))
+        return np.asarray(value + _within(mean / (noise * np.sqrt(np.maximum(variance, 1e-300)))))
 
 
-def _without_common(inner: Floats, p: int, constant: float) -> tuple[float, Floats]:
-    """Return the constant and inner products (p + k + 1)² with the first p columns taken out."""
-    size = np.sqrt(np.maximum(np.diag(inner)[:p], 1e-300))
-    own = inner[:p, :p] / np.outer(size, size)
-    own[np.diag_indices(p)] += ROUNDING
-    factor = np.linalg.cholesky(own)
-    part = np.linalg.solve(factor, inner[:p, p:] / size[:, None])
-    determinant = float(np.sum(np.log(np.diag(factor))) + np.sum(np.log(size)))
-    return constant - determinant, inner[p:, p:] - part.T @ part
+def _taken_out(inner: Inner, own: Booleans, scale: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the factor (t, o, o) of what is not one's own, L⁻¹ of that with its own (t, o, q), and with the residual.
+
+    Parameters
+    ----------
+    own : (k,).
+    scale : (t, o) sizes of the others.
+    """
+    gram = inner.gram[:, ~own]
+    others = gram[:, :, ~own] * scale[:, :, None] * scale[:, None, :]
+    others[:, range(scale.shape[1]), range(scale.shape[1])] += 1.0
+    factor = np.linalg.cholesky(others)
+    right = np.concatenate([gram[:, :, own], inner.target[:, ~own, None]], axis=2) * scale[:, :, None]
+    parts = np.linalg.solve(factor, right)
+    return factor, parts[..., :-1], parts[..., -1]
+
+
+def _of_coefficients(
+    bounded: Booleans,
+    own: Booleans,
+    vectors: Floats,
+    share: Floats,
+    along: Floats,
+    factor: Floats,
+    across: Floats,
+    half: Floats,
+) -> tuple[Floats, Floats]:
+    """Return means and variances (t, s, b) of the bounded coefficients, of any scale, the noise's left out."""
+    mine = vectors[:, bounded[own]]
+    mean = [np.einsum("tbj,tsj,tj->tsb", mine, share, along)]
+    variance = [np.einsum("tbj,tsj->tsb", mine**2, share)]
+    others = bounded[~own]
+    if others.any():
+        rows = np.swapaxes(
+            np.linalg.solve(
+                factor, np.broadcast_to(np.eye(len(others))[:, others], (*factor.shape[:2], int(others.sum())))
+            ),
+            1,
+            2,
+        )
+        turned = rows @ across @ vectors
+        mean.append((rows @ half[..., None])[:, None, :, 0] - np.einsum("tbj,tsj,tj->tsb", turned, share, along))
+        variance.append(np.sum(rows**2, axis=2)[:, None] + np.einsum("tbj,tsj->tsb", turned**2, share))
+    return np.concatenate(mean, axis=2), np.concatenate(variance, axis=2)
+
+
+def _within(deviations: Floats) -> Floats:
+    """Return (t, s) the log of how probable it is that coefficients are positive, over half of each before.
+
+    Parameters
+    ----------
+    deviations : (t, s, b) their means in standard deviations.
+    """
+    from scipy.special import log_ndtr
+
+    return np.asarray(np.sum(log_ndtr(deviations) + np.log(2.0), axis=-1))

@@ -13,8 +13,8 @@ from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import OF_LOADS, OF_TIME, SIZE_WEIGHTS, SIZES, RobotScale
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
+from stiffcal.judgement.priors import SIZE_WEIGHTS, SIZES, RobotScale
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 
@@ -27,10 +27,8 @@ class Ground:
     """The robot."""
     space: Projection
     """Weights and runs."""
-    common: Floats
-    """(p, r) whitened columns of what every hypothesis has."""
-    prior: Floats
-    """(o, p + 1) what is known of them before."""
+    shared: Shared
+    """What every hypothesis has."""
     residual: Floats
     """(m, n) what the model leaves."""
     present: Sequence[PlacedEffect]
@@ -61,8 +59,7 @@ class Ground:
             for member in members:
                 if len(member.present):
                     residual = residual + member.present @ member.rows
-        kinds = ((self.of_loads, OF_LOADS), (self.of_time, OF_TIME))
-        return SetEvidence.of(self.common, self.prior, residual, members, kinds, self.noise)
+        return SetEvidence.of(self.shared, residual, members, self.noise)
 
 
 def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> MemberColumns:

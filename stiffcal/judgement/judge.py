@@ -18,12 +18,14 @@ from stiffcal.identification.observation import Observations
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.weights import residual_noise
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import NoiseScale
+from stiffcal.judgement.evidence import NoiseScale, Shared
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member, list_members
-from stiffcal.judgement.priors import JOINT_SPRING, STATED_NOISE_DOF, MemberKind, RobotScale
+from stiffcal.judgement.priors import JOINT_SPRING, OF_LOADS, OF_TIME, STATED_NOISE_DOF, MemberKind, RobotScale
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
+from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
+from stiffcal.judgement.weight import WeightOfLinks, shown
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole, Place
@@ -149,6 +151,8 @@ class _Campaign:
     """How soft and how loaded the robot is."""
     geometry: GeometryNuisance | None
     """Errors of its geometry."""
+    weight: WeightOfLinks
+    """What the links weigh beyond what is stated."""
     settings: Settings
     """How fits are made."""
 
@@ -158,7 +162,8 @@ class _Campaign:
         springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not _is_member(placed)))
         candidates, _ = list_candidates(springs, states, catalogue)
         scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, fit.data).loads)
-        return cls(states, fit.data, springs, candidates, scale, GeometryNuisance.of(states, fit), settings)
+        geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
+        return cls(states, fit.data, springs, candidates, scale, geometry, weight, settings)
 
     def fit(self, chosen: Sequence[Member]) -> Fit:
         """Return the fit of the model with some members; runs that are off take no part."""
@@ -175,7 +180,7 @@ class _Campaign:
     def judged(self, fit: Fit, chosen: frozenset[str], number: int) -> Judged:
         """Weigh sets about a model."""
         ground = self.ground(fit, _noise_of(fit))
-        members = list_members(ground, self.candidates, self.scale)
+        members = list_members(ground, self.candidates, self.scale, self._unlisted(ground))
         start = tuple(
             i
             for i, one in enumerate(members)
@@ -187,6 +192,13 @@ class _Campaign:
         weighed.weigh(own)
         return Judged(weighed, fit, ground, chosen, own, number)
 
+    def _unlisted(self, ground: Ground) -> list[UnlistedLaw]:
+        """Return the laws that nobody has written down; the weight of a robot without masses every hypothesis has."""
+        laws = list(unlisted_laws(ground.state))
+        if self.springs.chain.masses_known:
+            laws += [UnlistedLaw(f"link {link}", "weight", columns) for link, columns in self.weight.of_links]
+        return laws
+
     def ground(self, fit: Fit, noise: Noise) -> Ground:
         """Return what members are compared about: a fit, what it has beyond the springs as members."""
         state = Linearised.about(fit.robot, self.data)
@@ -195,12 +207,13 @@ class _Campaign:
         present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
         common = [k for k, column in enumerate(about.columns) if fit.robot.placed[column.placed] not in present]
         columns, prior = about.derivative[common], _prior_of(about.prior, common)
-        if self.geometry is not None:
-            nuisance = self.geometry.directions(about.space, columns)
-            p, q = len(columns), len(nuisance)
-            columns = np.concatenate([columns, nuisance])
-            prior = np.insert(prior, [p] * q, 0.0, axis=1)
-            prior = np.concatenate([prior, np.eye(q, p + q + 1, p)])
+        nuisance = [] if self.geometry is None else [self.geometry.directions(about.space, columns)]
+        if not fit.robot.chain.masses_known:
+            nuisance.append(shown(self.weight.unknown(self.scale), about.space))
+        p, q = len(columns), sum(len(part) for part in nuisance)
+        columns = np.concatenate([columns, *nuisance])
+        prior = np.insert(prior, [p] * q, 0.0, axis=1)
+        prior = np.concatenate([prior, np.eye(q, p + q + 1, p)])
         derivative: dict[tuple[str, Place], dict[str, Floats]] = defaultdict(dict)
         for column, change in zip(about.columns, about.derivative, strict=True):
             placed = fit.robot.placed[column.placed]
@@ -209,10 +222,9 @@ class _Campaign:
         space = about.space
         stated = fit.noise is not None and fit.noise.source == "manifest"
         scale = NoiseScale(float(about.dof - len(common)), STATED_NOISE_DOF if stated else 0.0)
-        return Ground(
-            state, space, space.rows(columns), prior, about.residual, present, derivative,
-            Discrepancy.of_loads(space), Discrepancy.of_time(space), scale,
-        )  # fmt: skip
+        of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
+        shared = Shared(space.rows(columns), prior, ((of_loads, OF_LOADS), (of_time, OF_TIME)))
+        return Ground(state, space, shared, about.residual, present, derivative, of_loads, of_time, scale)
 
 
 def _prior_of(prior: Floats, chosen: Sequence[int]) -> Floats:

@@ -25,7 +25,7 @@ from stiffcal.judgement.priors import (
     where,
 )
 from stiffcal.judgement.shapes import shapes_of
-from stiffcal.judgement.unlisted import unlisted_laws
+from stiffcal.judgement.unlisted import UnlistedLaw
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,9 @@ class Member:
         return self.share.kind
 
 
-def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotScale) -> list[Member]:
+def list_members(
+    ground: Ground, candidates: Sequence[Candidate], scale: RobotScale, unlisted: Sequence[UnlistedLaw]
+) -> list[Member]:
     """Return all members about a model, listed ones in the shapes that the readings do not rule out."""
     found: list[Member] = []
     # in an order of their own: which sets are weighed must not hang on the order of a catalogue
@@ -72,7 +74,7 @@ def list_members(ground: Ground, candidates: Sequence[Candidate], scale: RobotSc
         for regressor, log_share in shapes_of(ground, candidate, scale):
             columns = columns_of(ground, regressor, scale)
             found.append(Member(candidate.name, share, candidate, dict(regressor.shape), log_share, columns))
-    for law in unlisted_laws(ground.state):
+    for law in unlisted:
         rows = ground.space.rows(law.columns)
         size = float(np.sqrt(np.sum(rows**2) / rows.shape[1]))
         if size <= 0.0:

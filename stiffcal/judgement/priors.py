@@ -13,6 +13,7 @@ from enum import Enum
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Effect, NodeLoads, Place
@@ -46,6 +47,8 @@ TYPICAL_COMPLIANCE = 2e-6
 """rad/(N·m), the joint compliance of the robots whose effects the catalogue calls typical …"""
 TYPICAL_TORQUE = 1e3
 """… and the torque, N·m, that their joints carry."""
+USUAL_SAG = 5e-3
+"""rad, by which a joint turns under the weight of a link: robots whose links weigh more have stiffer joints."""
 
 _OF_SETUP = {
     "base-compliance": "base", "tool-compliance": "tool", "fixture-compliance": "tool", "thermal-drift": "time",
@@ -108,7 +111,7 @@ def _of_laws(shares: Sequence[Share]) -> Floats:
     for share in shares:
         own = families[share.place, share.kind]
         part = UNLISTED if share.kind is MemberKind.UNLISTED else 1.0 - UNLISTED
-        if len([kind for place, kind in families if place == share.place]) == 1:
+        if (share.place, MemberKind.UNLISTED) not in families:
             part = 1.0
         expected = per_place * part / len(own) / forms[share.place, share.kind, share.family]
         odds.append(np.log(expected / (1.0 - expected)))
@@ -137,6 +140,13 @@ class RobotScale:
         softness = float(np.exp(np.mean(np.log(known)))) / TYPICAL_COMPLIANCE if known else 1.0
         torque = [float(np.abs(drive_torque(chain, loads.wrench, k)).max()) for k in range(1, chain.n_joints + 1)]
         return cls(softness, np.maximum(torque, 1e-6) / TYPICAL_TORQUE)
+
+    def usual_weight(self, chain: Chain) -> tuple[float, float]:
+        """Return the standard deviations of a link's mass, kg, and first moment, kg·m, where none is stated."""
+        reach = float(np.sum(np.linalg.norm(chain.fixed[:, :3, 3], axis=1)) + np.linalg.norm(chain.flange[:3, 3]))
+        gravity = float(np.linalg.norm(chain.gravity))
+        mass = USUAL_SAG / (TYPICAL_COMPLIANCE * self.compliance) / max(gravity * reach, 1e-3)
+        return mass, mass * reach / chain.n_joints
 
     def typical(self, effect: Effect, place: Place, symbol: str) -> float:
         """Return the typical size of an amplitude on this robot, in its own unit (rigidities: of the inverse)."""

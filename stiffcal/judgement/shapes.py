@@ -29,6 +29,9 @@ ROUNDS = 5
 HOPELESS = 4.0
 """Nats behind the model without the effect from which on its grid is left as it is."""
 
+TOGETHER = 8
+"""Shapes whose inner products are made at once: those with each other are of no use."""
+
 Shaped = tuple[Regressor, float]
 """A regressor, and the logarithm of its share of all shapes."""
 
@@ -139,8 +142,11 @@ def _between(known: Sequence[Regressor], values: Floats, symbol: str) -> list[fl
 def _evidence(ground: Ground, tried: Sequence[Regressor], residual: Floats, scale: RobotScale) -> Floats:
     """Return (k,) the log evidence of each shape alone."""
     columns = [replace(columns_of(ground, one, scale), present=np.zeros(0)) for one in tried]
-    evidence = ground.evidence(columns, residual)
-    return np.array([evidence.of_set([k]) for k in range(len(tried))])
+    found = []
+    for first in range(0, len(columns), TOGETHER):
+        evidence = ground.evidence(columns[first : first + TOGETHER], residual)
+        found += [evidence.of_set([k]) for k in range(len(evidence.members))]
+    return np.array(found)
 
 
 def _steps(ground: Ground, candidate: Candidate, placed: PlacedEffect | None) -> list[Shaped]:

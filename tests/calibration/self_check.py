@@ -13,7 +13,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
 from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY
 
 MEMBERS, RUNS, PER_RUN, COMMON = 4, 6, 5, 2
@@ -61,14 +61,8 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
             y += np.where(one.bounded, np.abs(coefficients), coefficients) @ one.rows
     common = rng.normal(size=(COMMON, n))
     y += rng.normal(size=COMMON) @ common * 100.0
-    evidence = SetEvidence.of(
-        common,
-        np.zeros((0, COMMON + 1)),
-        y,
-        members,
-        [(discrepancy, 1.0 - NO_DISCREPANCY)],
-        NoiseScale(float(n - COMMON), np.inf),
-    )
+    shared = Shared(common, np.zeros((0, COMMON + 1)), [(discrepancy, 1.0 - NO_DISCREPANCY)])
+    evidence = SetEvidence.of(shared, y, members, NoiseScale(float(n - COMMON), np.inf))
     sets = [chosen for k in range(MEMBERS + 1) for chosen in combinations(range(MEMBERS), k)]
     logs = np.array([evidence.of_set(chosen) + len(chosen) * np.log(ODDS) for chosen in sets])
     p = np.exp(logs - np.logaddexp.reduce(logs))

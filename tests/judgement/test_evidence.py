@@ -11,7 +11,7 @@ from scipy.stats import multivariate_normal
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
 from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY
 
 N, RUNS = 24, 4
@@ -73,7 +73,7 @@ def drawn() -> tuple[Floats, Floats, list[MemberColumns], Discrepancy]:
 
 def test_ratios_are_those_of_brute_force(drawn: tuple[Floats, Floats, list[MemberColumns], Discrepancy]) -> None:
     common, y, members, discrepancy = drawn
-    evidence = SetEvidence.of(common, np.zeros((0, 3)), y, members, kinds(discrepancy), EXACTLY)
+    evidence = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, members, EXACTLY)
     none = by_brute_force(common, 1e4, y, [], discrepancy)
     for number, one in enumerate(members):
         expected = by_brute_force(common, 1e4, y, [one], discrepancy) - none
@@ -85,7 +85,7 @@ def test_several_members_are_summed_about_their_best_sizes(
 ) -> None:
     """The sum over all combinations is approached by one line per member: exact where sizes do not depend on others."""
     common, y, members, discrepancy = drawn
-    evidence = SetEvidence.of(common, np.zeros((0, 3)), y, members, kinds(discrepancy), EXACTLY)
+    evidence = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, members, EXACTLY)
     none = by_brute_force(common, 1e4, y, [], discrepancy)
     expected = by_brute_force(common, 1e4, y, members[:2], discrepancy) - none
     assert evidence.of_set([0, 1]) - evidence.of_set([]) == pytest.approx(expected, abs=0.05)
@@ -100,7 +100,7 @@ def test_a_coefficient_that_cannot_be_negative_counts_by_its_probability(
     bounded = MemberColumns(free.rows, np.ones(1, dtype=np.bool_), free.sizes[:1], np.ones(1))
     plain = MemberColumns(free.rows, free.bounded, free.sizes[:1], np.ones(1))
     y = y - 1.4 * free.rows[0]
-    evidence = SetEvidence.of(common, np.zeros((0, 3)), y, [plain, bounded], kinds(discrepancy), EXACTLY)
+    evidence = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, [plain, bounded], EXACTLY)
     at = evidence.inner.at(0)
     precision = at.gram[0, 0, 0] + 1.0 / free.sizes[0] ** 2
     rng = np.random.default_rng(1)
@@ -118,8 +118,8 @@ def test_units_of_common_columns_and_of_coefficients_change_nothing(
     common, y, members, discrepancy = drawn
     noise = NoiseScale(float(N - 2), known)
     mixed = np.array([[1e3, 2e3], [0.0, 1e-4]]) @ common
-    one = SetEvidence.of(common, np.zeros((0, 3)), y, members, kinds(discrepancy), noise)
-    other = SetEvidence.of(mixed, np.zeros((0, 3)), y, members, kinds(discrepancy), noise)
+    one = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, members, noise)
+    other = SetEvidence.of(Shared(mixed, np.zeros((0, 3)), kinds(discrepancy)), y, members, noise)
     change = [evidence.of_set([0, 2]) - evidence.of_set([]) for evidence in (one, other)]
     assert change[0] == pytest.approx(change[1], abs=1e-6)
 
@@ -129,7 +129,7 @@ def test_conditional_products_are_those_of_the_larger_set(
 ) -> None:
     common, y, members, discrepancy = drawn
     fixed = [MemberColumns(one.rows, one.bounded, one.sizes[:1], np.ones(1)) for one in members]
-    evidence = SetEvidence.of(common, np.zeros((0, 3)), y, fixed, kinds(discrepancy), EXACTLY)
+    evidence = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, fixed, EXACTLY)
     where = evidence.place[0]
     left = evidence.inner.given(where, np.full(len(where), fixed[0].sizes[0]))
     gain = evidence.best_sizes([2], left)[0] - evidence.best_sizes([], left)[0]
