@@ -44,7 +44,7 @@ from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.rounded_copies import RoundedCopies
 from stiffcal.reduction.stopped_targets import stopped_targets
 from stiffcal.reduction.turned_sensor import turned_sensor
-from stiffcal.reduction.unit_slips import check_angle_convention, check_angle_unit, check_displacement_unit
+from stiffcal.reduction.unit_slips import angles_like_radians, check_angle_convention, check_displacement_unit
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12
@@ -296,11 +296,9 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
         if isinstance(signal, Deflection):
             faults += check_displacement_unit(states, signal.unit_of("translation").name, f"{place}.translation")
         elif isinstance(signal, JointSignals):
-            if signal.units.position == "deg":
-                slips, doubts = check_angle_unit(states, campaign.chain, f"{place}.position")
-                faults, warnings = faults + slips, warnings + doubts
-            if not faults:
-                faults += check_angle_convention(states, campaign.chain, f"sources.{source}.{name}")
+            faults = faults or check_angle_convention(states, campaign.chain, f"sources.{source}.{name}")
+            if not faults and signal.units.position == "deg":
+                warnings += angles_like_radians(states, f"{place}.position")
     return faults, warnings
 
 

@@ -1,4 +1,4 @@
-"""Other ways to count joint angles than the robot file states: columns, directions, zeros, angles counted together.
+"""Other ways to count joint angles than stated: units, columns, directions, angles counted together.
 
 On FANUC's and some other controllers the angle of joint 3 stands still while joint 2 moves the forearm: it is the sum
 of two angles of the robot file, or the difference. Such axes are parallel; `logged` of robot.toml states the sum.
@@ -14,6 +14,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.escapes import toml_text
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import jacobians
@@ -22,6 +23,8 @@ from stiffcal.mechanics.kinematics import jacobians
 _PARALLEL = 1e-3
 
 
+# Where the search for a joint's zero begins, rad: the whole circle lies within half a quarter of one of them.
+QUARTERS = (0.0, np.pi / 2, np.pi, -np.pi / 2)
 # Of the joint before it: counted against it, not at all, or together with it.
 _COUNTED = (-1.0, 0.0, 1.0)
 
@@ -38,16 +41,22 @@ class CountedAngles:
     """What is tried, as in "with … they agree"."""
     mend: str
     """What to write."""
+    code: FaultCode = FaultCode.KINEMATICS_MISMATCH
+    """Of the mistake."""
 
 
 def counted_otherwise(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
-    """Yield the angles with two columns interchanged, with another direction or zero of a joint, or counted together.
+    """Yield the angles in the other unit, two columns interchanged, another direction of a joint, or counted together.
 
     Parameters
     ----------
     joints : (n, L) logged, rad; m of prismatic joints. chain : the robot.
     """
     names = chain.joint_names if len(chain.joint_names) == joints.shape[1] else tuple(map(str, range(joints.shape[1])))
+    for unit, name, other in (("deg", "degrees", np.radians(joints)), ("rad", "radians", np.degrees(joints))):
+        angles = np.where(chain.prismatic, joints, other)
+        mend = f"write {toml_text.pair('units', {'position': unit})}"
+        yield CountedAngles(angles, "units.position", f"joint angles in {name}", mend, FaultCode.UNIT_IMPLAUSIBLE)
     for a, b in combinations(range(joints.shape[1]), 2):
         angles = joints.copy()
         angles[:, [a, b]] = joints[:, [b, a]]
@@ -59,13 +68,6 @@ def counted_otherwise(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
         angles[:, k] = -angles[:, k]
         words = f"joint {name} with opposite direction"
         yield CountedAngles(angles, f"joint {name}", words, f"write direction = -1 (or 1) for {name}")
-        if chain.prismatic[k]:
-            continue
-        for degrees in (-180, -90, 90, 180):
-            angles = joints.copy()
-            angles[:, k] += np.radians(degrees)
-            words = f"{degrees:+d}° at joint {name}"
-            yield CountedAngles(angles, f"joint {name}", words, f"correct theta_deg of {name}")
     yield from coupled_angles(joints, chain)
 
 

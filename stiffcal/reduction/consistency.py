@@ -84,6 +84,18 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
 
 def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = None, sign: float = 1.0) -> float:
     """Return the share of displacement that non-negative joint compliances explain, sensor axes turned by `flip`."""
+    left, measured = left_by_joints(states, chain, flip, sign)
+    total = float(measured @ measured)
+    return 1.0 - float(left @ left) / total if total > 0.0 else 1.0
+
+
+def left_by_joints(
+    states: LoadStates, chain: Chain, flip: Floats | None = None, sign: float = 1.0
+) -> tuple[Floats, Floats]:
+    """Return (k,) what non-negative joint compliances leave of the k measured components, and these themselves, m.
+
+    Of places what counts is the distance from their mean in each run.
+    """
     angles = chain.model_angles(states.joints)
     _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
     joint_axes = sign * (axes if flip is None else axes @ flip)
@@ -110,10 +122,7 @@ def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = 
     gram, right = np.linalg.qr(design / scale)
     zero = np.zeros(right.shape[1])
     value, _ = least_squares_within(right, gram.T @ target, zero, zero + np.inf)
-    residual = float(np.linalg.norm(right @ value - gram.T @ target))
-    total = float(target @ target)
-    outside = total - float(np.sum((gram.T @ target) ** 2))
-    return 1.0 - (residual**2 + outside) / total if total > 0.0 else 1.0
+    return target - gram @ (right @ value), target
 
 
 def check_work(
@@ -310,9 +319,6 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[tuple[str, str, Floa
     """Yield what may be wrong, in words and with its mend, and joints (n, L) and positions (n, 3) as they would be."""
     joints, position = states.joints, states.position[:, 0]
     names = chain.joint_names if len(chain.joint_names) == joints.shape[1] else tuple(map(str, range(joints.shape[1])))
-    for unit, name, other in (("deg", "degrees", np.radians(joints)), ("rad", "radians", np.degrees(joints))):
-        angles = np.where(chain.prismatic, joints, other)
-        yield f"joint angles in {name}", f"write {toml_text.pair('units', {'position': unit})}", angles, position
     for counted in counted_otherwise(joints, chain):
         yield counted.words, counted.mend, counted.joints, position
     for k in np.flatnonzero(chain.prismatic):

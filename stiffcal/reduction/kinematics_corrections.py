@@ -19,6 +19,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.reduction.angle_conventions import QUARTERS
 
 STEP = 1e-6  # of numerical derivatives, m and rad
 SETTLED, MOST_ROUNDS = 1e-9, 40
@@ -98,7 +99,8 @@ def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Itera
     for joint in range(n_joints):
         # a zero of the first joint turns all poses about the base: not identifiable where the frame is fitted too
         words = partial(_zero_words, chain, [joint])
-        yield from problem.corrections([*always, 9 + joint], {f"zero {joint}"}, words)
+        for start in (0.0,) if chain.prismatic[joint] else QUARTERS:
+            yield from problem.corrections([*always, 9 + joint], {f"zero {joint}"}, words, start)
     if not estimated:
         yield from problem.corrections(
             frame + target,
@@ -131,13 +133,14 @@ class _Problem:
         return np.asarray(turned - place - np.einsum("nij,j->ni", rotation, x[6:9]))
 
     def corrections(
-        self, free: list[int], parts: set[str], words: Callable[[Floats], tuple[str, str]]
+        self, free: list[int], parts: set[str], words: Callable[[Floats], tuple[str, str]], start: float = 0.0
     ) -> Iterator[KinematicsCorrection]:
-        """Yield the correction with these parameters free; none where the poses do not determine them."""
+        """Yield the correction with these parameters free, the last of them from a start; none if they stay open."""
         n_readings = 3 * len(self.states)
         if n_readings - len(free) < LEAST_FREEDOM:
             return
         x = np.zeros(9 + self.states.joints.shape[1])
+        x[free[-1]] = start
         for _ in range(MOST_ROUNDS):
             residual = self.residual(x)
             columns = np.empty((n_readings, len(free)))

@@ -1,4 +1,4 @@
-"""Units that pass every bound and still cannot be: displacements too small for the load, radians called degrees.
+"""Units and ways to count angles that pass every bound and still cannot be: load and displacement contradict them.
 
 Metres declared as millimetres make a robot a thousand times too stiff, radians declared as degrees fold all poses into
 one. Nothing in a single reading shows it; load and displacement together, over all poses, do.
@@ -10,14 +10,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.errors import Fault
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.quantities import unit
 from stiffcal.reduction.angle_conventions import counted_otherwise
-from stiffcal.reduction.consistency import FOLLOWS, explained_by_joints
+from stiffcal.reduction.consistency import FOLLOWS, MISSES_M, TURNED_RAD, explained_by_joints
+from stiffcal.reduction.joint_zeros import other_zeros
 
 # Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
 # shows is looked at, so that a stiff direction of a single pose is no matter.
@@ -27,7 +31,6 @@ USUAL_N_PER_M = (5e4, 1e7)
 LEAST_LOAD_N = 50.0
 # Angles of several poses, of several joints, all within ±2π "degrees": nobody calibrates a robot in one pose only.
 LEAST_POSES, LEAST_JOINTS, LEAST_MOVED_DEG = 4, 3, 0.2
-EXPLAINS_MORE = 0.25  # of the deflection, with the angles in radians: beyond what a better pose explains by chance
 # The size of the test of other ways to count angles: one sound campaign in ten thousand is refused.
 BY_CHANCE = 1e-4
 # Of the sum of squares: a millionth of the displacement, below what any instrument reads and above rounding.
@@ -85,10 +88,8 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
     ]
 
 
-def check_angle_unit(
-    states: LoadStates, chain: Chain, place: str, file: str = "campaign.toml"
-) -> tuple[list[Fault], list[str]]:
-    """Return a fault, or a warning where it is not sure, where angles declared in degrees look like radians.
+def angles_like_radians(states: LoadStates, place: str, file: str = "campaign.toml") -> list[str]:
+    """Return a warning where all angles declared in degrees are so small that they may be radians.
 
     Parameters
     ----------
@@ -96,26 +97,23 @@ def check_angle_unit(
     place : the key of the unit in the manifest.
     """
     if not states.deflection_given or len(states) == 0 or not states.setup.targets:
-        return [], []
+        return []
     degrees = np.degrees(states.joints)
     largest = float(np.abs(degrees).max())
     poses = len(np.unique(np.round(degrees, 2), axis=0))
     joints = int((np.ptp(degrees, axis=0) > LEAST_MOVED_DEG).sum())
     if largest > 2.0 * np.pi or poses < LEAST_POSES or joints < LEAST_JOINTS:
-        return [], []
+        return []
     reason = f"all angles of {poses} poses lie within {largest:.3g} degrees of zero: these look like radians"
-    gain = explained_by_joints(replace(states, joints=degrees), chain) - explained_by_joints(states, chain)
-    if gain > EXPLAINS_MORE:
-        full_reason = f"{reason}, and joint springs explain {100 * gain:.0f} % more of the deflection if they are"
-        return [Fault(FaultCode.UNIT_IMPLAUSIBLE, file, place, full_reason, 'write units = { position = "rad" }')], []
-    return [], [f'{file}: {place}: {reason}; if they are, write units = {{ position = "rad" }}']
+    return [f'{file}: {place}: {reason}; if they are, write units = {{ position = "rad" }}']
 
 
 def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: str = "campaign.toml") -> list[Fault]:
     """Return a fault where the displacements follow the loads only with joint angles counted in another way.
 
-    Both ways have as many springs: what they leave is compared by an F test, the three components of a pose as one
-    reading each, as the states of a pose share what the model lacks.
+    Such a way has as many springs, and the angle of a zero at most: what the two leave is compared by an F test, the
+    three components of a pose as one reading each, as the states of a pose share what the model lacks. A way that
+    moves the tool no more than a robot's own inaccuracy does is none.
 
     Parameters
     ----------
@@ -126,24 +124,36 @@ def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: s
     if len(states) == 0 or places or not states.setup.targets or not np.any(states.wrench):
         return []
     some = states.select(np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_STATES)).astype(np.int64)))
-    free = 3 * len(np.unique(np.round(np.degrees(some.joints), 2), axis=0)) - chain.n_joints
-    if free < 1:
+    poses = len(np.unique(np.round(np.degrees(some.joints), 2), axis=0))
+    free = 3 * poses - chain.n_joints
+    if poses < LEAST_POSES or free < 2:
         return []
     tried = [
         (explained_by_joints(replace(some, joints=counted.joints), chain), counted)
-        for counted in counted_otherwise(some.joints, chain)
+        for counted in (*counted_otherwise(some.joints, chain), *other_zeros(some, chain))
     ]
     share, best = max(tried, key=lambda entry: entry[0])
     explained = explained_by_joints(some, chain)
-    if share <= max(FOLLOWS, explained):
+    if share <= max(FOLLOWS, explained) or not _moves_the_target(some, best.joints, chain):
         return []
     from scipy.special import fdtrc
 
     ratio = max(1.0 - explained, NOTHING_LEFT) / max(1.0 - share, NOTHING_LEFT)
-    if float(fdtrc(free, free, ratio)) * len(tried) > BY_CHANCE:
+    if float(fdtrc(free, free - 1, ratio)) * len(tried) > BY_CHANCE:
         return []
     reason = (
         f"joint springs explain {100.0 * explained:.3g} % of the deflection, and {100.0 * share:.3g} % with "
         f"{best.words}: {np.sqrt(ratio):.3g} times as much is left as declared"
     )
-    return [Fault(FaultCode.KINEMATICS_MISMATCH, file, f"{place}: {best.place}", reason, best.mend)]
+    at = "." if best.code is FaultCode.UNIT_IMPLAUSIBLE else ": "  # a key of the manifest, or joints
+    return [Fault(best.code, file, f"{place}{at}{best.place}", reason, best.mend)]
+
+
+def _moves_the_target(states: LoadStates, joints: Floats, chain: Chain) -> bool:
+    """Return whether these joint angles put the first target where no robot's own inaccuracy does."""
+    (place, rotation), (other, turned) = (
+        attached_poses(chain, chain.model_angles(angles), states.setup.targets[0]) for angles in (states.joints, joints)
+    )
+    away = np.linalg.norm(other - place, axis=1)
+    angle = np.linalg.norm(rotation_vector(turned @ np.swapaxes(rotation, -1, -2)), axis=1)
+    return bool(np.median(away) > MISSES_M or np.median(angle) > TURNED_RAD)

@@ -1,4 +1,4 @@
-"""An angle that a controller counts together with the one before it is named, in displacements and in places."""
+"""Angles counted in another way than stated are named: together, from another zero, in another direction or unit."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.reduction.angle_conventions import coupled_angles
 from stiffcal.reduction.consistency import check_kinematics
 from tests.laboratory.displacement_table import (
+    JOINTS,
     Columns,
     displacement_columns,
     write_displacement_campaign,
@@ -66,10 +67,14 @@ def _of_bundled_robot(name: str, poses: int, folder: Path) -> tuple[Path, Column
     return folder, columns
 
 
-def _place_named(folder: Path) -> Fault:
+def _faults_of(folder: Path) -> tuple[Fault, ...]:
     with pytest.raises(InputError) as refused:
         reduce_campaign(load_campaign(folder), no_progress)
-    (fault,) = refused.value.faults
+    return tuple(refused.value.faults)
+
+
+def _place_named(folder: Path) -> Fault:
+    (fault,) = _faults_of(folder)
     assert fault.code is FaultCode.KINEMATICS_MISMATCH
     return fault
 
@@ -96,13 +101,42 @@ def test_what_the_robot_file_counts_together_is_removed_where_the_table_does_not
 
 
 @pytest.mark.parametrize("joint", ["A2", "A3", "A5"])
-@pytest.mark.parametrize("change", ["sign", "zero"])
-def test_the_sign_and_the_zero_of_a_joint_are_named(joint: str, change: str, tmp_path: Path) -> None:
+def test_the_sign_of_a_joint_is_named(joint: str, tmp_path: Path) -> None:
     columns = displacement_columns(12)
-    columns[joint] = -columns[joint] if change == "sign" else columns[joint] + 90.0
+    columns[joint] = -columns[joint]
     fault = _place_named(write_displacement_campaign(tmp_path / "cell", columns))
     assert fault.place.endswith(f"joint {joint}")
-    assert ("direction" if change == "sign" else "theta_deg") in fault.mend
+    assert "direction" in fault.mend
+
+
+@pytest.mark.parametrize("joint", ["A2", "A3", "A5"])
+@pytest.mark.parametrize("off", [90.0, 10.0, -33.0])
+def test_the_zero_of_a_joint_is_named_with_its_angle(joint: str, off: float, tmp_path: Path) -> None:
+    columns = displacement_columns(12)
+    columns[joint] += off
+    fault = _place_named(write_displacement_campaign(tmp_path / "cell", columns))
+    assert fault.place.endswith(f"joint {joint}")
+    (turn,) = re.findall(r"theta_deg of .* by ([-+][0-9.]+)°", fault.mend)
+    assert float(turn) == pytest.approx(-off, abs=0.5)
+
+
+def test_a_zero_within_a_robots_own_inaccuracy_is_let_pass(tmp_path: Path) -> None:
+    columns = displacement_columns(12)
+    columns["A5"] += 3.0
+    folder = write_displacement_campaign(tmp_path / "cell", columns)
+    assert reduce_campaign(load_campaign(folder), no_progress).result.n_states == 12
+
+
+@pytest.mark.parametrize("robot", ["irb4400", "ur10e"])
+def test_radians_called_degrees_are_named_where_springs_explain_much_of_either(robot: str, tmp_path: Path) -> None:
+    folder, columns = _of_bundled_robot(robot, 24, tmp_path / "cell")
+    for name in JOINTS:
+        columns[name] = np.radians(columns[name])
+    write_table(folder / "raw" / "table.csv", columns, decimals=6)
+    (fault,) = _faults_of(folder)
+    assert fault.code is FaultCode.UNIT_IMPLAUSIBLE
+    assert fault.place == "sources.table.joints.units.position"
+    assert 'position = "rad"' in fault.mend
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -147,3 +181,11 @@ def test_in_a_table_of_absolute_places(sign: int, tmp_path: Path) -> None:
         reduce_campaign(load_campaign(folder), no_progress)
     (fault,) = refused.value.faults
     assert SIGNS[sign] in fault.mend
+
+
+def test_half_a_turn_is_named_where_the_trackers_frame_is_estimated_as_well() -> None:
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
+    joints = states.joints.copy()
+    joints[:, 1] += np.pi
+    (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated=True)
+    assert "theta_deg" in fault.mend

@@ -18,7 +18,7 @@ from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
-from stiffcal.reduction.unit_slips import check_angle_unit, check_displacement_unit
+from stiffcal.reduction.unit_slips import angles_like_radians, check_angle_convention, check_displacement_unit
 from stiffcal.workflow.ingest import ingest_campaign
 from tests.whole_campaigns.conftest import Command
 
@@ -98,7 +98,7 @@ def test_a_fault_names_the_file_of_its_own_column(fanuc: Path) -> None:
 SLIPS = {
     "metres as millimetres": ('translation = "m"', 'translation = "mm"', "0.00366 mm under up to 1.17e+03 N", "m"),
     "metres as micrometres": ('translation = "m"', 'translation = "um"', "3.19e+05 N/µm", "m"),
-    "radians as degrees": ('position = "rad"', 'position = "deg"', "43 poses lie within", "rad"),
+    "radians as degrees": ('position = "rad"', 'position = "deg"', "joint angles in radians", "rad"),
 }
 
 
@@ -129,11 +129,10 @@ def test_what_may_be_small_is_let_pass(fanuc: Path) -> None:
     # small angles: a fault only where radians explain more, a warning where that is open, nothing for one pose
     small = replace(states, joints=np.radians(states.joints))
     noise = np.random.default_rng(0).normal(size=states.deflection.shape)
-    faults, warnings = check_angle_unit(replace(small, deflection=noise), campaign.chain, "x")
-    assert faults == []
-    assert len(warnings) == 1
-    assert check_angle_unit(replace(small, joints=0.0 * small.joints + 0.01), campaign.chain, "x") == ([], [])
-    assert check_angle_unit(states, campaign.chain, "x") == ([], [])
+    assert check_angle_convention(replace(small, deflection=noise), campaign.chain, "x") == []
+    assert len(angles_like_radians(small, "x")) == 1
+    assert angles_like_radians(replace(small, joints=0.0 * small.joints + 0.01), "x") == []
+    assert angles_like_radians(states, "x") == []
 
 
 @pytest.mark.practice
