@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from stiffcal.model.effect import (
     ParameterSpec,
     Place,
     Term,
-    TorqueAngle,
     Values,
 )
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
@@ -89,12 +88,6 @@ class Backlash(DocumentedEffect):
         if torque.size == 0 or float(torque.min()) * float(torque.max()) >= 0.0:
             return {"band": np.zeros(0)}
         return {"band": np.clip(_BANDS * float(np.abs(torque).max()), 1e-3, 1e4)}
-
-    def from_torque_angle(
-        self, torque_angle: TorqueAngle, other_effects: Iterable[str]
-    ) -> Mapping[str, tuple[float, float]]:
-        """The lost motion itself, and the band where there is one."""
-        return {"width": torque_angle.width} | ({"band": torque_angle.band} if torque_angle.band is not None else {})
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""

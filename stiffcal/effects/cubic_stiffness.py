@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -22,7 +22,6 @@ from stiffcal.model.effect import (
     ParameterSpec,
     Place,
     Term,
-    TorqueAngle,
     Values,
 )
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
@@ -78,7 +77,7 @@ class CubicStiffness(DocumentedEffect):
             meaning_along="cubic term of position over force",
         ),
     )
-    has_curve_of_torque = True
+    curve_of_torque = ("p1", "p2", "p3")
     needs = ("loads of several sizes",)
     looks_like = ("two-slope", "asymmetric-stiffness", "backlash")
     fingerprint = "the residual is a smooth nonlinear function of the joint torque, the same for loading and unloading"
@@ -100,12 +99,6 @@ class CubicStiffness(DocumentedEffect):
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""
         return drive_covariate(chain, loads.wrench, place.joints[0])
-
-    def from_torque_angle(
-        self, torque_angle: TorqueAngle, other_effects: Iterable[str]
-    ) -> Mapping[str, tuple[float, float]]:
-        """The curve as it is, torque over angle: `form` of these symbols."""
-        return dict(zip(("p1", "p2", "p3"), torque_angle.curve, strict=True))
 
     def whole_form(self, states: LoadStates) -> Effect | None:
         """Torque over angle where drives are clamped (Lehmann et al. 2013); elsewhere loads seldom reach the bend."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_covariate, drive_terms, drive_torque
@@ -15,7 +15,6 @@ from stiffcal.model.effect import (
     ParameterSpec,
     Place,
     Term,
-    TorqueAngle,
     Values,
 )
 
@@ -64,12 +63,6 @@ class JointCompliance(DocumentedEffect):
         """δ_Rz = c τ, at every joint that the drive turns: one, but for mechanically coupled axes."""
         joint = place.joints[0]
         return drive_terms(chain, joint, "c", drive_torque(chain, loads.wrench, joint))
-
-    def from_torque_angle(
-        self, torque_angle: TorqueAngle, other_effects: Iterable[str]
-    ) -> Mapping[str, tuple[float, float]]:
-        """The compliance from the flanks to the ends; none where a curved law next to it holds the linear term too."""
-        return {} if "cubic-stiffness" in other_effects else {"c": torque_angle.compliance}
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis."""

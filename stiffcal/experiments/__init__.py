@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.experiments.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.model.composite import CompliantRobot
@@ -102,15 +102,6 @@ class ExperimentKind:
         ------
         InputError
             Nothing can be fitted to them.
-        """
-        return None
-
-    def law(self, identified: IdentifiedModel) -> FittedLaw | None:
-        """Return the law that ``diagnose`` judges where there are no load states; None where nothing was identified.
-
-        Parameters
-        ----------
-        identified : the result of ``identify``.
         """
         return None
 

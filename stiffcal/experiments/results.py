@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Protocol
 from stiffcal.documents import Number
 from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
 from stiffcal.identification.noise import NoiseSource
-from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.model.summary import EffectInModel
 from stiffcal.validation.results import ErrorSlice, SliceBy
 
@@ -24,10 +23,6 @@ class IdentifiedModel(Protocol):
     def parameters(self) -> Sequence[IdentifiedParameter]:
         """In the model's order."""
 
-    @property
-    def has_states(self) -> bool:
-        """Whether load states were fitted."""
-
     def section(self, kind: str) -> object:
         """Return the section of a kind of experiment, by the kind's name; None where there is none."""
 
@@ -41,7 +36,7 @@ class HeldoutSection:
     n_readings: int
     """Readings that were judged."""
     rms: dict[str, Number]
-    """By measure: "torque", N·m, and "motor_angle", rad."""
+    """By measure: "torque", N·m."""
     noise: dict[str, Number]
     """Scatter of repeats by measure; a measure is left out where they are too few."""
     zero_model: dict[str, Number]
@@ -63,7 +58,7 @@ class ExperimentFit:
     effects: list[EffectInModel] = field(default_factory=list)
     """Of the model, those that this experiment alone identifies."""
     rms: dict[str, float | None] = field(default_factory=dict)
-    """By measure: "torque", N·m, and "motor_angle", rad."""
+    """By measure: "torque", N·m."""
     noise: dict[str, float | None] = field(default_factory=dict)
     """Likewise; empty where it is not known."""
     noise_source: NoiseSource = "none"
@@ -96,7 +91,7 @@ class ExperimentValidation:
     scheme: str
     """How it was judged, in words."""
     rms: dict[str, float | None]
-    """By measure: "torque", N·m, and "motor_angle", rad."""
+    """By measure: "torque", N·m."""
     max: dict[str, float | None]
     """The largest residual, likewise."""
     noise: dict[str, float | None]
@@ -125,17 +120,3 @@ class ExperimentValidation:
             noise=self.noise,
             zero_model=self.zero_model,
         )
-
-
-@dataclass(frozen=True)
-class FittedLaw:
-    """The law of one kind of experiment, for the judgement whether it holds."""
-
-    name: str
-    """What was fitted: "Torque over angle"."""
-    where: str
-    """Where it was judged: "in poses left out"."""
-    lack_of_fit: VarianceRatio | None = None
-    """What the fit leaves against the scatter of repeats; None where these are too few."""
-    angle_step: float = 0.0
-    """rad, of the encoder: an error within it is none of the law; 0 where no angle is judged."""

@@ -11,7 +11,7 @@ are of three sorts:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar
 
 from stiffcal.arrays import Floats, Integers
@@ -45,7 +45,6 @@ from stiffcal.model.parameters import usual_grid
 from stiffcal.model.prismatic import at_prismatic_joint, spec_along_axis
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 from stiffcal.model.state_order import StateOrder as StateOrder
-from stiffcal.model.torque_angle import TorqueAngle as TorqueAngle
 
 
 @with_old_methods
@@ -86,8 +85,8 @@ class Effect(ABC):
     """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
     in_drive: ClassVar[bool] = False
     """True where clamped runs can show the effect: it acts in a drive, or on what such a bench measures."""
-    has_curve_of_torque: ClassVar[bool] = False
-    """True where `from_torque_angle` gives the parameters of another form of the law, the curve itself (`form`)."""
+    curve_of_torque: ClassVar[tuple[str, ...]] = ()
+    """Symbols of p1, p2, p3 of τ = p1 φ + p2 φ² + p3 φ³ in the law's form as torque over angle (`form`), if any."""
     along_axis: ClassVar[bool] = False
     """True where the law is a drive's and holds along a prismatic joint too, with force and length (`prismatic`)."""
     at_prismatic: ClassVar[bool] = False
@@ -234,18 +233,6 @@ class Effect(ABC):
         values : of all parameters, by symbol.
         """
         return None
-
-    def from_torque_angle(
-        self, torque_angle: TorqueAngle, other_effects: Iterable[str]
-    ) -> Mapping[str, tuple[float, float]]:
-        """Return symbol to (value, standard uncertainty) of what a clamped joint's torque over angle gives.
-
-        Parameters
-        ----------
-        torque_angle : of the place's joint.
-        other_effects : the other effects of the model at that joint, by name.
-        """
-        return {}
 
     def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:
         """Return amplitude symbol to (n,) torque of the drive per unit of it, in motion at velocities (n,), rad/s."""

@@ -266,15 +266,6 @@ def _motion_covariate(effect: Effect, answer: Any, place: Place, chain: Any, mot
     return f"a covariate whose value {wrong}" if wrong else ""
 
 
-def _from_torque_angle(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
-    symbols = [spec.symbol for spec in effect.parameters]
-    right = isinstance(answer, Mapping) and all(
-        symbol in symbols and isinstance(pair, tuple) and len(pair) == 2 and all(_is_real(bound) for bound in pair)
-        for symbol, pair in answer.items()
-    )
-    return "" if right else f"no mapping of the parameters' symbols to (value, uncertainty): {_shown(answer)}"
-
-
 def _scalar_laws(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     right = isinstance(answer, tuple | list) and all(isinstance(law, ScalarLaw) for law in answer)
     return "" if right else f"no list of ScalarLaw: {_shown(answer)}"
@@ -327,7 +318,6 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "nonlinear_grid": _nonlinear_grid,
     "places": _places,
     "covariate": _covariate,
-    "from_torque_angle": _from_torque_angle,
     "describe": _text,
     "lacking": _text_or_none,
     "impossible": _text_or_none,

@@ -24,7 +24,7 @@ def held_out(scheme: str | None) -> str:
 
     Examples
     --------
-    >>> held_out("poses-region"), held_out("clamped: leave one pose out"), held_out(None)
+    >>> held_out("poses-region"), held_out("each speed left out in turn"), held_out(None)
     ('held-out regions', 'held-out data', 'held-out data')
     """
     return _WORDS.get(scheme or "", "held-out data")

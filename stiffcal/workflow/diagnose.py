@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -13,7 +12,7 @@ from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
 from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, UntestableEffect, WithSuspects
 from stiffcal.documents import Origin, document_of
 from stiffcal.experiments.results import HeldoutSection
-from stiffcal.measurements.rms import Rms, VarianceRatio
+from stiffcal.measurements.rms import Rms
 from stiffcal.store.document_shape import result_from
 from stiffcal.workflow.diagnose_rows import diagnose_rows
 from stiffcal.workflow.evidence import (
@@ -227,94 +226,31 @@ TOO_FEW_READINGS = "No effect can be diagnosed: too few readings per run for loa
 
 
 def without_states(data: Ingested, identified: IdentifyResult, context: RunContext) -> DiagnoseResult:
-    """Return the diagnosis of a campaign without load states: nothing to search, but whether each law fits its data.
-
-    A law is adequate where the error in held-out poses or at held-out speeds stays within 1.05 times the scatter of
-    repeats, or above it by no more than chance (p above 0.01), or, as an angle, within the encoder's step.
-    """
-    from stiffcal.experiments import all_kinds
+    """Return the diagnosis of a campaign without load states and without rows of another kind: nothing to search."""
     from stiffcal.workflow.validate import up_to_date_validation
 
     validation = up_to_date_validation(data, identified, context)
-    laws = {kind.name: law for kind in all_kinds() if (law := kind.law(identified)) is not None}
-    lack = next((law.lack_of_fit for law in laws.values() if law.lack_of_fit is not None), None)
-    fits, words = [], []
-    for name, law in laws.items():
-        judged = validation.section(name) or NOT_JUDGED
-        fit = _law_fits(judged, law.lack_of_fit)
-        step = _within_step(judged, law.angle_step) if fit is False else 0.0
-        fits.append(True if step else fit)
-        words.append(_fit_sentence(law.name, law.where, fits[-1], judged, step))
-    adequate = None if not fits or None in fits else all(fits)
     return DiagnoseResult(
         warnings=list(validation.warnings),
-        adequate=adequate,
+        adequate=None,
         noise=validation.noise,
         rms=validation.rms,
-        lack_of_fit=lack,
+        lack_of_fit=None,
         missing=[],
         could_be=[],
         findings=[],
         next_measurement=None,
         not_tried=[UntestableEffect("every effect that deflects the robot", "load states: more readings per run")],
-        unexplained=None if adequate is None else not adequate,
+        unexplained=None,
         structure=[],
         heldout_rms_after_choosing=Rms(None, None),
         parameters_with_missing=[],
         pace=SearchPace(models=0, candidates=0, signatures=0, seconds=0.0, candidates_per_second=0.0),
-        summary=" ".join([TOO_FEW_READINGS, *words]),
+        summary=TOO_FEW_READINGS,
         superfluous=[],
         evidence=[],
         fit_id="",
         key="",
-    )
-
-
-def _law_fits(judged: HeldoutSection, lack: VarianceRatio | None) -> bool | None:
-    """Return whether what a law leaves held-out is no more than noise; None where that cannot be judged.
-
-    Parameters
-    ----------
-    judged : the experiment's section of ``validate``.
-    lack : the fit's own lack, where repeats show it.
-    """
-    from scipy.special import chdtrc
-
-    from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO, LACK_OF_FIT_P
-
-    left, noise = judged.rms.get("torque"), judged.noise.get("torque")
-    if left is None or not noise:
-        return None
-    count = judged.n_readings
-    by_chance = bool(chdtrc(count, count * (left / noise) ** 2) > LACK_OF_FIT_P) if count else False
-    fitted = lack is not None and lack.p_value is not None and lack.p_value > LACK_OF_FIT_P
-    return bool(left <= ADEQUATE_RATIO * noise or by_chance or fitted)
-
-
-def _within_step(judged: HeldoutSection, step: float) -> float:
-    """Return the encoder's step, rad, where what is left held-out is no more than it makes; else 0.
-
-    A step's error is even over the step and repeats alike in every cycle, so that repeats do not show it.
-    """
-    left = judged.rms.get("motor_angle")
-    return step if left is not None and left <= step / sqrt(12.0) else 0.0
-
-
-def _fit_sentence(name: str, where: str, fits: bool | None, judged: HeldoutSection, step: float = 0.0) -> str:
-    """Return whether the law of an experiment without load states holds, in words."""
-    left, noise = judged.rms.get("torque"), judged.noise.get("torque")
-    if left is None and fits is None:
-        return f"{name}: whether the law is valid {where} cannot be judged: too few of them."
-    if left is None or fits is None:
-        return f"{name}: whether the law is good enough cannot be judged: too few repeats to know the noise."
-    if fits:
-        why = f"the encoder resolution of {1e6 * step:.3g} µrad" if step else "repeats scatter"
-        return f"{name}: the law fits: its residual {where} does not exceed {why}."
-    whole = judged.zero_model.get("torque")
-    share = f", {100.0 * left / whole:.2g} % of the torque" if whole else ""
-    return (
-        f"{name}: the law is not sufficient: its residual is {left:.3g} N·m {where}{share}, where repeats scatter "
-        f"{noise:.3g} N·m; see the curves."
     )
 
 

@@ -126,7 +126,6 @@ def test_gauss_newton_has_one_caller_for_each_kind_of_rows(trees: dict[str, ast.
         "identification/identify.py",
         "experiments/friction/part_fit.py",
         "experiments/clamped/torque_angle_fit.py",
-        "experiments/clamped/heldout.py",  # the middle of the play and the zero of a pose that is judged
     }
 
 

@@ -10,12 +10,10 @@ import pytest
 
 from stiffcal.experiments.clamped.documents import DEFINITION, joint_result, run_result
 from stiffcal.experiments.clamped.joints import joints_of
-from stiffcal.experiments.clamped.page import clamped_overview, shown_parameters
+from stiffcal.experiments.clamped.page import clamped_overview
 from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.presentation import Column, Sentence, Table
-from stiffcal.results.identify_result import IdentifyResult
-from tests.experiments.test_clamped_runs import clamped_run
-from tests.laboratory.fits import fit_of, parameter
+from tests.laboratory.clamped_runs import clamped_run
 from tests.laboratory.torque_angle_laws import clamped_law
 
 
@@ -49,29 +47,14 @@ def section() -> ClampedSection:
     )
 
 
-def fit(n_readings: int | None = 10, fixed: bool = False) -> IdentifyResult:
-    """A fit of clamped runs, alone where it counts readings."""
-    named = [parameter(name, 1.0, effect=effect, where={"joints": [3]}, fixed=fixed) for name, effect in NAMES.items()]
-    return replace(fit_of(), n_readings=n_readings, parameters=named)
-
-
-NAMES = {
-    "joint-compliance.j3.c": "joint-compliance", "backlash.j3.width": "backlash", "bearing-tilt.j3.x": "bearing-tilt",
-}  # fmt: skip
-
-
-def test_stiffness_and_play_stand_in_this_table_alone() -> None:
-    assert shown_parameters(section(), fit()) == {"joint-compliance.j3.c", "backlash.j3.width"}
-    assert shown_parameters(section(), fit(n_readings=None)) == frozenset()
-    assert shown_parameters(section(), fit(fixed=True)) == frozenset()
-
-
 def test_each_quantity_has_one_unit_and_each_run_its_reversal_error() -> None:
-    overview = clamped_overview(section(), fit())
+    overview = clamped_overview(section())
     joints, runs = (block for block in overview.blocks if isinstance(block, Table))
     units = {column.title: column.unit for column in (*joints.columns, *runs.columns) if isinstance(column, Column)}
-    assert units["stiffness, ± 95 %"] == "N·m/rad"
-    assert units["play, ± 95 %"] == units["play"] == units["reversal error"] == "rad"  # as backlash's width
+    assert units["chord stiffness, ± 95 %"] == "N·m/rad"
+    assert (
+        units["play, by definition, ± 95 %"] == units["play"] == units["reversal error"] == "rad"
+    )  # as backlash's width
     assert [str(row[0][0]) for row in runs.rows] == ["wide", "narrow"]
     (sentence,) = (block for block in overview.blocks if isinstance(block, Sentence) and block.code == "joint")
     assert "its play is the segment of low slope of the law" in "".join(map(str, sentence.words))

@@ -63,7 +63,7 @@ ATTRIBUTES = (
     "sort",
 )  # fmt: skip
 METHODS = (
-    "places", "form", "lacking", "terms", "joint_torque", "from_torque_angle", "torque_columns", "adjusted",
+    "places", "form", "lacking", "terms", "joint_torque", "torque_columns", "adjusted",
     "motion_columns", "motion_grid", "motion_covariate", "lacking_motion", "forms_to_try",
     "observation_columns", "observation_shift", "nonlinear_grid", "impossible", "possible_near", "covariate", "spec",
     "describe",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot, Table
     from stiffcal.experiments.reduction import RunsReduction
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.simulation.kinds import RunSimulation
 
@@ -36,7 +36,7 @@ class ClampedKind(ExperimentKind):
         return ClampedSimulation()
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
-        """Identify every joint that was driven against the fixture."""
+        """Describe every joint that was driven against the fixture."""
         from stiffcal.experiments.clamped.parts import clamped_experiment_fit
 
         return clamped_experiment_fit(data)
@@ -54,41 +54,31 @@ class ClampedKind(ExperimentKind):
         return ClampedSection
 
     def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
-        """Judge each joint in a pose that its law does not rest on."""
+        """Return why nothing is judged, where nothing is."""
         from stiffcal.experiments.clamped.parts import clamped_validation
 
         return clamped_validation(data)
-
-    def law(self, identified: IdentifiedModel) -> FittedLaw | None:
-        """Return torque over angle, which poses left out judge."""
-        from stiffcal.experiments.results import FittedLaw
-
-        section = _section(identified)
-        if section is None:
-            return None
-        steps = [run.encoder_step for run in section.runs if run.used]
-        return FittedLaw("Torque over angle", "in poses left out", angle_step=max(steps, default=0.0))
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return play, friction and reversal error joint by joint."""
         from stiffcal.experiments.clamped.page import clamped_overview
 
         section = _section(identified)
-        return None if section is None else clamped_overview(section, identified)
+        return None if section is None else clamped_overview(section)
 
     def main_table(self, identified: IdentifiedModel) -> Table | None:
         """Return the leading table of the overview."""
         from stiffcal.experiments.clamped.page import clamped_main_table
 
         section = _section(identified)
-        return None if section is None else clamped_main_table(section, identified)
+        return None if section is None else clamped_main_table(section)
 
     def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return definitions, tables and pictures."""
         from stiffcal.experiments.clamped.page import clamped_page
 
         section = _section(identified)
-        return None if section is None else clamped_page(data, section, identified)
+        return None if section is None else clamped_page(data, section)
 
     def plot(self, data: MeasuredRuns, identified: IdentifiedModel, run: str | None, joint: str | None) -> Plot:
         """Return torque over angle."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.experiments.clamped.analysis import LEAST_MOTION
-from stiffcal.experiments.clamped.faults import loaded_words
+from stiffcal.experiments.clamped.faults import TOO_SHORT, loaded_words
 from stiffcal.experiments.clamped.results import (
     ClampedRunResult,
     Definition,
@@ -20,9 +20,9 @@ from stiffcal.experiments.clamped.results import (
     Tangent,
     TorqueOverAngle,
 )
+from stiffcal.experiments.clamped.sweeps import is_too_short
 from stiffcal.experiments.clamped.torque_angle import SLOPE_SHARE
 from stiffcal.experiments.measured import MeasuredRuns
-from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
 from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
     from stiffcal.experiments.clamped.analysis import ClampedRun
     from stiffcal.experiments.clamped.joints import ClampedJoint
-    from stiffcal.model.composite import PlacedEffect
-    from stiffcal.model.effect import Effect, TorqueAngle
 
 
 DEFINITION = Definition(
@@ -54,17 +52,16 @@ def joint_result(joint: ClampedJoint, name: str) -> JointResult:
     play_high = joint.play + NORMAL_95 * joint.play_std
     bands = [run.segment.band for run in joint.runs if run.segment is not None and run.fit.play_found]
     p1, p2, p3 = joint.curve
-    shape = torque_angle(joint)
-    chord, chord_std = 1.0 / shape.compliance[0], shape.compliance[1] / shape.compliance[0] ** 2
-    width, width_std = shape.width
+    width_half = NORMAL_95 * (joint.width_std if joint.play_found else 0.5 * joint.resolution)
+    chord, chord_std = joint.chord
     return JointResult(
         joint=joint.joint,
         play_found=joint.play_found,
         play=joint.play,
         play_std=joint.play_std,
         play_interval=[play_low, play_high],
-        play_width=width,
-        play_width_interval=[max(width - NORMAL_95 * width_std, 0.0), width + NORMAL_95 * width_std],
+        play_width=joint.width,
+        play_width_interval=[max(joint.width - width_half, 0.0), joint.width + width_half],
         play_band=float(np.mean(bands)) if bands else None,
         resolution=_finite(joint.resolution),
         spread_between_poses=_finite(joint.spread),
@@ -171,95 +168,6 @@ def _law(run: ClampedRun) -> NDArray[Any]:
     return run.fit.law.torque_at(run.branches.angle, run.branches.up)
 
 
-def parameters_of(
-    placed: tuple[PlacedEffect, ...], joints: tuple[ClampedJoint, ...], fixed: frozenset[str]
-) -> tuple[list[IdentifiedParameter], list[UnidentifiedParameters]]:
-    """Return the model's parameters as clamped runs give them, and those that they leave open."""
-    from stiffcal.estimation.parameters import Parameter
-    from stiffcal.estimation.unknowns import amplitude_bounds
-    from stiffcal.identification.document import identified_parameter
-
-    by_joint = {joint.joint: joint for joint in joints}
-    identified, unidentified = [], []
-    forms: dict[str, Effect] = {}
-    rows = []
-    for placed_effect in placed:
-        joint = by_joint.get(placed_effect.place.joints[0]) if placed_effect.place.kind == "joints" else None
-        other_effects = [
-            neighbour.effect.name
-            for neighbour in placed
-            if neighbour is not placed_effect and neighbour.place == placed_effect.place
-        ]
-        values = {} if joint is None else placed_effect.effect.from_torque_angle(torque_angle(joint), other_effects)
-        if values:
-            forms.setdefault(placed_effect.effect.name, placed_effect.effect.form(values))
-        rows.append((placed_effect, joint, other_effects, values))
-    for placed_effect, joint, other_effects, values in rows:
-        # joints that were not driven are written as those that were
-        effect = (
-            placed_effect.effect.form(values) if values else forms.get(placed_effect.effect.name, placed_effect.effect)
-        )
-        names = []
-        for spec in effect.parameters:
-            name = placed_effect.parameter_name(spec.symbol)
-            if name in fixed:
-                value = placed_effect.values.get(spec.symbol)
-                parameter = Parameter(
-                    name, effect.name, placed_effect.place, spec, value, None, None, True, True, False
-                )
-            elif spec.symbol in values:
-                value, std = values[spec.symbol]
-                low, high = amplitude_bounds(spec)
-                # what a spring measures stands, however soft it is: bounds hold for what is searched
-                high = max(high, value + NORMAL_95 * std) if value > high else high
-                ends = max(low, value - NORMAL_95 * std), min(high, value + NORMAL_95 * std)
-                parameter = Parameter(
-                    name, effect.name, placed_effect.place, spec, value, std, ends, False, True, value <= low
-                )
-            else:
-                parameter = Parameter(
-                    name, effect.name, placed_effect.place, spec, None, None, None, False, False, False
-                )
-                names.append(name)
-            identified.append(identified_parameter(parameter))
-        if names:
-            reason = _why_unidentified(placed_effect, joint, other_effects)
-            unidentified.append(UnidentifiedParameters(parameters=names, known=None, reason=reason))
-    return identified, unidentified
-
-
-def _why_unidentified(placed_effect: PlacedEffect, joint: ClampedJoint | None, other_effects: list[str]) -> str:
-    if placed_effect.place.kind != "joints":
-        return "clamped runs drive one joint at a time: compliance elsewhere needs load states"
-    if joint is None:
-        return f"joint {placed_effect.place.joints[0]} has no usable clamped run"
-    if other_effects and not placed_effect.effect.from_torque_angle(torque_angle(joint), other_effects):
-        if placed_effect.effect.from_torque_angle(torque_angle(joint), ()):
-            return "it is also part of another law of the joint: " + ", ".join(other_effects)
-    elif not joint.play_found:
-        return "there is no play, and therefore no band in which it is crossed"
-    return "torque over angle alone does not determine it: also measure load states"
-
-
-def torque_angle(joint: ClampedJoint) -> TorqueAngle:
-    """Return the torque over angle of a joint, for the effects of the model."""
-    from stiffcal.model.effect import TorqueAngle
-
-    spread = np.sqrt(np.diag(joint.covariance))
-    low, high = joint.reach
-    rise = joint.torque[1] - joint.torque[0]
-    slope = rise / max(high - low, 1e-300)
-    powers = np.array([1.0, high + low, high * high + high * low + low * low])
-    std = float(np.sqrt(max(powers @ joint.covariance @ powers, 0.0)))
-    p1, p2, p3 = joint.curve
-    return TorqueAngle(
-        curve=((p1, float(spread[0])), (p2, float(spread[1])), (p3, float(spread[2]))),
-        compliance=(1.0 / slope, std / slope**2),
-        width=(joint.width, joint.width_std if joint.play_found else 0.5 * joint.resolution),
-        band=(joint.band, joint.band_std) if joint.play_found else None,
-    )
-
-
 def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: tuple[ClampedJoint, ...]) -> list[str]:
     """Return the warnings on the numbers, as sentences."""
     texts = []
@@ -267,6 +175,8 @@ def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: t
     for run in runs:
         if run.left_out and not run.holdout:
             texts.append(f"run {run.name} is not used for joint {names[run.joint - 1]}: {run.left_out}")
+        if is_too_short(run.sweeps.number.size, run.sweeps.count + 1):
+            texts.append(f"run {run.name}: {TOO_SHORT}")
         if run.saturation is not None and run.branches.angle.size:
             texts.append(f"run {run.name}: {run.saturation.sentence}")
         elif contradiction := loaded_words(run.name, run.chain, names):

@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped.chain import ClampedChain
 from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.saturation import Saturation, find_saturation
-from stiffcal.experiments.clamped.sweeps import cut_sweeps, driven_one_way
+from stiffcal.experiments.clamped.sweeps import cut_sweeps, driven_one_way, is_too_short, loop_corners
 from stiffcal.measurements.varying import varies
 
 # A held flange lets the moved drive alone give, and no other then carries a torque that follows the motion. Links and
@@ -25,6 +25,11 @@ ONE_WAY = (
     "driven in one direction only: friction and play cannot be distinguished from the spring; drive it back and forth"
 )
 """Why a run without a reversal is not used."""
+TOO_SHORT = (
+    "fewer than five readings in a half sweep: they do not show their noise, and make no load states; log at a higher "
+    "rate, or drive more slowly"
+)
+"""Why a run has a description at most."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,8 @@ class RunQuality:
     """True where the joint was driven from end to end in one direction only."""
     n_sweeps: int
     """Whole half sweeps."""
+    too_short: bool
+    """True where these hold too few readings to show their noise."""
 
 
 def run_quality(readings: ClampedReadings, chain: ClampedChain) -> RunQuality:
@@ -48,7 +55,8 @@ def run_quality(readings: ClampedReadings, chain: ClampedChain) -> RunQuality:
     """
     angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
     saturation = find_saturation(readings, angle, torque, chain)
-    return RunQuality(saturation, driven_one_way(angle), cut_sweeps(angle, torque).count)
+    too_short = is_too_short(angle.size, len(loop_corners(angle, torque)))
+    return RunQuality(saturation, driven_one_way(angle), cut_sweeps(angle, torque).count, too_short)
 
 
 def other_loaded(chain: ClampedChain) -> tuple[int, float] | None:

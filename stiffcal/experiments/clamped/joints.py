@@ -75,6 +75,14 @@ class ClampedJoint:
         spread = np.sqrt(np.maximum(np.einsum("in,ij,jn->n", powers, self.covariance, powers), 0.0))
         return np.asarray(np.array(self.curve) @ powers), spread
 
+    @property
+    def chord(self) -> tuple[float, float]:
+        """Torque over angle from end to end of what was reached, and its standard uncertainty, N·m/rad."""
+        low, high = self.reach
+        powers = np.array([1.0, high + low, high * high + high * low + low * low])
+        slope = (self.torque[1] - self.torque[0]) / max(high - low, 1e-300)
+        return slope, float(np.sqrt(max(powers @ self.covariance @ powers, 0.0)))
+
     def tangents(self) -> list[tuple[float, float, float, float]]:
         """Return (torque, angle, tangent stiffness, its standard uncertainty) over what was reached; SI."""
         angle = np.linspace(*self.reach, 801)

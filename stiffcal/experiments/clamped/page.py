@@ -24,7 +24,6 @@ from stiffcal.experiments.presentation import (
     Table,
     Words,
 )
-from stiffcal.experiments.results import IdentifiedModel
 from stiffcal.fault_codes import FaultCode
 from stiffcal.uncertainty import NORMAL_95
 
@@ -32,16 +31,12 @@ _PER_PICTURE = 6
 _TEXT = False
 
 
-def clamped_overview(section: ClampedSection, identified: IdentifiedModel) -> Overview:
+def clamped_overview(section: ClampedSection) -> Overview:
     """Return stiffness, play, friction joint by joint, and the reversal error run by run; the definitions below.
 
-    Parameters
-    ----------
-    section : of ``identify``'s answer.
-    identified : the answer; where the clamped runs make no load states, stiffness and play stand here and in no other
-        table. Else these are descriptions next to the parameters of the model, in the same units.
+    These are descriptions next to the parameters of the model, in the same units.
     """
-    columns = _overview_columns(identified, ", ± 95 %")
+    columns = _overview_columns(", ± 95 %")
     rows: list[tuple[Words, ...]] = []
     for joint in section.joints:
         rows.append(
@@ -61,24 +56,23 @@ def clamped_overview(section: ClampedSection, identified: IdentifiedModel) -> Ov
         Sentence((f"reversal error: {section.definition.reversal_error}",), "definition"),
     ]
     blocks: tuple[Table | Sentence, ...] = (Table(columns, tuple(rows)), _runs_table(section), *sentences)
-    return Overview(blocks, shown_parameters(section, identified))
+    return Overview(blocks)
 
 
-def _overview_columns(identified: IdentifiedModel, with_interval: str) -> tuple[Column, ...]:
+def _overview_columns(with_interval: str) -> tuple[Column, ...]:
     """Return the columns of the leading table; `with_interval` stands in the titles of values that have one."""
-    has_states = identified.has_states
     return (
-        Column("clamped, without a model" if has_states else "clamped", numbers=_TEXT),
-        Column(("chord stiffness" if has_states else "stiffness") + with_interval, "N·m/rad"),
-        Column(("play, by definition" if has_states else "play") + with_interval, "rad"),
+        Column("clamped, without a model", numbers=_TEXT),
+        Column(f"chord stiffness{with_interval}", "N·m/rad"),
+        Column(f"play, by definition{with_interval}", "rad"),
         Column("friction", "N·m"),
     )
 
 
-def clamped_main_table(section: ClampedSection, identified: IdentifiedModel) -> Table | None:
+def clamped_main_table(section: ClampedSection) -> Table | None:
     """Return the leading table of the overview for the report, whose caption says ± 95 %; None without a joint."""
-    table = next((block for block in clamped_overview(section, identified).blocks if isinstance(block, Table)), None)
-    return None if table is None else replace(table, columns=_overview_columns(identified, ""))
+    table = next((block for block in clamped_overview(section).blocks if isinstance(block, Table)), None)
+    return None if table is None else replace(table, columns=_overview_columns(""))
 
 
 def _joint_sentence(joint: JointResult) -> Sentence:
@@ -96,27 +90,6 @@ def _joint_sentence(joint: JointResult) -> Sentence:
 
 
 CHORD = "chord of torque over angle over the measured range, play excluded"
-
-
-def shown_parameters(section: ClampedSection, identified: IdentifiedModel) -> frozenset[str]:
-    """Return the names of the fitted parameters that the tables of this kind show, in the same units.
-
-    Parameters
-    ----------
-    section : of ``identify``'s answer.
-    identified : the answer. With load states in it the parameters are of both, and none is left to these tables.
-    """
-    if identified.has_states:
-        return frozenset()
-    joints = {joint.joint for joint in section.joints}
-    return frozenset(
-        parameter.name
-        for parameter in identified.parameters
-        if parameter.effect in ("joint-compliance", "backlash")
-        and parameter.value is not None
-        and not parameter.fixed
-        and set(parameter.where.joints or ()) <= joints
-    )
 
 
 def _runs_table(section: ClampedSection) -> Table:
@@ -146,7 +119,7 @@ def _runs_table(section: ClampedSection) -> Table:
 _RUNS = "Play and reversal error of each run, with its range of torque."
 
 
-def clamped_page(data: MeasuredRuns, section: ClampedSection, identified: IdentifiedModel) -> Page | None:
+def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
     """Return definitions, tables and pictures; None where there is no curve."""
     curves = clamped_curves(data, section)
     if not curves:
@@ -180,7 +153,7 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection, identified: Identi
     for start in range(0, len(with_result), _PER_PICTURE):
         blocks.append(tangents_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
     title = "The clamped robot: play, friction and torque over angle"
-    return Page(title, tuple(blocks), subject="clamped robot", parameters=shown_parameters(section, identified))
+    return Page(title, tuple(blocks), subject="clamped robot")
 
 
 def clamped_plot(data: MeasuredRuns, section: ClampedSection | None, run: str | None) -> Plot:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.errors import InputError
+from stiffcal.estimation.parameters import reported_parameters
 from stiffcal.experiments.clamped.analysis import ClampedRun, analyse_runs
 from stiffcal.experiments.clamped.chain import ClampedChain, clamped_chain
 from stiffcal.experiments.clamped.curves import BRANCHES
@@ -20,12 +20,9 @@ from stiffcal.experiments.clamped.documents import (
     branches_table,
     clamped_warnings,
     joint_result,
-    parameters_of,
     run_result,
-    torque_angle,
 )
-from stiffcal.experiments.clamped.faults import ONE_WAY, loaded_words, run_quality, why_no_sweep
-from stiffcal.experiments.clamped.heldout import angle_residual
+from stiffcal.experiments.clamped.faults import ONE_WAY, TOO_SHORT, loaded_words, run_quality, why_no_sweep
 from stiffcal.experiments.clamped.joints import ClampedJoint, joints_of
 from stiffcal.experiments.clamped.readings import ClampedReadings, readings_from_table
 from stiffcal.experiments.clamped.reduction import CLAMPED
@@ -34,22 +31,23 @@ from stiffcal.experiments.clamped.sweeps import moved_joint
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.document import model_summary
-from stiffcal.measurements.rms import Rms
+from stiffcal.identification.document import identified_parameter, model_summary
+from stiffcal.identification.fit_results import UnidentifiedParameters
 from stiffcal.model.assembly import fixed_parameters
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.validation.results import ErrorSlice
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiffcal.campaign.loading import Campaign
     from stiffcal.campaign.manifest import Run
-    from stiffcal.experiments.clamped.heldout import HeldoutRun
     from stiffcal.model.composite import CompliantRobot
 
 
+WITHOUT_STATES = (
+    "no clamped run makes load states: it takes five readings or more in each half sweep, and torques without gaps"
+)
 _LAST: dict[bytes, ClampedResult] = {}
 
 
@@ -64,10 +62,9 @@ class ClampedResult:
 
 
 def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
-    """Fit every joint that was driven against the fixture; None where the campaign contains no clamped run.
+    """Describe every joint that was driven against the fixture; None where the campaign contains no clamped run.
 
-    Where the campaign holds load states too, these are fitted together with the clamped runs, and the parameters come
-    from there; this part then adds play, friction and curve.
+    The parameters of the model are fitted to the runs' states (`stiffcal.experiments.clamped.states`).
 
     Raises
     ------
@@ -77,38 +74,35 @@ def clamped_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:
     result = clamped_result(data.campaign, readings_of(data))
     if result is None:
         return None
-    placed = placed_robot(data.campaign).placed
-    alone = data.n_states == 0
-    parameters, unidentified = parameters_of(placed, result.joints, fixed_parameters(data.campaign.model))
-    used = [run for run in result.runs if not run.left_out]
-    squares = [run.fit.rms**2 for run in used]
-    angles = [angle_residual(run.branches, run.fit.law) for run in used]
-    motor_angle = np.concatenate(angles) if angles else np.zeros(0)
     names = data.joint_names
     section = ClampedSection(
         definition=DEFINITION,
         joints=[joint_result(joint, names[joint.joint - 1]) for joint in result.joints],
         runs=[run_result(run) for run in result.runs],
     )
-    return ExperimentFit(
+    fit = ExperimentFit(
         name=CLAMPED,
         section=section,
-        parameters=parameters if alone else [],
-        not_identifiable=unidentified if alone else [],
-        effects=model_summary(placed_robot(data.campaign)).effects if alone else [],
-        rms={
-            "motor_angle": float(np.sqrt(np.mean(motor_angle**2))) if motor_angle.size else None,
-            "torque": float(np.sqrt(np.mean(squares))) if squares else None,
-        }
-        if alone
-        else {},
-        noise=_noise_of(result.runs) if alone else {},
-        noise_source="repeats" if alone and _noise_of(result.runs) else "none",
-        n_runs=len(used),
-        n_readings=int(sum(np.count_nonzero(run.sweeps.number >= 0) for run in used)),
-        expected=_expected(result) if alone else "",
+        n_runs=sum(not run.left_out for run in result.runs),
+        n_readings=int(sum(np.count_nonzero(run.sweeps.number >= 0) for run in result.runs if not run.left_out)),
         warnings=clamped_warnings(data, result.runs, result.joints),
         tables={BRANCHES: branches_table(result.runs)},
+    )
+    return fit if data.n_states else _without_states(data, fit)
+
+
+def _without_states(data: MeasuredRuns, fit: ExperimentFit) -> ExperimentFit:
+    """Return what clamped runs without a load state add: no parameter of the model is identified, and why."""
+    robot = placed_robot(data.campaign)
+    parameters = reported_parameters(robot, {}, NORMAL_95, fixed_parameters(data.campaign.model))
+    unknown = [parameter.name for parameter in parameters if not parameter.identifiable]
+    group = UnidentifiedParameters(parameters=unknown, known=None, reason=WITHOUT_STATES)
+    return replace(
+        fit,
+        parameters=[identified_parameter(parameter) for parameter in parameters],
+        not_identifiable=[group] if unknown else [],
+        effects=model_summary(robot).effects,
+        expected="without a model, torque over angle is described, and no error of a fit is expected",
     )
 
 
@@ -122,7 +116,7 @@ def starting_values(data: MeasuredRuns, robot: CompliantRobot) -> dict[str, floa
     data : the campaign, with the table of readings. robot : the model.
     """
     wanted = [placed for placed in robot.placed if placed.place.kind == "joints" and not placed.values]
-    readings = readings_of(data) if any(placed.effect.has_curve_of_torque for placed in wanted) else None
+    readings = readings_of(data) if any(placed.effect.curve_of_torque for placed in wanted) else None
     if readings is None:
         return {}
     result = clamped_result(data.campaign, readings)
@@ -131,92 +125,26 @@ def starting_values(data: MeasuredRuns, robot: CompliantRobot) -> dict[str, floa
     for placed in wanted:
         joint = joints.get(placed.place.joints[0])
         others = [other.effect.name for other in robot.placed if other is not placed and other.place == placed.place]
-        if joint is None or not placed.effect.has_curve_of_torque:
+        symbols = placed.effect.curve_of_torque
+        if joint is None or not symbols:
             continue
-        known = placed.effect.from_torque_angle(torque_angle(joint), others)
-        form = placed.effect.form(known)
+        form = placed.effect.form(symbols)
         if not {*form.includes, *form.excludes} & set(others):
-            values |= {placed.parameter_name(symbol): value for symbol, (value, _) in known.items()}
+            values |= {placed.parameter_name(symbol): value for symbol, value in zip(symbols, joint.curve, strict=True)}
     return values
 
 
 def clamped_validation(data: MeasuredRuns) -> ExperimentValidation | None:
-    """Judge each joint in a pose that its law was not fitted to.
+    """Return why nothing is judged where clamped runs make no load state; None where the states are, or there are none.
 
-    None where the campaign contains no clamped run, and where their states are judged like those of other runs.
+    States of clamped runs are judged like those of other runs.
     """
-    from stiffcal.experiments.clamped.heldout import heldout_clamped
-
-    if data.n_states > 0:
+    if data.n_states or readings_of(data) is None:
         return None
-    result = clamped_result(data.campaign, readings_of(data))
-    if result is None:
-        return None
-    heldout = heldout_clamped(result.runs)
-    names = data.joint_names
-    single = [
-        joint.joint for joint in result.joints if joint.joint not in {heldout_run.joint for heldout_run in heldout}
-    ]
-    warnings = [
-        f"joint {names[joint - 1]} was driven in only one usable pose: validation in other poses is not possible"
-        for joint in single
-    ]
-    torque = np.concatenate([heldout_run.torque for heldout_run in heldout]) if heldout else np.zeros(0)
-    angle = np.concatenate([heldout_run.angle for heldout_run in heldout]) if heldout else np.zeros(0)
-    measured = np.concatenate([heldout_run.measured for heldout_run in heldout]) if heldout else np.zeros(0)
-    zero = _rms(measured)
-    by_joint = [
-        _slice(names[j - 1], [heldout_run for heldout_run in heldout if heldout_run.joint == j])
-        for j in sorted({o.joint for o in heldout})
-    ]
     return ExperimentValidation(
-        name=CLAMPED,
-        scheme="leave one pose out, its own middle and zero free" if heldout else "none",
-        rms={"torque": _rms(torque), "motor_angle": _rms(angle)},
-        max={"torque": _largest(torque), "motor_angle": _largest(angle)},
-        noise=_noise_of(result.runs),
-        relative={"torque": None if not zero else (_rms(torque) or 0.0) / zero},
-        zero_model={"torque": zero},
-        by={"run": [_slice(heldout_run.run, [heldout_run]) for heldout_run in heldout], "joint": by_joint},
-        section_scheme="leave one pose out",
-        n_readings=int(torque.size),
-        warnings=warnings,
-    )
-
-
-def _noise_of(runs: Sequence[ClampedRun]) -> dict[str, float | None]:
-    """Return the scatter of repeats, N·m of one bin of angle; empty where no branch was gone through twice."""
-    squares = [run.branches.noise**2 for run in runs if not run.left_out and run.branches.noise > 0.0]
-    return {"torque": float(np.sqrt(np.mean(squares)))} if squares else {}
-
-
-def _slice(label: str, runs: Sequence[HeldoutRun]) -> ErrorSlice:
-    torque = np.concatenate([run.torque for run in runs])
-    angle = np.concatenate([run.angle for run in runs])
-    nothing: dict[str, float | None] = {"translation": None, "rotation": None}
-    return ErrorSlice(
-        label=label,
-        low=None,
-        high=None,
-        n=int(torque.size),
-        rms=Rms.of(nothing | {"torque": _rms(torque), "motor_angle": _rms(angle)}),
-        max=Rms.of(nothing | {"torque": _largest(torque), "motor_angle": _largest(angle)}),
-    )
-
-
-def _rms(values: Floats) -> float | None:
-    return float(np.sqrt(np.mean(values**2))) if values.size else None
-
-
-def _largest(values: Floats) -> float | None:
-    return float(np.abs(values).max()) if values.size else None
-
-
-def _expected(result: ClampedResult) -> str:
-    if not result.joints:
-        return "no joint can be identified from the clamped runs"
-    worst = max(result.joints, key=lambda joint: joint.play_std)
-    return f"uncertainty of play: {1e3 * NORMAL_95 * worst.play_std:.2g} mrad or better (95 %)"
+        name=CLAMPED, scheme="none", section_scheme="none", rms={}, max={}, noise={}, relative={}, zero_model={},
+        warnings=[WITHOUT_STATES],
+    )  # fmt: skip
 
 
 def readings_of(data: MeasuredRuns) -> ClampedReadings | None:
@@ -272,6 +200,8 @@ def check_clamped_runs(campaign: Campaign, readings_of_runs: Sequence[ClampedRea
         elif chain.is_excited and quality.n_sweeps == 0:
             angle, torque = chain.angle({}), chain.torque[:, chain.joint - 1]
             unusable.append(f"run {name}: {why_no_sweep(angle, torque, quality.saturation)}")
+        elif chain.is_excited and quality.too_short:
+            unusable.append(f"run {name}: {TOO_SHORT}")
         elif quality.saturation is not None:
             remarks.append(f"run {name}: {quality.saturation.sentence}")
         elif words := loaded_words(name, chain, campaign.chain.joint_names):

@@ -17,12 +17,10 @@ from stiffcal.arrays import Floats
 from stiffcal.experiments.clamped.faults import ONE_WAY, RunQuality
 from stiffcal.experiments.clamped.readings import ClampedReadings
 from stiffcal.experiments.clamped.state_noise import SeriesNoise, fast_noise, residual_noise, white
-from stiffcal.experiments.clamped.sweeps import loop_corners
+from stiffcal.experiments.clamped.sweeps import is_too_short, loop_corners
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.raw_states import RawStates
 
-# Of fewer readings in a run nothing is known of their noise: no states are made.
-LEAST_READINGS = 96
 # Stretches of a half sweep to begin with: those over which angle or torque bend are split, until they are three times
 # as many. Where the noise is correlated over more than a sixth of them, they are longer.
 PIECES = (32, 16, 8)
@@ -85,7 +83,7 @@ def clamped_states(
     temperature: Floats | None = None,
     quality: RunQuality | None = None,
 ) -> RawStates | None:
-    """Return the states of one clamped run; None where nothing was driven to and fro.
+    """Return the states of one clamped run; None where nothing was driven to and fro, or hardly anything was read.
 
     Stretches are split until angle and torque are parabolas in time to within the noise: where a play is crossed they
     are short, elsewhere long. The noise is the scatter about these parabolas, with its correlation and the encoder's
@@ -101,11 +99,11 @@ def clamped_states(
     n = len(readings)
     angle = readings.joints[:, joint - 1]
     load = _leading_load(wrench)
-    if load is None or n < LEAST_READINGS:
+    if load is None:
         return None
     follows = load if np.cov(angle, load)[0, 1] >= 0.0 else -load
     corners = loop_corners(angle, follows)
-    if len(corners) < 2:
+    if len(corners) < 2 or is_too_short(n, len(corners)):
         return None
     # the turning point itself still belongs to the half sweep that it ends
     edges = sorted({0, *(corner + 1 for corner in corners if corner > 0), n})

@@ -34,6 +34,8 @@ ALONE = 0.3
 TURN_SHARE = 0.35
 # A half sweep that covers less of the whole span is none.
 WHOLE = 0.8
+# Readings of a fourth difference, which shows the noise: with fewer in a half sweep a run makes no states.
+LEAST_OF_SWEEP = 5
 # Two logs of one run have at least this share of the shorter one in common.
 LEAST_OVERLAP = 0.6
 _MOST_POINTS = 1 << 13
@@ -359,6 +361,17 @@ def loop_corners(angle: Floats, torque: Floats) -> list[int]:
         return []
     place = angle / size + torque / max(float(np.ptp(torque)), 1e-300)
     return _corners(place, TURN_SHARE * float(np.ptp(place)))
+
+
+def is_too_short(n: int, n_corners: int) -> bool:
+    """Return whether a loop of n readings with so many corners has too few in a half sweep to show its noise.
+
+    Examples
+    --------
+    >>> is_too_short(14, 3), is_too_short(15, 3)
+    (True, False)
+    """
+    return n < LEAST_OF_SWEEP * n_corners
 
 
 def _corners(place: Floats, least: float) -> list[int]:

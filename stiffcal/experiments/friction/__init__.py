@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.presentation import Overview, Page, Plot
     from stiffcal.experiments.reduction import RunsReduction
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, FittedLaw, IdentifiedModel
+    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.experiments.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.model.effect import Effect
@@ -61,13 +61,6 @@ class FrictionKind(ExperimentKind):
         from stiffcal.experiments.friction.parts import friction_validation
 
         return friction_validation(data)
-
-    def law(self, identified: IdentifiedModel) -> FittedLaw | None:
-        """Return friction over speed, which speeds left out judge."""
-        from stiffcal.experiments.results import FittedLaw
-
-        section = _section(identified)
-        return None if section is None else FittedLaw("Friction", "at held-out speeds", section.lack_of_fit)
 
     def drawn_rows(self, data: MeasuredRuns, identified: IdentifiedModel) -> DrawnRows | None:
         """Return the torque of each bin of passes, or sample of other motion."""

@@ -37,7 +37,7 @@ from stiffcal.store import table_of, values_of
 from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:
-    from stiffcal.experiments.results import FittedLaw, IdentifiedModel
+    from stiffcal.experiments.results import IdentifiedModel
 
 
 class ProbingOptions(TomlTable):
@@ -132,10 +132,6 @@ class ProbingKind(ExperimentKind):
             zero_model={"translation": _rms(found)},
             n_readings=found.size,
         )
-
-    def law(self, identified: IdentifiedModel) -> FittedLaw | None:
-        """Judge nothing."""
-        return None
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return a row for each run."""

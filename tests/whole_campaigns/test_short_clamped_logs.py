@@ -1,0 +1,58 @@
+"""Clamped logs of few readings: fitted like any other, or described, with the reason why they are not fitted."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from stiffcal.experiments.clamped.faults import TOO_SHORT
+from stiffcal.experiments.clamped.parts import WITHOUT_STATES
+from stiffcal.workflow.check import check_campaign
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.validate import validate_campaign
+from tests.rates.practice_joints import JOINTS
+
+STIFFNESS = "joint-compliance.j1.c"
+
+
+def thinned(folder: Path, n: int) -> Path:
+    """Return a campaign with backlash, of each log so many readings at even distances."""
+    shutil.copytree(JOINTS / "02", folder, ignore=shutil.ignore_patterns("store"))
+    for log in (folder / "raw").glob("*.csv.gz"):
+        table = pd.read_csv(log)
+        table.iloc[:: len(table) // n].to_csv(log, index=False)
+    return folder
+
+
+def test_eighty_readings_a_run_are_fitted_judged_and_searched(tmp_path: Path) -> None:
+    folder = thinned(tmp_path / "c", 80)
+    assert check_campaign(folder).ready
+    identified = identify_campaign(folder)
+    assert identified.n_states > 6 * 70
+    (compliance,) = (one for one in identified.parameters if one.name == STIFFNESS)
+    assert compliance.identifiable
+    judged = validate_campaign(folder)
+    assert judged.scheme == "leave-one-pose-out"
+    # 0.2 mrad of backlash is hidden, and the model holds none
+    assert judged.rms.motor_angle == pytest.approx(0.5e-4, rel=0.2)
+    assert [one.effect for one in diagnose_campaign(folder).missing] == ["backlash"]
+
+
+def test_of_two_dozen_readings_a_run_no_parameter_is_identified_and_why_is_said(tmp_path: Path) -> None:
+    folder = thinned(tmp_path / "c", 24)
+    missing = check_campaign(folder).missing
+    assert len(missing) == 6
+    assert all(TOO_SHORT in line for line in missing)
+    identified = identify_campaign(folder)
+    assert identified.n_states == 0
+    assert [(one.name, one.value, one.identifiable) for one in identified.parameters] == [(STIFFNESS, None, False)]
+    assert [group.reason for group in identified.not_identifiable] == [WITHOUT_STATES]
+    assert sum(TOO_SHORT in warning for warning in identified.warnings) == 6
+    judged = validate_campaign(folder)
+    assert judged.rms.motor_angle is None
+    assert WITHOUT_STATES in judged.warnings
+    assert diagnose_campaign(folder).adequate is None
