@@ -82,9 +82,9 @@ def chosen_runs(
             f"of {purpose.n_runs} runs only {error.found} would differ: the others repeat a pose within "
             f"{np.degrees(ALIKE):.0f}° of each joint under the same load, and show nothing new"
         )
-        mend = (
-            f"plan {error.found} runs, widen limits_deg, allow more directions, or write repeats = {2 * plan.repeats}"
-        )
+        # of those that differ each as often as all of the runs need
+        repeats = plan.repeats * -(-purpose.n_runs // error.found)
+        mend = f"plan {error.found} runs, widen limits_deg, allow more directions, or write repeats = {repeats}"
         raise InputError.at(FaultCode.POSE_UNREACHABLE, PLAN_FILE, "runs", reason, mend) from None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import shutil
 from pathlib import Path
 
@@ -226,6 +227,17 @@ def test_a_mistake_is_named(irb4400: Path, text: str, code: FaultCode, place: st
     fault = raised.value.faults[0]
     assert (fault.code, fault.file, fault.place) == (code, "plan.toml", place)
     assert "\n" not in str(fault)
+
+
+def test_what_is_offered_where_runs_would_be_near_copies_makes_the_plan(irb4400: Path) -> None:
+    text = ONE_POSE + LOAD
+    with pytest.raises(InputError) as raised:
+        plan_campaign(with_plan(irb4400, "runs = 20\n" + text))
+    (fault,) = raised.value.faults
+    (repeats,) = re.findall(r"repeats = \d+", fault.mend)
+    assert len(plan_campaign(with_plan(irb4400, f"runs = 20\n{repeats}\n" + text)).runs) == 20
+    (fewer,) = re.findall(r"plan (\d+) runs", fault.mend)
+    assert len(plan_campaign(with_plan(irb4400, f"runs = {fewer}\n" + text)).runs) == int(fewer)
 
 
 def test_the_load_of_a_plan_is_more_than_the_springs_hold(irb4400: Path) -> None:
