@@ -12,22 +12,17 @@ from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.force_zero import (
-    LEAST_LEVEL,
-    MovedZero,
-    Part,
-    ZeroChange,
-    moved_zeros,
-    started_at,
-    without_zeros,
-)
+from stiffcal.reduction.force_zero import moved_zeros, without_zeros
 from stiffcal.reduction.motion import motion_of
+from stiffcal.reduction.moved_zero import LEAST_LEVEL, MovedZero, Part, ZeroChange, started_at
 from stiffcal.reduction.rezeroed_tables import joint_springs, rounded_readings
 
 # A change of stiffness that no one would act on.
 LEAST_CHANGE = 0.001
 # Of the evidence: five standard errors, odds of e^12.5.
 CLEAR = 25.0
+# Places of a step that are tried at once.
+MANY_STARTS = 100
 
 
 def force_zero_faults(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[Fault]:
@@ -57,47 +52,70 @@ def _best(states: LoadStates, accounts: Sequence[MovedZero], motion: Floats) -> 
     """Return the account that the motion supports most, and how much; None of single readings without support."""
     best: tuple[MovedZero, float] | None = None
     for account in accounts:
-        trials = [account]
-        if account.earliest is not None:
-            latest = int(np.flatnonzero(account.members == account.between[1])[0])
-            trials = [account, *(started_at(account, start) for start in range(account.earliest, latest))]
-        weighed = max(zip(trials, _evidence(states, trials, motion), strict=True), key=lambda entry: entry[1])
+        weighed = _likeliest(account, _Motion(states, account, motion))
         supported = weighed[1] > CLEAR or not account.single
         if supported and (best is None or weighed[1] > best[1]):
             best = weighed
     return best
 
 
-def _evidence(states: LoadStates, trials: Sequence[MovedZero], motion: Floats) -> list[float]:
-    """Return twice the logarithm of how many times likelier the motion is with the zero moved than with a load left on.
+def _likeliest(account: MovedZero, motion: _Motion) -> tuple[MovedZero, float]:
+    """Return an account, its step where the motion supports it most, and how much.
 
-    In one pose the motion is a linear map of the load, whatever the robot's springs and geometry; what play and
-    friction leave of that counts as noise. 0 where no motion was measured.
+    The further from the true place the step is put, the less is explained: among many places it is closed in on.
+    """
+    best = account, motion.evidence(account)
+    if account.earliest is None:
+        return best
+    starts = range(account.earliest, int(np.flatnonzero(account.members == account.between[1])[0]))
+    while starts:
+        apart = -(-len(starts) // MANY_STARTS)
+        tried = [(motion.evidence(started_at(account, start)), -start) for start in starts[::apart]]
+        evidence, start = max(tried)[0], -max(tried)[1]
+        if evidence > best[1]:
+            best = started_at(account, start), evidence
+        starts = range(max(starts.start, start - apart + 1), min(starts.stop, start + apart)) if apart > 1 else range(0)
+    return best
+
+
+class _Motion:
+    """The motion of one run's states, and how well it follows loads.
 
     Parameters
     ----------
-    trials : of one account of a run, which differ in what the sensor reads too much in each of its states.
-    motion : (n, k) m, of all states.
+    account : one of the run. motion : (n, k) m, of all states.
     """
-    part, members = trials[0].part, trials[0].members
-    parts = [Part.FORCE] if part is Part.FORCE else list(Part)
-    load = states.wrench[members]
-    measured = [(seen, target) for target in motion[members].T if (seen := np.isfinite(target)).any()]
-    of_seen: dict[bytes, tuple[Booleans, list[Floats]]] = {}
-    for seen, target in measured:
-        of_seen.setdefault(seen.tobytes(), (seen, []))[1].append(target[seen])
-    together = [(seen, np.stack(targets, axis=1)) for seen, targets in of_seen.values()]
-    as_read = _directed(load, parts)
-    left = [_misfits(as_read[seen], targets) for seen, targets in together]
-    evidence = []
-    for trial in trials:
-        without = _directed(load - trial.zero, parts)
+
+    def __init__(self, states: LoadStates, account: MovedZero, motion: Floats) -> None:
+        part, members = account.part, account.members
+        self._parts = [Part.FORCE] if part is Part.FORCE else list(Part)
+        self._load = states.wrench[members]
+        of_seen: dict[bytes, tuple[Booleans, list[Floats]]] = {}
+        for target in motion[members].T:
+            seen = np.isfinite(target)
+            if seen.any():
+                of_seen.setdefault(seen.tobytes(), (seen, []))[1].append(target[seen])
+        self._measured = [(seen, np.stack(targets, axis=1)) for seen, targets in of_seen.values()]
+        as_read = _directed(self._load, self._parts)
+        self._components = as_read.shape[1]
+        self._left = [_misfits(as_read[seen], targets) for seen, targets in self._measured]
+
+    def evidence(self, trial: MovedZero) -> float:
+        """Return twice the logarithm of how often likelier the motion is with a moved zero than with a load left on.
+
+        In one pose the motion is a linear map of the load, whatever the robot's springs and geometry; what play and
+        friction leave of that counts as noise. 0 where no motion was measured.
+
+        Parameters
+        ----------
+        trial : what the sensor reads too much in each of the run's states.
+        """
+        without = _directed(self._load - trial.zero, self._parts)
         found = 0.0
-        for (seen, targets), squares in zip(together, left, strict=True):
-            free = max(len(targets) - as_read.shape[1], 0)
+        for (seen, targets), squares in zip(self._measured, self._left, strict=True):
+            free = max(len(targets) - self._components, 0)
             found += free * float(np.sum(np.log(squares / _misfits(without[seen], targets))))
-        evidence.append(found)
-    return evidence
+        return found
 
 
 def _directed(load: Floats, parts: Sequence[Part]) -> Floats:
@@ -106,8 +124,8 @@ def _directed(load: Floats, parts: Sequence[Part]) -> Floats:
     Along the others a change of zero would be all the load there is, and any motion would do for it.
     """
     readings = np.hstack([load[:, part.columns] / _largest(load[:, part.columns]) for part in parts])
-    _, _, axes = np.linalg.svd(readings - readings.mean(axis=0), full_matrices=False)
-    components = readings @ axes.T
+    centred = readings - readings.mean(axis=0)
+    components = readings @ np.linalg.eigh(centred.T @ centred)[1]
     loaded = np.ptp(components, axis=0) > LEAST_LEVEL * _largest(readings)
     return np.hstack([np.ones((len(load), 1)), components[:, loaded]])
 
@@ -117,9 +135,13 @@ def _largest(readings: Floats) -> float:
 
 
 def _misfits(design: Floats, targets: Floats) -> Floats:
-    """Return (k,) the sums of squares that least squares on a design (m, p) leave of targets (m, k)."""
-    scale = np.maximum(np.abs(design).max(axis=0, initial=0.0), 1e-300)
-    left = targets - design @ (np.linalg.lstsq(design / scale, targets, rcond=1e-9)[0] / scale[:, None])
+    """Return (k,) the sums of squares that least squares on a design (m, p) leave of targets (m, k).
+
+    The design's columns are as good as orthogonal: normal equations lose nothing, and take a small part of the time.
+    """
+    scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
+    scaled = design / scale
+    left = targets - scaled @ np.linalg.lstsq(scaled.T @ scaled, scaled.T @ targets, rcond=1e-13)[0]
     return np.asarray(np.maximum((left**2).sum(axis=0), 1e-300))
 
 

@@ -14,8 +14,8 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-from stiffcal.reduction.force_zero import LEAST_STEP, Part
 from stiffcal.reduction.motion import motion_of
+from stiffcal.reduction.moved_zero import LEAST_STEP, Part
 
 MENDED = 0.3  # of the squares that joint compliances leave
 SURE = 12.0  # of F: one such step in a thousand is found at the best place, over tables of random errors
