@@ -52,7 +52,7 @@ def show_parameters(
             unit, factor = printed_unit(stiffness_unit(parameter.unit))
             share = (share_from_geometry(parameter),) * shared
             cells = parameter.effect, _place(parameter), _stiffness(parameter, factor)
-            table.add_row(*cells, *share, unit + (_in_noise(parameter) or _not_claimed(parameter, unclaimed)))
+            table.add_row(*cells, *share, unit + (_not_firm(parameter) or _not_claimed(parameter, unclaimed)))
         console.print(table)
     if not_compliances:
         table = plain_table("parameter", "place", "value, ± 95 %>", *from_geometry, "")
@@ -66,7 +66,7 @@ def show_parameters(
                 places(parameter.where),
                 f"{text} (fixed)" if parameter.fixed else text,
                 *(share_from_geometry(parameter),) * shared,
-                unit + (_in_noise(parameter) or _included(parameter)),
+                unit + (_not_firm(parameter) or _included(parameter)),
             )
         console.print(table)
 
@@ -76,7 +76,9 @@ def share_from_geometry(parameter: IdentifiedParameter) -> str:
     return "" if parameter.from_geometry is None else f"{100.0 * parameter.from_geometry:.0f} %"
 
 
-def _in_noise(parameter: IdentifiedParameter) -> str:
+def _not_firm(parameter: IdentifiedParameter) -> str:
+    if parameter.at_bound:
+        return "  at the limit of its range"
     return "  not significant (below 3σ)" if parameter.above_noise is False else ""
 
 

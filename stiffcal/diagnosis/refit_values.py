@@ -15,8 +15,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.documents import Number
-from stiffcal.estimation.parameters import student_95
-from stiffcal.estimation.unknowns import amplitude_bounds
+from stiffcal.estimation.parameters import interval_within, student_95
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterSpec
 from stiffcal.uncertainty import NORMAL_95
@@ -84,8 +83,5 @@ def _interval(spec: ParameterSpec, amplitude: float, half: float) -> list[Number
     """Return the ends of a parameter's interval, kept within what is possible; None where it is not known."""
     if not np.isfinite(half):
         return None
-    low, high = amplitude_bounds(spec)
-    ends = [max(low, amplitude - half), min(high, amplitude + half)]
-    if not spec.inverse:
-        return [float(end) + spec.neutral for end in ends]
-    return [1.0 / ends[1], 1.0 / ends[0] if ends[0] > 0.0 else None]
+    ends = interval_within(spec, amplitude, half)
+    return [float(end) if np.isfinite(end) else None for end in ends]

@@ -43,9 +43,9 @@ class Parameter:
     value: float | None
     """Estimate, None where not identifiable."""
     std: float | None
-    """Standard uncertainty, None where fixed or not identifiable."""
+    """Standard uncertainty, None where fixed, not identifiable, or on a bound."""
     interval: tuple[float, float] | None
-    """95 %, clipped to possible values; None where fixed or not identifiable."""
+    """95 %, as `interval_within`; None where fixed or not identifiable."""
     fixed: bool
     """Held at the model file's value."""
     identifiable: bool
@@ -64,9 +64,11 @@ class Parameter:
 
     @property
     def above_noise(self) -> bool | None:
-        """Whether a size differs from zero at three standard uncertainties; None where it is not free."""
-        if self.value is None or self.std is None or self.spec.role is not ParameterRole.AMPLITUDE or self.spec.inverse:
+        """Whether a size differs from zero at three standard uncertainties; None where held or on a bound."""
+        if self.value is None or self.fixed or self.spec.role is not ParameterRole.AMPLITUDE or self.spec.inverse:
             return None
+        if self.std is None:
+            return False if self.at_bound and not self.value else None
         return bool(abs(self.value) > ABOVE_NOISE * self.std)
 
     def stiffness(self) -> Stiffness | None:
@@ -161,16 +163,38 @@ def reported_parameters(
     return parameters
 
 
+def interval_within(spec: ParameterSpec, amplitude: float, half: float) -> tuple[float, float]:
+    """Return both ends of a parameter's interval, kept within what is possible; infinite where one is open.
+
+    What lies on a bound of its range would go further without it: that end is open. An amplitude of 0 is no such bound,
+    but the absence of the effect.
+
+    Parameters
+    ----------
+    amplitude : the estimate, as the fit counts it (of an inverse parameter one over the value). half : of its interval.
+    """
+    low, high = amplitude_bounds(spec)
+    on_low, on_high = on_bounds(spec, amplitude, half)
+    first = -math.inf if on_low and low != 0.0 else max(low, amplitude - half)
+    last = math.inf if on_high and high != 0.0 else min(high, amplitude + half)
+    if spec.inverse:
+        return 1.0 / last, 1.0 / first if first > 0.0 else math.inf
+    return first + spec.neutral, last + spec.neutral
+
+
+def on_bounds(spec: ParameterSpec, amplitude: float, half: float) -> tuple[bool, bool]:
+    """Return whether an estimate lies on the lower and on the upper bound of what is possible, as `interval_within`."""
+    low, high = amplitude_bounds(spec)
+    tiny = 1e-9 * max(half, 1e-300)
+    return bool(amplitude <= low + tiny), bool(amplitude >= high - tiny)
+
+
 def _estimated(
     name: str, effect: str, place: Place, spec: ParameterSpec, amplitude: float, std: float, quantile: float
 ) -> Parameter:
-    low, high = amplitude_bounds(spec)
-    tiny = 1e-9 * max(std, 1e-300)
-    at_bound = bool(amplitude <= low + tiny or amplitude >= high - tiny)
-    interval = (max(low, amplitude - quantile * std), min(high, amplitude + quantile * std))
+    at_bound = any(on_bounds(spec, amplitude, std))
     value = spec.value_of(amplitude)
-    if not spec.inverse:
-        shifted = (interval[0] + spec.neutral, interval[1] + spec.neutral)
-        return Parameter(name, effect, place, spec, value, std, shifted, False, True, at_bound)
-    bounds = (1.0 / interval[1], 1.0 / interval[0] if interval[0] > 0.0 else np.inf)
-    return Parameter(name, effect, place, spec, value, std * value**2, bounds, False, True, at_bound)
+    # beyond the bound that holds it nothing is known of the estimate's distribution
+    spread = None if at_bound else std * value**2 if spec.inverse else std
+    interval = interval_within(spec, amplitude, quantile * std)
+    return Parameter(name, effect, place, spec, value, spread, interval, False, True, at_bound)

@@ -207,9 +207,7 @@ def fit_warnings(fit: Fit) -> list[str]:
     for parameter in fit.parameters:
         if parameter.effect in in_noise and parameter.above_noise is False:
             continue
-        if parameter.at_bound and (parameter.std or 0.0) > abs(parameter.spec.amplitude_of(parameter.spec.typical)):
-            texts.append(f"{parameter.name} is hardly determined: ± is larger than a typical value")
-        elif parameter.at_bound:
+        if parameter.at_bound:
             texts.append(f"{parameter.name} is at the limit of its range")
         elif parameter.poorly_known:
             share_percent = 100.0 * NORMAL_95 * (parameter.std or 0.0) / abs(parameter.value or 1.0)

@@ -27,9 +27,11 @@ class IdentifiedParameter:
     value: Number
     """In `unit`; None where these data do not identify it."""
     std: Number
-    """Standard uncertainty; None where it is fixed or not identified."""
+    """Standard uncertainty; None where it is fixed, not identified, or at a limit of its range."""
     interval: list[Number] | None
-    """Both ends of the 95 % interval; None where it is fixed or not identified."""
+    """Both ends of the 95 % interval, None where one is open, as at a limit of the range other than 0; None where the
+    value is fixed or not identified.
+    """
     unit: str
     """Of the value."""
     fixed: bool

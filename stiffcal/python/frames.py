@@ -61,12 +61,14 @@ def parameters_frame(parameters: Iterable[IdentifiedParameter]) -> pd.DataFrame:
             "symbol": parameter.name.rpartition(".")[2],
             "value": _number(parameter.value),
             "std": _number(parameter.std),
-            "low_95": _number(low),
-            "high_95": _number(high),
+            # The end of an interval is open where the value is at a limit of its range.
+            "low_95": -math.inf if low is None and high is not None else _number(low),
+            "high_95": math.inf if high is None and low is not None else _number(high),
             "unit": parameter.unit,
             "from_geometry": _number(parameter.from_geometry),
             "fixed": parameter.fixed,
             "identifiable": parameter.identifiable,
+            "at_bound": parameter.at_bound,
         }
         low, high = (parameter.stiffness_interval if parameter.is_compliance else None) or (None, None)
         row |= {

@@ -58,7 +58,7 @@ def _step(name: str, fit: Fit, distances: Distances) -> LadderStep:
     random, region = distances.heldout_random, distances.heldout_region
     return LadderStep(
         name,
-        sum(parameter.std is not None for parameter in fit.parameters),
+        sum(parameter.std is not None or parameter.at_bound for parameter in fit.parameters),
         distances.fit.rms,
         None if random is None else random.rms,
         None if region is None else region.rms,

@@ -18,6 +18,7 @@ from stiffcal.experiments.friction.results import (
 )
 from stiffcal.experiments.friction.rows import UnknownKind
 from stiffcal.experiments.measured import MeasuredRuns
+from stiffcal.identification.document import finite
 from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, Where
@@ -56,7 +57,7 @@ def _identified(parameter: Parameter, lack: MotionLack | None) -> IdentifiedPara
         where=Where.of(parameter.place),
         value=value,
         std=std,
-        interval=None if parameter.interval is None else list(parameter.interval),
+        interval=None if parameter.interval is None else [finite(end) for end in parameter.interval],
         unit=parameter.spec.unit,
         fixed=parameter.fixed,
         identifiable=parameter.identifiable and lack is None,

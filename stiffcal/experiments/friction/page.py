@@ -137,7 +137,7 @@ def _value_cell(parameter: IdentifiedParameter | None) -> Words:
         return (Digits(parameter.value), " (fixed)") if parameter.fixed else (Digits(parameter.value),)
     low, high = parameter.interval
     if low is None or high is None:
-        return (Digits(parameter.value),)
+        return (Digits(parameter.value), " (at the limit of its range)")
     return (Interval(parameter.value, low, high),)
 
 

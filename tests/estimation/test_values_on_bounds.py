@@ -1,0 +1,82 @@
+"""A value on a bound of its range has no ±, and its interval ends in no bound that a search has."""
+
+from __future__ import annotations
+
+import io
+import math
+
+import pytest
+from rich.console import Console
+
+from stiffcal.cli.tables import show_parameters
+from stiffcal.diagnosis.refit_values import _interval
+from stiffcal.estimation.parameters import Parameter, reported_parameters
+from stiffcal.experiments.friction.documents import _identified
+from stiffcal.experiments.friction.page import _value_cell
+from stiffcal.experiments.presentation import Interval
+from stiffcal.identification.document import identified_parameter
+from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.python.frames import parameters_frame
+from stiffcal.report.estimates import parameter_text
+from tests.laboratory.effect_bench import robot_chain
+
+BACKLASH = built_in_effects()["backlash"]
+WIDTH = "backlash.j1.width"
+
+
+def found(width: float, std: float = 1e-4) -> Parameter:
+    """Return the width of a backlash as a fit reports it."""
+    placed = PlacedEffect(BACKLASH, Place("joints", (1,)), {"width": width, "band": 3.0})
+    reported = reported_parameters(CompliantRobot(robot_chain(), (placed,)), {WIDTH: std}, 2.0, frozenset())
+    (parameter,) = (one for one in reported if one.name == WIDTH)
+    return parameter
+
+
+UPPER = BACKLASH.spec("width").upper
+
+
+def test_inside_its_range_a_value_has_its_uncertainty() -> None:
+    one = found(0.5 * UPPER)
+    assert (one.std, one.at_bound) == (1e-4, False)
+    assert one.interval == pytest.approx((0.5 * UPPER - 2e-4, 0.5 * UPPER + 2e-4))
+
+
+def test_on_a_bound_the_interval_is_open_to_that_side() -> None:
+    one = found(UPPER)
+    assert (one.std, one.at_bound, one.above_noise) == (None, True, None)
+    assert one.interval == pytest.approx((UPPER - 2e-4, math.inf))
+    assert _interval(one.spec, UPPER, 2e-4) == [pytest.approx(UPPER - 2e-4), None]
+
+
+def test_what_is_absent_has_an_upper_limit() -> None:
+    one = found(0.0)
+    assert (one.std, one.at_bound, one.above_noise) == (None, True, False)
+    assert one.interval == pytest.approx((0.0, 2e-4))
+
+
+def test_of_a_stiffness_the_bound_is_that_of_its_compliance() -> None:
+    """A parameter that counts by one over it, at the largest value that is possible."""
+    inverse = next(spec for effect in built_in_effects().values() for spec in effect.parameters if spec.inverse)
+    amplitude = 1.0 / inverse.lower
+    assert _interval(inverse, amplitude, 0.1 * amplitude) == [0.0, pytest.approx(inverse.lower / 0.9)]
+
+
+@pytest.mark.parametrize("width", [0.0, UPPER])
+def test_no_medium_shows_an_uncertainty(width: float) -> None:
+    answered = identified_parameter(found(width))
+    assert (answered.std, answered.at_bound) == (None, True)
+    assert answered.interval is not None
+    assert (answered.interval[1] is None) == (width > 0.0)
+    terminal = Console(file=io.StringIO(), width=200)
+    show_parameters(terminal, [answered])
+    assert "±" not in terminal.file.getvalue().splitlines()[-1]  # type: ignore[attr-defined]
+    assert "±" not in parameter_text(answered, 1e3)
+    row = parameters_frame([answered]).loc[WIDTH]
+    assert row["at_bound"]
+    assert row.isna()["std"]
+    assert (row["high_95"] == math.inf) == (width > 0.0)
+    of_friction = _identified(found(UPPER), None)
+    assert of_friction.interval == [pytest.approx(UPPER - 2e-4), None]
+    assert not any(isinstance(word, Interval) for word in _value_cell(of_friction))
