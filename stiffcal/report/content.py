@@ -309,7 +309,7 @@ class ReportContent:
     """Predicted paths of loads."""
     diagnose: DiagnoseResult | None = None
     """The result of `diagnose` for the present fit; None where there is none."""
-    not_diagnosed: str = "not diagnosed: stiffcal diagnose DIR"
+    not_diagnosed: str = "not diagnosed: run stiffcal diagnose"
     """Why there is none, in words."""
     earlier_diagnoses: tuple[EarlierDiagnosis, ...] = ()
     """The diagnoses that led to the present model, oldest first."""

@@ -31,7 +31,13 @@
     }
   }
 
-  function writeRow(g, row, y, { left, right, width, height, toX }) {
+  /** Where a row's figure begins: behind its bar and frame, and behind a line that would cross it. */
+  function startOfFigure(g, row, end, line) {
+    const start = end + 5;
+    return line > end && line < start + g.measureText(row.text).width ? line + 5 : start;
+  }
+
+  function writeRow(g, row, y, { left, right, width, height, toX, lineX }) {
     const middle = y + height / 2 - 1;
     g.fillStyle = row.chosen ? S.theme.chosen : S.theme.ground;
     g.fillRect(0, y, width, height - 2);
@@ -43,11 +49,10 @@
       g.fillRect(left, y + 4, end - left, height - 10);
       if (end < toX(row.value)) writeCut(g, end, y, height);
       g.fillStyle = S.theme.ink;
-      // behind the frame too, where that is longer
-      g.fillText(row.text, Math.max(end, row.second > 0 ? toX(row.second) : 0) + 5, middle);
+      g.fillText(row.text, startOfFigure(g, row, Math.max(end, row.second > 0 ? toX(row.second) : 0), lineX), middle);
     } else {
       g.fillStyle = S.theme.quiet;
-      g.fillText(row.text, left + 4, middle);
+      g.fillText(row.text, startOfFigure(g, row, left, lineX), middle);
     }
     if (row.second > 0) {
       g.strokeStyle = S.theme.warm;
@@ -68,9 +73,9 @@
     const least = log ? Math.min(...rows.flatMap((row) => [row.value, row.second]).filter((v) => v > 0), line || most) / 2 : 0;
     const share = (v) => (log ? Math.max(Math.log(v / least), 0) / Math.log((most * 1.15) / least) : v / (most * 1.15));
     const toX = (v) => left + share(v) * (width - left - right);
-    rows.forEach((row, k) => writeRow(g, row, top + k * height, { left, right, width, height, toX }));
+    const x = line ? Math.round(toX(line)) + 0.5 : 0;
+    rows.forEach((row, k) => writeRow(g, row, top + k * height, { left, right, width, height, toX, lineX: x }));
     if (line) {
-      const x = Math.round(toX(line)) + 0.5;
       g.strokeStyle = S.theme.accent;
       g.setLineDash([5, 4]);
       g.beginPath();

@@ -105,8 +105,8 @@
       numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");
       values.show(model);
       const other = S.whyOther(data);
-      // on a live page the bar says of which model the diagnosis is
-      return (data.refits_missing && !S.isLive() ? `Candidates of the diagnosis: ${data.refits_missing}.` : "") + other;
+      // without a diagnosis the line below the title says why; on a live page the bar says of which model it is
+      return (data.refits_missing && data.is_diagnosed && !S.isLive() ? `Candidates of the diagnosis: ${data.refits_missing}.` : "") + other;
     }
 
     function list() {

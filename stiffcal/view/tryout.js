@@ -216,7 +216,7 @@
         ? "nothing"
         : live
           ? "Diagnose finds what is missing"
-          : data.refits_missing;
+          : "nothing without a diagnosis";
     candidates.chips.replaceChildren(
       ...(shown.length ? shown : [S.make("span", { className: "quiet" }, none)]),
       ...(data.diagnosis_of ? [S.make("span", { className: "quiet" }, `(diagnosis of ${data.diagnosis_of})`)] : []),

@@ -258,10 +258,10 @@ def current_diagnosis(data: Ingested, identified: IdentifyResult) -> tuple[Diagn
     """Return the stored diagnosis where it is of the present fit; else None, and why in words."""
     stored = stored_document(data.store, DIAGNOSE)
     if stored is None:
-        return None, "not diagnosed: stiffcal diagnose DIR"
+        return None, "not diagnosed: run stiffcal diagnose"
     if stored.get("key") != diagnosis_key(data, identified):
         of_fit = f" (it is of fit {stored['fit_id']})" if stored.get("fit_id") != identified.fit_id else ""
-        return None, f"the last diagnosis is stale{of_fit}: stiffcal diagnose DIR"
+        return None, f"the last diagnosis is stale{of_fit}: run stiffcal diagnose"
     return result_from(DiagnoseResult, stored, data.store.display_name, DIAGNOSE), ""
 
 

@@ -119,10 +119,10 @@ def words(made: ReportSection | LeftOut | None) -> str:
 
 @pytest.mark.parametrize("module", [diagnosis, evidence, ranking, next_measurement])
 def test_without_a_diagnosis_pages_are_left_out_with_the_reason(module: Any) -> None:
-    stale = replace(made_up_content(n_runs=1), not_diagnosed="the last diagnosis is stale: stiffcal diagnose DIR")
+    stale = replace(made_up_content(n_runs=1), not_diagnosed="the last diagnosis is stale: run stiffcal diagnose")
     for made in (module.section(made_up_content(n_runs=1)), module.section(stale)):
         assert isinstance(made, LeftOut)
-        assert "stiffcal diagnose DIR" in made.reason
+        assert "run stiffcal diagnose" in made.reason
 
 
 def test_answer_and_look_alikes() -> None:

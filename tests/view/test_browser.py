@@ -339,6 +339,35 @@ def test_a_long_verdict_and_many_effects_leave_the_picture_in_a_small_window(
     page.context.close()
 
 
+def test_why_there_is_no_diagnosis_is_said_once(browser: Any, content: Any, tmp_path: Path) -> None:
+    reason = "the last diagnosis is stale: run stiffcal diagnose"
+    without = replace(content[0], verdict=reason, refits_missing=reason, is_diagnosed=False, candidates=())
+    path = tmp_path / "view.html"
+    path.write_text(build_page(without), encoding="utf-8")
+    page, complaints = opened(browser, path)
+    assert page.locator("body").inner_text().count(reason) == 1
+    assert complaints == []
+    page.context.close()
+
+
+@pytest.mark.parametrize("value", [0.2, 0.9, 0.999, 3.0])
+def test_the_line_of_the_noise_crosses_no_figure_of_the_ladder(page: Any, value: float) -> None:
+    drawn = page.evaluate(
+        """(value) => {
+          const texts = [], at = [], width = (text) => 7 * text.length;
+          const g = new Proxy({ measureText: (text) => ({ width: width(text) }), moveTo: (x) => at.push(x),
+            fillText: (text, x) => texts.push([text, x, x + width(text)]) }, { get: (own, key) => own[key] ?? (() => {}) });
+          stiffcal.bars(g, 400, [{ name: "fit", value, second: 0.9 * value, text: "0.0280 mm" }],
+            { top: 0, rowHeight: 26, line: 1, most: 4, lineLabel: "noise" });
+          return [texts.find(([text]) => text === "0.0280 mm"), at.at(-1)];
+        }""",
+        value,
+    )
+    (_, start, end), line = drawn
+    assert not start <= line <= end
+    assert end <= 400
+
+
 def test_estimates_are_written_as_in_terminal_and_report(page: Any) -> None:
     estimates = [
         (2.7e6, 2.69396e6, 2.70604e6), (65100.0, 65093.0, 65107.0), (-3.55e-4, -3.759e-4, -3.341e-4),

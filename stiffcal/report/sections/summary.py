@@ -124,7 +124,7 @@ def _next_step(content: ReportContent) -> str:
     if diagnosis is None:
         return "none: use the model (stiffcal predict, map, compensate)"
     if diagnosis.undecided:
-        return "repeat the poses on which the result depends, then stiffcal diagnose DIR"
+        return "repeat the poses on which the result depends, then run stiffcal diagnose"
     if diagnosis.pattern is not None:
         return "test the pattern under “Missing effects”: stiffcal effects new NAME --from DIR"
     if diagnosis.unexplained and not diagnosis.structure:
