@@ -356,7 +356,8 @@ def test_the_line_of_the_noise_crosses_no_figure_of_the_ladder(page: Any, value:
         """(value) => {
           const texts = [], at = [], width = (text) => 7 * text.length;
           const g = new Proxy({ measureText: (text) => ({ width: width(text) }), moveTo: (x) => at.push(x),
-            fillText: (text, x) => texts.push([text, x, x + width(text)]) }, { get: (own, key) => own[key] ?? (() => {}) });
+            fillText: (text, x) => texts.push([text, x, x + width(text)]),
+          }, { get: (own, key) => own[key] ?? (() => {}) });
           stiffcal.bars(g, 400, [{ name: "fit", value, second: 0.9 * value, text: "0.0280 mm" }],
             { top: 0, rowHeight: 26, line: 1, most: 4, lineLabel: "noise" });
           return [texts.find(([text]) => text === "0.0280 mm"), at.at(-1)];

@@ -25,7 +25,7 @@ NOTHING = ReportContent(ReportProvenance("x", "y", "2026-11-21"), (), ())
 def test_not_made_made_and_stale(campaign: Path) -> None:
     data = up_to_date_states(campaign, RunContext())
     identified = identify_campaign(campaign)
-    assert with_diagnosis(NOTHING, data, identified).not_diagnosed == "not diagnosed: stiffcal diagnose DIR"
+    assert with_diagnosis(NOTHING, data, identified).not_diagnosed == "not diagnosed: run stiffcal diagnose"
     edit_model(campaign, "add", "bearing-tilt", where={"joints": "2"})
     diagnose_campaign(campaign)
     data, identified = up_to_date_states(campaign, RunContext()), identify_campaign(campaign)
