@@ -16,6 +16,7 @@ from stiffcal.experiments import all_kinds
 from stiffcal.identification.state_loads import torques_about_joints
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.measurements.rms import Rms
+from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
@@ -284,10 +285,16 @@ def _variables(data: Ingested, drawn: ReportStates, torque: Floats, clamped: boo
             for k, column in enumerate(states.approach.T)
         ),
     ]
+    # components are compared with the largest of their kind: what is left of products that cancel is no quantity
+    sizes: dict[tuple[str, str], float] = {}
+    for name, _, _, unit, values in found:
+        sizes[name, unit] = max(
+            sizes.get((name, unit), 0.0), float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+        )
     variables = [
         ViewVariable(name=f"{name}{number or ''}", label=label, unit=unit, values=values)
         for name, number, label, unit, values in found
-        if np.isfinite(values).any() and np.nanmax(values) > np.nanmin(values)
+        if varies(values[np.isfinite(values)], sizes[name, unit])
     ]
     branch = nowhere + 2.0
     for number, word in enumerate(BRANCHES[:2]):
