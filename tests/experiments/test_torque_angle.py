@@ -13,9 +13,23 @@ from stiffcal.errors import InputError
 from stiffcal.estimation import solve
 from stiffcal.experiments.clamped.analysis import encoder_step
 from stiffcal.experiments.clamped.branches import Branches, average_branches, reversal_error
-from stiffcal.experiments.clamped.torque_angle import TorqueAngleLaw, play_segment
+from stiffcal.experiments.clamped.torque_angle import SLOPE_SHARE, TorqueAngleLaw, play_segment
 from stiffcal.experiments.clamped.torque_angle_fit import fit_series
 from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, TABLE_2, branches, clamped_law, sweep
+
+
+@pytest.mark.parametrize("joint", TABLE_2)
+def test_the_play_ends_where_the_law_has_a_quarter_of_the_outer_slope(joint: int) -> None:
+    """By differences of the law over a hundred thousand points about each end."""
+    law = clamped_law(joint)[0]
+    segment = play_segment(law)
+    assert segment is not None
+    x = np.linspace(*law.reach, 100_001)
+    torque = law.spring(x)
+    angle = law.middle + x + 0.5 * law.width * np.tanh(torque / law.band)
+    between = 0.5 * (angle[1:] + angle[:-1])
+    slope = np.interp([segment.low, segment.high], between, np.diff(torque) / np.diff(angle))
+    assert slope == pytest.approx(SLOPE_SHARE * segment.outer_slope, rel=3e-3)
 
 
 @pytest.mark.parametrize("joint", TABLE_2)

@@ -29,6 +29,8 @@ FLANK_BANDS = 2.0
 # Points of the law between its ends; they stand denser towards the crossing.
 _LAW_POINTS = 201
 _CROWDING = 7.0
+# Halvings of the way between two points of the law, to the last digit.
+HALVINGS = 52
 
 
 @dataclass(frozen=True)
@@ -81,15 +83,27 @@ class TorqueAngleLaw:
     def _spring_grid(self) -> tuple[Floats, Floats, Floats]:
         """Return (k,) the spring's angle from the flank, and what `grid` returns."""
         low, high = self.reach
-        steps = np.linspace(-1.0, 1.0, _LAW_POINTS)
-        crowded = np.sinh(_CROWDING * steps) / np.sinh(_CROWDING)
         # a margin: where the crossing is broad, the spring is reached a little further
-        x = np.where(crowded < 0.0, -crowded * (low - 0.02 * (high - low)), crowded * (high + 0.02 * (high - low)))
+        margin, shares = 0.02 * (high - low), crowded(_LAW_POINTS // 2 + 1)
+        x = np.concatenate([(low - margin) * shares[:0:-1], (high + margin) * shares])
         torque = self.spring(x)
         half = len(x) // 2
         torque[half:] = np.maximum.accumulate(torque[half:])
         torque[half::-1] = np.minimum.accumulate(torque[half::-1])
         return x, self.middle + x + 0.5 * self.width * np.tanh(torque / self.band), self.zero + torque
+
+    def angle(self, x: Floats) -> Floats:
+        """Return φ, rad, at the spring's angles (k,) from the flank, rad."""
+        return np.asarray(self.middle + x + 0.5 * self.width * np.tanh(self.spring(x) / self.band))
+
+    def slope(self, x: Floats) -> Floats:
+        """Return dτ/dφ, N·m/rad, of spring and play in series at the spring's angles (k,) from the flank, rad.
+
+        P′/(1 + ½ w sech²(P/b) P′/b); 0 past the turn of a printed cubic, which goes on level as in `grid`.
+        """
+        tangent = np.maximum(self.tangent(x), 0.0)
+        crossed = 0.5 * self.width * (1.0 - np.tanh(self.spring(x) / self.band) ** 2) / self.band
+        return np.asarray(tangent / (1.0 + crossed * tangent))
 
     def torque_at(self, angle: Floats, up: NDArray[np.bool_]) -> Floats:
         """Return (m,) the torque on the branches, N·m."""
@@ -158,20 +172,35 @@ def play_segment(law: TorqueAngleLaw, share: float = SLOPE_SHARE) -> PlaySegment
     The outer slope is the chord from the flanks to the ends of what was reached, both sides together. The law stands
     for both branches: friction shifts them in torque and leaves their slopes alike.
     """
-    angle, torque = law.grid()
     low, high = law.reach
-    rise = float(np.interp(law.middle + 0.5 * law.width + high, angle, torque)) - float(
-        np.interp(law.middle - 0.5 * law.width + low, angle, torque)
-    )
-    outer = rise / max(high - low, 1e-15)
-    slope = np.diff(torque) / np.maximum(np.diff(angle), 1e-300)
-    flat = slope < share * outer
-    middle = min(int(np.searchsorted(angle, law.middle)), len(flat) - 1)
-    middle = max(middle - 1, 0)
-    if not flat[middle]:
+    first, last = law.spring(np.array(law.reach))
+    outer = float(last - first) / max(high - low, 1e-15)
+    if law.slope(np.zeros(1))[0] >= share * outer:
         return None
-    steep = np.flatnonzero(~flat)
-    before, after = steep[steep < middle], steep[steep > middle]
-    start = int(before[-1]) + 1 if before.size else 0
-    end = int(after[0]) if after.size else len(angle) - 1
-    return PlaySegment(float(angle[start]), float(angle[end]), 0.5 * float(torque[end] - torque[start]), outer)
+    ends = np.array([_where_steep(law, end, share * outer) for end in law.reach])
+    angle, torque = law.angle(ends), law.spring(ends)
+    return PlaySegment(float(angle[0]), float(angle[1]), 0.5 * float(torque[1] - torque[0]), outer)
+
+
+def _where_steep(law: TorqueAngleLaw, end: float, slope: float) -> float:
+    """Return the spring's angle from the flank, rad, at which the law first gets as steep on the way to ``end``.
+
+    ``end`` itself where it does not. The points of the law lie denser than it bends; between two of them it is halved.
+    """
+    x = end * crowded(_LAW_POINTS // 2 + 1)
+    steep = np.flatnonzero(law.slope(x) >= slope)
+    if not steep.size:
+        return end
+    flat_side, steep_side = float(x[steep[0] - 1]), float(x[steep[0]])
+    for _ in range(HALVINGS):
+        middle = 0.5 * (flat_side + steep_side)
+        if law.slope(np.array([middle]))[0] < slope:
+            flat_side = middle
+        else:
+            steep_side = middle
+    return 0.5 * (flat_side + steep_side)
+
+
+def crowded(count: int) -> Floats:
+    """Return (k,) shares from 0 to 1, denser towards 0, where a play is crossed."""
+    return np.asarray(np.sinh(_CROWDING * np.linspace(0.0, 1.0, count)) / np.sinh(_CROWDING))
