@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.experiments.clamped.documents import DEFINITION, joint_result, run_result
 from stiffcal.experiments.clamped.joints import joints_of
-from stiffcal.experiments.clamped.page import clamped_overview
+from stiffcal.experiments.clamped.page import LOW_SLOPE, clamped_overview
 from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.presentation import Column, Sentence, Table
 from tests.laboratory.clamped_runs import clamped_run
@@ -52,9 +52,15 @@ def test_each_quantity_has_one_unit_and_each_run_its_reversal_error() -> None:
     joints, runs = (block for block in overview.blocks if isinstance(block, Table))
     units = {column.title: column.unit for column in (*joints.columns, *runs.columns) if isinstance(column, Column)}
     assert units["chord stiffness, ± 95 %"] == "N·m/rad"
-    assert (
-        units["play, by definition, ± 95 %"] == units["play"] == units["reversal error"] == "rad"
-    )  # as backlash's width
+    # as backlash's width
+    assert units[f"{LOW_SLOPE}, ± 95 %"] == units[LOW_SLOPE] == units["reversal error"] == "rad"
     assert [str(row[0][0]) for row in runs.rows] == ["wide", "narrow"]
-    (sentence,) = (block for block in overview.blocks if isinstance(block, Sentence) and block.code == "joint")
-    assert "its play is the segment of low slope of the law" in "".join(map(str, sentence.words))
+    assert [block.code for block in overview.blocks if isinstance(block, Sentence)] == ["joint", *["definition"] * 3]
+
+
+def test_a_description_is_no_second_play() -> None:
+    """That is a parameter of the model, next to which the description stands."""
+    joints = next(block for block in clamped_overview(section()).blocks if isinstance(block, Table))
+    titles = [str(column.title) for column in joints.columns if isinstance(column, Column)]
+    assert titles[0] == "clamped, without a model"
+    assert not [title for title in titles if "play" in title]

@@ -15,6 +15,7 @@ import pytest
 from stiffcal.cli.app import main
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.experiments.clamped.page import LOW_SLOPE
 from stiffcal.report.blocks import Items, PictureBlock
 from stiffcal.report.building import lay_out
 from stiffcal.report.content import ReportContent
@@ -130,7 +131,9 @@ def test_the_report_has_the_papers_pages(campaign: Path, identified: dict[str, A
     assert len(pictures) == 4
     for picture in pictures:
         figure = picture.draw()
-        assert all(panel.get_xlabel() for panel in figure.axes if panel.axison and panel.get_ylabel() != "play [mrad]")
+        assert all(
+            panel.get_xlabel() for panel in figure.axes if panel.axison and panel.get_ylabel() != f"{LOW_SLOPE} [mrad]"
+        )
     words = " ".join(text for block in section.blocks if isinstance(block, Items) for text in block.texts)
     assert "c-joint2: excluded" in words
 

@@ -32,7 +32,7 @@ _TEXT = False
 
 
 def clamped_overview(section: ClampedSection) -> Overview:
-    """Return stiffness, play, friction joint by joint, and the reversal error run by run; the definitions below.
+    """Return stiffness, low slope and friction by joint, and the reversal error by run; the definitions below.
 
     These are descriptions next to the parameters of the model, in the same units.
     """
@@ -51,8 +51,8 @@ def clamped_overview(section: ClampedSection) -> Overview:
         return Overview(())
     sentences = [
         *map(_joint_sentence, section.joints),
-        Sentence((f"stiffness: {CHORD}",), "definition"),
-        Sentence((f"play: {section.definition.play}",), "definition"),
+        Sentence((f"chord stiffness: {CHORD}",), "definition"),
+        Sentence((f"{LOW_SLOPE}: {section.definition.play}",), "definition"),
         Sentence((f"reversal error: {section.definition.reversal_error}",), "definition"),
     ]
     blocks: tuple[Table | Sentence, ...] = (Table(columns, tuple(rows)), _runs_table(section), *sentences)
@@ -64,7 +64,7 @@ def _overview_columns(with_interval: str) -> tuple[Column, ...]:
     return (
         Column("clamped, without a model", numbers=_TEXT),
         Column(f"chord stiffness{with_interval}", "N·m/rad"),
-        Column(f"play, by definition{with_interval}", "rad"),
+        Column(f"{LOW_SLOPE}{with_interval}", "rad"),
         Column("friction", "N·m"),
     )
 
@@ -78,28 +78,36 @@ def clamped_main_table(section: ClampedSection) -> Table | None:
 def _joint_sentence(joint: JointResult) -> Sentence:
     """Return over which torque a joint's stiffness is meant, how its tangent goes there, and the width of the law."""
     low, high = joint.curve.torque
-    words: list[str | Digits] = [f"joint {joint.joint}: stiffness from ", Digits(low), " to ", Digits(high), " N·m"]
+    words: list[str | Digits] = [
+        f"joint {joint.joint}: chord stiffness from ",
+        Digits(low),
+        " to ",
+        Digits(high),
+        " N·m",
+    ]
     tangents = [tangent.stiffness for tangent in joint.tangent_stiffness]
     if tangents:
         words += [", with a tangent stiffness between ", Digits(min(tangents)), " and ", Digits(max(tangents))]
         words += [" N·m/rad"]
     if joint.play_found:
-        words += ["; its play is the segment of low slope of the law b·tanh(torque/w) with b = "]
+        words += [f"; the {LOW_SLOPE} is that of the law b·tanh(torque/w) with b = "]
         words += [Digits(1e3 * joint.play_width), " mrad"]
     return Sentence(tuple(words), "joint")
 
 
+# Not "play": that is a parameter of the model, whose value this description does not give.
+LOW_SLOPE = "segment of low slope"
 CHORD = "chord of torque over angle over the measured range, play excluded"
 
 
 def _runs_table(section: ClampedSection) -> Table:
-    """Return play and reversal error of each run, with the torque over which it went: friction grows with that."""
+    """Return low slope and reversal error of each run, with the torque over which it went: friction grows with that."""
     columns = (
         Column("run", numbers=_TEXT),
         Column("joint", numbers=_TEXT),
         Column("torque measured", "N·m"),
         Column("reversal error", "rad"),
-        Column("play", "rad"),
+        Column(LOW_SLOPE, "rad"),
         Column("", numbers=_TEXT),
     )
     rows: list[tuple[Words, ...]] = [
@@ -116,7 +124,7 @@ def _runs_table(section: ClampedSection) -> Table:
     return Table(columns, tuple(rows))
 
 
-_RUNS = "Play and reversal error of each run, with its range of torque."
+_RUNS = "Segment of low slope and reversal error of each run, with its range of torque."
 
 
 def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
@@ -152,7 +160,7 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
         blocks.append(play_picture(curves))
     for start in range(0, len(with_result), _PER_PICTURE):
         blocks.append(tangents_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
-    title = "The clamped robot: play, friction and torque over angle"
+    title = "The clamped robot without a model: torque over angle"
     return Page(title, tuple(blocks), subject="clamped robot")
 
 
@@ -179,7 +187,7 @@ def clamped_plot(data: MeasuredRuns, section: ClampedSection | None, run: str | 
 
 def _definitions(definition: Definition) -> str:
     return (
-        f"Stiffness: {CHORD}. Play: {definition.play}. Friction: {definition.friction}. "
+        f"Chord stiffness: {CHORD}. Segment of low slope: {definition.play}. Friction: {definition.friction}. "
         f"Reversal error: {definition.reversal_error}. "
         f"{definition.angle[0].upper()}{definition.angle[1:]}. Excluded: {definition.left_out}."
     )
@@ -188,7 +196,7 @@ def _definitions(definition: Definition) -> str:
 def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     columns = (
         Column("joint", numbers=_TEXT),
-        Column("play", "rad"),
+        Column(LOW_SLOPE, "rad"),
         Column("width b of the law", "rad"),
         Column("crossed within", "± N·m"),
         Column("between poses", "rad"),
@@ -214,7 +222,7 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
                 (str(joint.torque_from),),
             )
         )
-    return Table(columns, tuple(rows), "Play and friction of each joint, ± 95 %, from all used poses.")
+    return Table(columns, tuple(rows), "Segment of low slope and friction of each joint, ± 95 %, from all used poses.")
 
 
 def _play(joint: JointResult) -> Words:

@@ -34,7 +34,7 @@ def _in_rows(panels: tuple[Panel, ...], caption: Words) -> Picture:
 def _branches(joint: str, pose: ClampedPose) -> Panel:
     series: list[Series] = []
     if pose.low is not None and pose.high is not None:
-        series.append(Span(_MRAD * float(pose.low), _MRAD * float(pose.high), label="play"))
+        series.append(Span(_MRAD * float(pose.low), _MRAD * float(pose.high), label="low slope"))
     for is_rising, marker, colour, label in ((True, "^", 0, "increasing angle"), (False, "v", 1, "decreasing angle")):
         of_branch = np.flatnonzero(pose.up == is_rising)
         order = of_branch[np.argsort(pose.angle[of_branch])]
@@ -141,13 +141,14 @@ def play_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
                 )
             )  # fmt: skip
     panel = Panel(
-        "", "", "play [mrad]", tuple(series), x_limits=(-0.6, len(curves) - 0.4), head_room=0.3,
+        "", "", "segment of low slope [mrad]", tuple(series), x_limits=(-0.6, len(curves) - 0.4), head_room=0.3,
         x_names=tuple(curve.joint for curve in curves),
     )  # fmt: skip
     caption = (
         (
-            "Play of each joint by pose, with its resolution (encoder step and noise) and the scatter between cycles. "
-            "Crosses: poses excluded, because the motion barely exceeds the play. Line: play of the joint."
+            "Segment of low slope of each joint by pose, with its resolution (encoder step and noise) and the scatter "
+            "between cycles. "
+            "Crosses: poses excluded, because the motion barely exceeds the play. Line: that of the joint."
         ),
     )
     return Picture((panel,), columns=1, height=56.0, caption=caption)
