@@ -16,6 +16,7 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.documents import Number
 from stiffcal.estimation.parameters import interval_within, student_95
+from stiffcal.estimation.unknowns import amplitude_bounds
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterSpec
 from stiffcal.uncertainty import NORMAL_95
@@ -83,5 +84,5 @@ def _interval(spec: ParameterSpec, amplitude: float, half: float) -> list[Number
     """Return the ends of a parameter's interval, kept within what is possible; None where it is not known."""
     if not np.isfinite(half):
         return None
-    ends = interval_within(spec, amplitude, half)
+    ends = interval_within(spec, amplitude, half, amplitude_bounds(spec))
     return [float(end) if np.isfinite(end) else None for end in ends]

@@ -15,6 +15,8 @@ from stiffcal.uncertainty import is_poorly_known
 
 # Of 36 compliances that are nothing one rises above this many standard uncertainties in one campaign of twenty.
 ABOVE_NOISE = 3.0
+# Every parameter may go as far as is possible.
+NOWHERE_NEARER: Mapping[str, tuple[float, float]] = {}
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,11 @@ def student_95(dof: int) -> float:
 
 
 def reported_parameters(
-    robot: CompliantRobot, spread: Mapping[str, float], quantile: float, fixed: frozenset[str]
+    robot: CompliantRobot,
+    spread: Mapping[str, float],
+    quantile: float,
+    fixed: frozenset[str],
+    reach: Mapping[str, tuple[float, float]] = NOWHERE_NEARER,
 ) -> list[Parameter]:
     """Turn amplitudes into reported parameters, with intervals kept within what is possible.
 
@@ -103,6 +109,7 @@ def reported_parameters(
     spread : full name to standard uncertainty of the amplitude, for those that were determined.
     quantile : half width of the interval in standard uncertainties.
     fixed : full names that kept their values.
+    reach : full name to the ends of where the fit looked, of amplitudes that the data bound within what is possible.
     """
     parameters = []
     for placed_effect in robot.placed:
@@ -158,13 +165,16 @@ def reported_parameters(
                     placed_effect.amplitude(spec.symbol),
                     spread[name],
                     quantile,
+                    reach.get(name, amplitude_bounds(spec)),
                 )
             )
     return parameters
 
 
-def interval_within(spec: ParameterSpec, amplitude: float, half: float) -> tuple[float, float]:
-    """Return both ends of a parameter's interval, kept within what is possible; infinite where one is open.
+def interval_within(
+    spec: ParameterSpec, amplitude: float, half: float, bounds: tuple[float, float]
+) -> tuple[float, float]:
+    """Return both ends of a parameter's interval, kept within its bounds; infinite where one is open.
 
     What lies on a bound of its range would go further without it: that end is open. An amplitude of 0 is no such bound,
     but the absence of the effect.
@@ -172,9 +182,10 @@ def interval_within(spec: ParameterSpec, amplitude: float, half: float) -> tuple
     Parameters
     ----------
     amplitude : the estimate, as the fit counts it (of an inverse parameter one over the value). half : of its interval.
+    bounds : of the amplitude in the fit.
     """
-    low, high = amplitude_bounds(spec)
-    on_low, on_high = on_bounds(spec, amplitude, half)
+    low, high = bounds
+    on_low, on_high = on_bounds(amplitude, half, bounds)
     first = -math.inf if on_low and low != 0.0 else max(low, amplitude - half)
     last = math.inf if on_high and high != 0.0 else min(high, amplitude + half)
     if spec.inverse:
@@ -182,19 +193,26 @@ def interval_within(spec: ParameterSpec, amplitude: float, half: float) -> tuple
     return first + spec.neutral, last + spec.neutral
 
 
-def on_bounds(spec: ParameterSpec, amplitude: float, half: float) -> tuple[bool, bool]:
-    """Return whether an estimate lies on the lower and on the upper bound of what is possible, as `interval_within`."""
-    low, high = amplitude_bounds(spec)
+def on_bounds(amplitude: float, half: float, bounds: tuple[float, float]) -> tuple[bool, bool]:
+    """Return whether an estimate lies on its lower and on its upper bound; arguments as of `interval_within`."""
+    low, high = bounds
     tiny = 1e-9 * max(half, 1e-300)
     return bool(amplitude <= low + tiny), bool(amplitude >= high - tiny)
 
 
 def _estimated(
-    name: str, effect: str, place: Place, spec: ParameterSpec, amplitude: float, std: float, quantile: float
+    name: str,
+    effect: str,
+    place: Place,
+    spec: ParameterSpec,
+    amplitude: float,
+    std: float,
+    quantile: float,
+    bounds: tuple[float, float],
 ) -> Parameter:
-    at_bound = any(on_bounds(spec, amplitude, std))
+    at_bound = any(on_bounds(amplitude, std, bounds))
     value = spec.value_of(amplitude)
     # beyond the bound that holds it nothing is known of the estimate's distribution
     spread = None if at_bound else std * value**2 if spec.inverse else std
-    interval = interval_within(spec, amplitude, quantile * std)
+    interval = interval_within(spec, amplitude, quantile * std, bounds)
     return Parameter(name, effect, place, spec, value, spread, interval, False, True, at_bound)

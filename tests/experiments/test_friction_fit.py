@@ -72,6 +72,21 @@ def test_a_shape_has_the_bounds_of_the_measured_speeds() -> None:
     assert unknowns.upper[velocity] <= 2.0
 
 
+def test_a_shape_at_the_end_of_the_measured_speeds_has_no_uncertainty() -> None:
+    """Beyond them it may go on: the interval is open to that side."""
+    fit = bent()
+    number = fit.source.unknowns.names.index("stribeck.j2.velocity")
+    upper = fit.source.unknowns.upper.copy()
+    upper[number] = fit.settled.values[number]
+    narrow = replace(fit, source=replace(fit.source, unknowns=replace(fit.source.unknowns, upper=upper)))
+    before, after = ({one.name: one for one in made.parameters}["stribeck.j2.velocity"] for made in (fit, narrow))
+    assert before.std is not None
+    assert (after.value, after.std, after.at_bound) == (before.value, None, True)
+    assert after.interval is not None
+    assert before.interval is not None
+    assert after.interval == (before.interval[0], np.inf)
+
+
 def test_one_way_leaves_friction_open_and_says_so() -> None:
     forward = rows().select(rows().velocity > 0.0)
     (joint,) = fit_friction(forward, (FRICTION,), robot()).joints

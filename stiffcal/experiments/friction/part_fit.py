@@ -95,7 +95,9 @@ class PartFit:
         names, std = self.solved.unknowns.names, np.sqrt(np.diagonal(self.covariance)).tolist()
         spread = {name: one for name, one in zip(names, std, strict=True) if name not in self.unidentified}
         held = self.source.fixed | self.usual
-        return tuple(reported_parameters(self.robot, spread, NORMAL_95, held))
+        free = self.source.unknowns
+        reach = dict(zip(free.names, zip(free.lower.tolist(), free.upper.tolist(), strict=True), strict=True))
+        return tuple(reported_parameters(self.robot, spread, NORMAL_95, held, reach))
 
     @property
     def unidentified(self) -> frozenset[str]:
