@@ -69,6 +69,18 @@ class StretchConstants:
         weight = self.scale**2 if self.lower is None else np.sum(self.lower**2, axis=0)
         return int(np.count_nonzero((np.add.reduceat(weight, self.edges, axis=1) > 0.0) & self.carry))
 
+    def leverage(self) -> Floats:
+        """Return (m, n) the share of each whitened reading's variance that constants take."""
+        share = np.zeros(self.scale.shape)
+        if self.lower is None:
+            total = np.add.reduceat(self.scale**2, self.edges, axis=1)
+            free = np.where(self.carry & (total > 0.0), 1.0 / np.where(total > 0.0, total, 1.0), 0.0)
+            return np.asarray(self.scale**2 * np.repeat(free, self.counts, axis=1))
+        for alike in self._alike:
+            own = np.sum(alike.basis**2, axis=2)
+            share[:, alike.states] = own.reshape(len(own), len(share), -1).transpose(1, 0, 2).reshape(len(share), -1)
+        return share
+
     def rows(self, white: Floats) -> Floats:
         """Return whitened (k, m, n) with what constants can make taken out; ``white`` itself may be changed."""
         if not self.carry.any():

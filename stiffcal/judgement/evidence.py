@@ -280,9 +280,9 @@ def _taken_out(inner: Inner, own: Booleans, scale: Floats) -> tuple[Floats, Floa
     gram = inner.gram[:, ~own]
     others = gram[:, :, ~own] * scale[:, :, None] * scale[:, None, :]
     others[:, range(scale.shape[1]), range(scale.shape[1])] += 1.0
-    factor = np.linalg.cholesky(others)
+    factor = np.asarray(np.linalg.cholesky(others), dtype=np.float64)
     right = np.concatenate([gram[:, :, own], inner.target[:, ~own, None]], axis=2) * scale[:, :, None]
-    parts = np.linalg.solve(factor, right)
+    parts = np.asarray(np.linalg.solve(factor, right), dtype=np.float64)
     return factor, parts[..., :-1], parts[..., -1]
 
 

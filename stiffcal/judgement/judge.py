@@ -15,6 +15,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.identification.noise import Noise
 from stiffcal.identification.observation import Observations
+from stiffcal.identification.readings import WrenchCorrection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.weights import residual_noise
 from stiffcal.judgement.discrepancy import Discrepancy
@@ -99,7 +100,7 @@ def judge_states(
     """
     problem = fit_problem(states, robot)
     fit = fit_observations(problem, robot, settings or Settings())
-    campaign = _Campaign.of(states, fit, catalogue, settings or Settings())
+    campaign = _Campaign.of(states, problem.data, fit, catalogue, settings or Settings())
     chosen = frozenset(_name_of(placed) for placed in fit.robot.placed if _is_member(placed))
     tried = {chosen}
     for number in range(1, ROUNDS + 1):
@@ -107,8 +108,12 @@ def judge_states(
         if judged.names_of_best in tried:
             noise = _noise_of(fit)
             weighed = with_rivals_refitted(
-                judged.weighed, judged.own, campaign.scale, campaign.fit, lambda rival: campaign.ground(rival, noise)  # noqa: B023
-            )  # fmt: skip
+                judged.weighed,
+                judged.own,
+                campaign.scale,
+                campaign.fit,
+                lambda rival: campaign.ground(rival, noise),  # noqa: B023
+            )
             judged = replace(judged, weighed=weighed)
         best = judged.names_of_best
         if best in tried:
@@ -142,7 +147,7 @@ class _Campaign:
     states: LoadStates
     """The load states."""
     data: Observations
-    """All of them, as rows."""
+    """All of them, as rows, as they were read."""
     springs: CompliantRobot
     """What every hypothesis has."""
     candidates: Sequence[Candidate]
@@ -157,13 +162,15 @@ class _Campaign:
     """How fits are made."""
 
     @classmethod
-    def of(cls, states: LoadStates, fit: Fit, catalogue: Mapping[str, Effect], settings: Settings) -> _Campaign:
+    def of(
+        cls, states: LoadStates, data: Observations, fit: Fit, catalogue: Mapping[str, Effect], settings: Settings
+    ) -> _Campaign:
         """Prepare, with the fit of the model under test."""
         springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not _is_member(placed)))
         candidates, _ = list_candidates(springs, states, catalogue)
-        scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, fit.data).loads)
-        geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
-        return cls(states, fit.data, springs, candidates, scale, geometry, weight, settings)
+        scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, data).loads)
+        geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, data)
+        return cls(states, data, springs, candidates, scale, geometry, weight, settings)
 
     def fit(self, chosen: Sequence[Member]) -> Fit:
         """Return the fit of the model with some members; runs that are off take no part."""
@@ -201,8 +208,9 @@ class _Campaign:
 
     def ground(self, fit: Fit, noise: Noise) -> Ground:
         """Return what members are compared about: a fit, what it has beyond the springs as members."""
-        state = Linearised.about(fit.robot, self.data)
-        about = fit.linearised(noise, state, self.data)
+        data = _all_corrected(self.data, fit.data)
+        state = Linearised.about(fit.robot, data)
+        about = fit.linearised(noise, state, data)
         own = [(placed.effect.name, placed.place) for placed in self.springs.placed]
         present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
         common = [k for k, column in enumerate(about.columns) if fit.robot.placed[column.placed] not in present]
@@ -225,6 +233,19 @@ class _Campaign:
         of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
         shared = Shared(space.rows(columns), prior, ((of_loads, OF_LOADS), (of_time, OF_TIME)))
         return Ground(state, space, shared, about.residual, present, derivative, of_loads, of_time, scale)
+
+
+def _all_corrected(data: Observations, fitted: Observations) -> Observations:
+    """Return all readings with wrenches where a fit has them; those that took no part in it as they were read."""
+    own = fitted.correction
+    if own is None:
+        return data
+    took_part = np.isin(data.run, fitted.run)
+    whole = WrenchCorrection(
+        np.zeros_like(data.wrench), np.zeros_like(data.measured), np.zeros_like(data.wrench), np.ones(data.n_states)
+    )
+    whole.wrench[:, took_part], whole.rows[:, took_part] = own.wrench, own.rows
+    return data.corrected(whole)
 
 
 def _prior_of(prior: Floats, chosen: Sequence[int]) -> Floats:

@@ -10,6 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.judgement.checks import Check, checks_of
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
 from stiffcal.judgement.sets import Key
@@ -26,6 +27,8 @@ SHARED = 0.5
 """Share of an effect's squares that an unlisted law makes, from which it can be in its place."""
 SHOWS = 0.5
 """Of the noise: what shows less is nothing."""
+CHANCE = 0.003
+"""Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +55,18 @@ class WhatIsMissing:
     """Probability that nothing shows more than half of the noise."""
     p_unknown: float
     """Probability of laws that nobody has written down, a discrepancy of the poses that shows among them."""
+    checks: tuple[Check, ...]
+    """Of the best set."""
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """The checks that the best set does not pass."""
+        return tuple(check for check in self.checks if check.p_value < CHANCE)
 
     @property
     def unexplained(self) -> bool:
         """Whether something is probably missing that is none of the effects."""
-        return self.p_unknown >= NAMED
+        return self.p_unknown >= NAMED or bool(self.failed)
 
 
 def read_off(judged: Judged) -> WhatIsMissing:
@@ -93,7 +103,11 @@ def read_off(judged: Judged) -> WhatIsMissing:
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
     doubted = tuple((run, min(p, 1.0)) for run, p in sorted(runs.items()) if p >= NAMED)
     return WhatIsMissing(
-        tuple(groups), doubted, float(max(small * (1.0 - shows), 0.0)), float(1.0 - (1.0 - unlisted) * (1.0 - shows))
+        tuple(groups),
+        doubted,
+        float(max(small * (1.0 - shows), 0.0)),
+        float(1.0 - (1.0 - unlisted) * (1.0 - shows)),
+        checks_of(judged),
     )
 
 

@@ -53,12 +53,16 @@ def with_rivals_refitted(
 ) -> WeighedSets:
     """Return the sets with what the nearest rivals gain about fits of their own.
 
+    The wrench's noise counts with each model's own slope, and each wrench lies where it does most probably: the
+    determinant of the weights has no part, as it would stand for wrenches of which any is as probable as another.
+    Most are none, exactly: the robot is unloaded.
+
     Parameters
     ----------
     own : the set about whose fit all are weighed.
     scale : of the robot.
     fitted : fits the model with some members, runs that are off left out.
-    ground_of : returns what members are compared about, under the weights of the best set.
+    ground_of : returns what members are compared about, with the noise of the best set carried through its own model.
     """
     gains = dict[Rival, float]()
     for old, other in rivals_of(weighed, own):

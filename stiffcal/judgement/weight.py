@@ -52,7 +52,7 @@ class WeightOfLinks:
         """Return (4J, m, n) what one standard deviation of each mass and moment makes where none is stated."""
         mass, moment = scale.usual_weight(self.chain)
         size = np.array([mass, moment, moment, moment])[:, None, None]
-        return np.concatenate([size * columns for _, columns in self.of_links])
+        return np.asarray(np.concatenate([size * columns for _, columns in self.of_links]))
 
 
 def _heavier(chain: Chain, link: int, mass: float, moment: Floats) -> Chain:
@@ -68,4 +68,4 @@ def shown(columns: Floats, space: Projection) -> Floats:
     """Return (q, m, n) columns of unit variance: the directions of given ones, each of unit variance, that show."""
     rows = space.rows(columns)
     values, axes = np.linalg.eigh(rows @ rows.T)
-    return np.einsum("gq,gmn->qmn", axes[:, values > LEAST_SHOWN**2], columns)
+    return np.asarray(np.einsum("gq,gmn->qmn", axes[:, values > LEAST_SHOWN**2], columns))
