@@ -1,0 +1,76 @@
+"""What could not be excluded: how large something at a place would have to be to be found.
+
+An effect of a place is found where its evidence makes up for what it is before: with λ the sum of squares that it would
+leave in the readings, in noises and beyond what every hypothesis can make, ½ χ² − ½ log(1 + λ) ≥ −log odds, where χ² of
+one degree of freedom about λ is as large as that in nine campaigns of ten: √λ is 1.28 more than the root of what is
+needed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.identification.row_layout import TRANSLATION
+from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.priors import MemberKind
+
+POWER = 1.2816
+"""Standard deviations that nine of ten lie below."""
+PASSES = 50
+LEAST_SHOWN = 1e-6
+"""Share of an effect's squares that is left beyond what every hypothesis can make, below which it does not show."""
+
+
+@dataclass(frozen=True)
+class ExcludedSize:
+    """How large something at a place would have been found."""
+
+    where: str
+    """As `stiffcal.judgement.priors.where`."""
+    size: float
+    """m, rms of the tool's displacement by it; infinite where an effect there does not show."""
+
+
+def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
+    """Return the size of each place where the best set has nothing, of the effect there that shows least."""
+    evidence, ground, members = judged.weighed.evidence, judged.ground, judged.members
+    key = judged.weighed.best
+    by_discrepancy, sizes = evidence.best_sizes(key)
+    best = int(np.argmax(by_discrepancy))
+    inner = evidence.inner.at(best)
+    if key:
+        where = np.concatenate([evidence.place[i] for i in key])
+        of_each = [
+            np.full(len(evidence.place[i]), members[i].columns.sizes[k]) for i, k in zip(key, sizes[best], strict=True)
+        ]
+        inner = inner.given(where, np.concatenate(of_each))
+    noise = float(evidence.noise.scale(np.maximum(inner.square, 0.0))[0])
+    translations = ground.space.data.rows_of(TRANSLATION)
+    taken = {members[i].share.place for i in key}
+    found: dict[str, float] = {}
+    for number, one in enumerate(members):
+        if one.kind is not MemberKind.EFFECT or one.share.place in taken:
+            continue
+        shown = float(np.trace(inner.gram[0][np.ix_(evidence.place[number], evidence.place[number])]))
+        rows = one.columns.rows
+        if shown <= LEAST_SHOWN * float(np.sum(rows**2)):
+            found[one.share.place] = np.inf
+            continue
+        moved = np.array([ground.space.unwhitened(row)[translations] for row in rows])
+        read = max(int(np.count_nonzero(ground.space.data.measured_mask[translations].any(axis=0))), 1)
+        size = noise * np.sqrt(_squares_to_find(one.log_prior) / shown * np.sum(moved**2) / read)
+        found[one.share.place] = max(found.get(one.share.place, 0.0), float(size))
+    return tuple(ExcludedSize(place, size) for place, size in sorted(found.items()))
+
+
+def _squares_to_find(log_prior: float) -> float:
+    """Return λ that is found in nine campaigns of ten."""
+    squares = 1.0
+    for _ in range(PASSES):
+        new = (POWER + np.sqrt(-2.0 * log_prior + np.log1p(squares))) ** 2
+        if abs(new - squares) < 1e-9 * new:
+            break
+        squares = float(new)
+    return squares
