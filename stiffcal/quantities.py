@@ -98,7 +98,7 @@ _WORDS: dict[str, str] = {
     **dict.fromkeys(("millisecond", "milliseconds", "millisekunden", "millisecondes", "毫秒", "ミリ秒"), "ms"),
     **dict.fromkeys(("minute", "minutes", "minuten"), "min"),
     **dict.fromkeys(("celsius", "°celsius"), "degC"),
-    **dict.fromkeys(("degree", "degrees", "degré", "degrés", "grado", "grados", "gradi", "度"), "deg"),
+    **dict.fromkeys(("degree", "degrees", "degré", "degrés", "grado", "grados", "gradi", "graus", "度"), "deg"),
 }
 
 

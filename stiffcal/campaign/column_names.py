@@ -20,9 +20,10 @@ PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "ft
 JOINT_STEMS = (
     *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "θ", "th", "gelenk", "angle", "winkel", "achswinkel"),
     *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
+    *("gelenkwinkel", "gelenkposition", "achsposition", "eixo", "junta"),
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
     *("aiposa", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
-    *("軸", "関節", "関節角", "角度", "轴", "关节", "关节角"),
+    *("軸", "関節", "関節角", "関節角度", "角度", "轴", "关节", "关节角", "关节角度"),
 )
 MEASURED_AT = "headerstamp"
 """The time of a message of ROS, which the driver of the instrument has written."""
@@ -36,6 +37,7 @@ NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")
 """Names of a quaternion's components, the scalar first, where numbers show one: the squares add up to 1."""
 XYZ = "xyz"
 
+_WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
 _LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
 _BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\))\s*+$")
 # A unit behind a slash (DIN 1313: "F / kN"), a word, an underscore or a blank: part of the name unless it is one.
@@ -72,7 +74,7 @@ STEMS: Mapping[Reading, tuple[str, ...]] = MappingProxyType(
     {
         Reading.FORCE: (
             *("f", "force", "kraft", "load", "last", "effort", "charge", "fuerza", "carga", "forza", "carico"),
-            *("力", "荷重", "载荷"),
+            *("forca", "力", "荷重", "载荷"),
         ),
         Reading.MOMENT: (
             *("t", "m", "torque", "moment", "drehmoment", "tau", "mom", "couple", "momento", "coppia"),
@@ -81,8 +83,8 @@ STEMS: Mapping[Reading, tuple[str, ...]] = MappingProxyType(
         Reading.DEFLECTION: (
             *("d", "delta", "u", "disp", "displacement", "defl", "deflection", "verschiebung", "def", "weg"),
             *("durchbiegung", "auslenkung", "deplacement", "fleche", "desplazamiento", "flecha", "spostamento"),
-            "freccia",
-            *("変位", "たわみ", "位移", "变形"),
+            *("freccia", "deslocamento"),
+            *("変位", "変位量", "たわみ", "位移", "位移量", "变形", "变形量"),
             "t",
         ),
         Reading.ROTATION: (
@@ -99,6 +101,10 @@ STEMS: Mapping[Reading, tuple[str, ...]] = MappingProxyType(
 )
 """What stands before x, y or z, the likeliest first. A unit decides where a stem belongs to several readings: Tx is a
 moment, and a translation where a unit of length stands by it."""
+WORDS_OF_SIGNS = tuple(
+    word for words in (JOINT_STEMS, TIMES, *STEMS.values()) for word in words if word and word[0] >= "\u2e80"
+)
+"""Those of them in Chinese, Japanese and Korean."""
 _OPEN: Mapping[str, tuple[Reading, ...]] = MappingProxyType({"r": (Reading.ROTATION, Reading.MOMENT, Reading.FORCE)})
 """Stems that mean several things about as often (Rx: a rotation, a reaction); without a unit it is a question."""
 
@@ -151,6 +157,7 @@ def header_parts(header: str) -> ColumnHeader:
     """
     if len(header) > _LONGEST_NAME:
         return ColumnHeader(header, None)
+    header = header.translate(_WIDE_BRACKETS)
     bracketed = _BRACKETED.match(header)
     if bracketed is not None and not (bracketed["a"] or bracketed["b"] or "").strip().isdigit():  # q[0] is a name
         return ColumnHeader(bracketed["name"].strip(), (bracketed["a"] or bracketed["b"] or "").strip() or None)
@@ -193,7 +200,7 @@ def is_unit_of(text: str, quantity: str) -> bool:
 
 def bare_unit(cell: str) -> str:
     """Return a cell of a row of units without brackets."""
-    return cell.strip("[]() ")
+    return cell.strip("[]() （）［］【】")
 
 
 def is_unit_row(row: Sequence[str]) -> bool:

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from stiffcal.campaign.column_names import WORDS_OF_SIGNS
 from stiffcal.table_layout.cells import is_gap, is_reading, marks_of, number
 from stiffcal.table_layout.layout import Layout, layout_of_rows, without_comment_sign
 
@@ -22,6 +23,8 @@ DELIMITERS = (";", "\t", ",", "|", BLANKS)
 # So many lines of data show the delimiter, so many rows the layout.
 _LINES_JUDGED, _ROWS_JUDGED = 40, 120
 _LONGEST_QUOTED = 8  # lines of one quoted name; more is a quotation mark that was never closed
+# What programs on Japanese, Chinese and Korean Windows write.
+_OF_SIGNS = ("cp932", "gb18030", "cp949", "big5")
 _BOMS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
 _APART = re.compile(r"[ \t]{2,}|\t")
 _BEFORE_UNIT = re.compile(r"[ \t]+(?![\[(])")
@@ -79,7 +82,9 @@ class TextLayout:
 
 
 def encoding_of(content: bytes) -> str:
-    """Return the encoding of a text by its first bytes: UTF-8 or UTF-16 where they are, else that of Windows.
+    """Return the encoding of a text by its first bytes: UTF-8 or UTF-16 where they are, else that of a Windows.
+
+    One of Japan, China or Korea where words of a header come out so, else the one of Western Europe.
 
     Parameters
     ----------
@@ -100,12 +105,24 @@ def encoding_of(content: bytes) -> str:
     try:
         decoder.decode(content, final=False)
     except UnicodeDecodeError:
+        found = {encoding: _words_of_signs(content, encoding) for encoding in _OF_SIGNS}
+        if any(found.values()):
+            return max(found, key=found.__getitem__)
         try:
             content.decode("cp1252")
         except UnicodeDecodeError:
             return "latin-1"
         return "cp1252"
     return "utf-8"
+
+
+def _words_of_signs(content: bytes, encoding: str) -> int:
+    """Return how many words of columns a text's beginning holds in an encoding; 0 where it is not written in it."""
+    try:
+        text = codecs.getincrementaldecoder(encoding)().decode(content, final=False)
+    except UnicodeDecodeError:
+        return 0
+    return sum(word in text for word in WORDS_OF_SIGNS)
 
 
 def text_layout(

@@ -124,6 +124,20 @@ def test_encodings(encoding: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("header", "encoding"),
+    [
+        ("時間[秒],関節1[度],力X[N],変位X[mm]", "cp932"),
+        ("时间(秒),关节1(度),载荷X(N),位移X(mm)", "gb18030"),
+        ("시간,A1,Fx,Fy", "cp949"),
+        ("Größe;Übergang;Kraft µm;Weg [°]", "cp1252"),
+        ("Déplacement;Tête;Événement n°", "cp1252"),
+    ],
+)
+def test_encodings_of_windows(header: str, encoding: str) -> None:
+    assert encoding_of(f"{header}\n0,1,2,3\n".encode(encoding)) == encoding
+
+
+@pytest.mark.parametrize(
     ("cells", "marks"),
     [
         (["1.5", "2,250"], (".", ",")),
