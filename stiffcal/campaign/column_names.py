@@ -31,6 +31,7 @@ TIMES = (
     *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
     *("uhrzeit", "heure", "hora", "ora", "timeofday"),
     *("temps", "tiempo", "tempo", "時間", "時刻", "日時", "时间", "시간", "일시", "epochtime", "systemtime", "ipoc"),
+    *("stamp", "unixtime", "epoch", "ts", "timesec", "timems", "elapsed"),
 )
 QUATERNIONS = (*(("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz")),)
 NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")
@@ -290,6 +291,7 @@ _OTHER_QUANTITIES = frozenset(
         *("gyro", "imu", "mag", "magnet", "magnetic", "angular", "linear", "rpy", "euler", "quat", "tilt", "gain"),
         *("error", "err", "std", "cmd", "command", "commanded", "soll", "setpoint", "desired", "residual", "quality"),
         *("offset", "bias", "raw", "voltage", "current", "temp", "temperature", "id", "rms"),
+        *("rist", "rsol"),  # RSI of KUKA: where the controller believes the tool to be, from its own joints
     )
 )
 

@@ -151,10 +151,18 @@ def _layout(kind: LogKind) -> tuple[object, ...]:
 
 
 def of_use(found: SortedFiles, names: FrameNames) -> tuple[list[LoggingDevice], list[str]]:
-    """Return the devices, each with what no other one with more files gives, and what is not used."""
+    """Return the devices, each with what no other one with more files gives, and what is not used.
+
+    Where an instrument reads a place, one that is logged with joint angles is the controller's, computed of them.
+    """
     devices: list[LoggingDevice] = []
     unused, given = list(found.unused), dict[str, str]()
-    for device in sorted(found.devices, key=lambda device: -len(device.files)):
+
+    def last(device: LoggingDevice) -> tuple[bool, int]:
+        roles = device.kind.roles
+        return roles.joints is not None and roles.position is not None, -len(device.files)
+
+    for device in sorted(found.devices, key=last):
         roles = device.kind.roles
         again = [signal for signal in _signals(roles) if signal in given]
         if len(again) == len(_signals(roles)):
@@ -163,6 +171,10 @@ def of_use(found: SortedFiles, names: FrameNames) -> tuple[list[LoggingDevice], 
             unused.append(text)
             continue
         if again:
+            if roles.joints is not None and "position" in again:
+                unused.append(
+                    f"{_named(device.files)}: position, taken from {given['position']}: joints are logged with it"
+                )
             roles = _without(roles, again)
             name = device.kind.name if device.kind.device else source_name(roles)
             signals = tuple(signal_lines(roles, names))

@@ -124,6 +124,23 @@ def test_a_device_with_few_logs_does_not_take_the_others_runs(tmp_path: Path) ->
     assert len(draft.remarks) == 1
 
 
+@pytest.mark.parametrize("place", ["TCP_{} [mm]", "RIst.{}"])
+@pytest.mark.parametrize("tracked", [True, False])
+def test_a_place_that_the_controller_computes_is_not_measured(tmp_path: Path, place: str, tracked: bool) -> None:
+    folder_of(tmp_path)
+    header = ",".join(["t [s]", *(f"A{n} [deg]" for n in range(1, 7)), *(place.format(axis) for axis in "XYZ")])
+    for k in (1, 2, 3):
+        rows = (f"{0.1 * n},{','.join(map(str, JOINTS_DEG + k))},{900 + k},{70 + n},400" for n in range(20))
+        (tmp_path / f"pose{k:02d}_joints.h5").unlink()
+        (tmp_path / f"pose{k:02d}_a.csv").write_text("\n".join((header, *rows)) + "\n")
+        if not tracked:
+            (tmp_path / f"pose{k:02d}_tracker.txt").unlink()
+    manifest, _ = manifest_of(tmp_path)
+    poses = {source["file"]: source["pose"]["position"] for source in manifest["sources"].values() if "pose" in source}
+    measured = {"raw/{run}_tracker.txt": ["X [mm]", "Y [mm]", "Z [mm]"]}
+    assert poses == measured if tracked else "RIst.X" not in str(poses)
+
+
 def test_what_no_log_states_is_asked_for(tmp_path: Path) -> None:
     asked: list[Question] = []
 
