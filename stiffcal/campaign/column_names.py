@@ -142,7 +142,7 @@ def header_parts(header: str) -> ColumnHeader:
 
     Examples
     --------
-    >>> headers = "Fx [kN]", "F / N", "Fx/kN", "dx_mm", "Kraft X in kN", "v_deg/s", "F_N", "Fx_N", "joint_1", "note"
+    >>> headers = "Fx [kN]", "F / N", "Fx/kN", "dx_mm", "Kraft X in kN", "v_deg/s", "F_N", "Fx_N", "time_s", "note"
     >>> for parts in map(header_parts, headers):
     ...     print(parts.name, parts.unit, sep=", ")
     Fx, kN
@@ -153,7 +153,7 @@ def header_parts(header: str) -> ColumnHeader:
     v, deg/s
     F_N, None
     Fx, N
-    joint_1, None
+    time, s
     note, None
     """
     if len(header) > _LONGEST_NAME:
@@ -167,6 +167,7 @@ def header_parts(header: str) -> ColumnHeader:
         written, name = separated["ratio"] or separated["unit"], separated["name"]
         # one letter after an underscore or a blank completes a name, as in F_N, unless an axis or a number is its end
         complete = len(written) > 1 or separated["loose"] is None or name[-1].lower() in XYZ or name[-1].isdigit()
+        complete = complete or (written == "s" and plain_name(name) in TIMES)
         if complete and is_unit(written):
             return ColumnHeader(name.strip(), written)
     return ColumnHeader(header, None)

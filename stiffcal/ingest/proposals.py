@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 from stiffcal.documents import NOT_IN_DOCUMENT
 from stiffcal.escapes import toml_text
 from stiffcal.propose.explained_column import ExplainedColumn
-from stiffcal.propose.lines import TOOL, FrameNames, ProposedLine
+from stiffcal.propose.lines import FORCE_SENSOR, TOOL, FrameNames, ProposedLine
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -105,7 +105,7 @@ def _proposal(log: _SniffedLog, files: list[str], taken_names: set[str], frames:
 def _frame_names(frames: set[str]) -> FrameNames:
     """Return the frames of the campaign that fit; `TOOL`, which it may lack, where there is none."""
     body, point = (next((name for name in names if name in frames), TOOL) for names in (BODIES, LOAD_POINTS))
-    return FrameNames(body, point)
+    return FrameNames(body, point, FORCE_SENSOR if FORCE_SENSOR in frames else "base")
 
 
 def _unnamed(campaign: Campaign) -> list[str]:

@@ -188,6 +188,18 @@ def test_other_formats_and_many_files_are_one_proposal(empty: Path) -> None:
             path.unlink()
 
 
+def test_forces_are_proposed_in_the_axes_of_the_campaign_s_sensor(tmp_path: Path) -> None:
+    folder = write_small_campaign(tmp_path / "small", poses=1)
+    (folder / "raw" / "force.csv").write_text("t [s],Fx [N],Fy [N],Fz [N]\n0.0,1.5,2.0,3.0\n0.1,1.5,2.0,3.1\n")
+    axes = []
+    for frame in ("", '[frames.ft_sensor]\nparent = "flange"\nxyz_m = [0, 0, 0.1]\n'):
+        (folder / "campaign.toml").write_text(CAMPAIGN + frame, encoding="utf-8")
+        (proposal,) = propose_sources(load_campaign(folder))
+        (source,) = tomllib.loads("\n".join(proposal.lines))["sources"].values()
+        axes.append(source["wrench"]["axes"])
+    assert axes == ["base", "ft_sensor"]
+
+
 def test_what_is_named_is_not_proposed(empty: Path) -> None:
     assert propose_sources(load_campaign(empty)) == []
 
