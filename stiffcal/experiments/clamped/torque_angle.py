@@ -29,8 +29,8 @@ FLANK_BANDS = 2.0
 # Points of the law between its ends; they stand denser towards the crossing.
 _LAW_POINTS = 201
 _CROWDING = 7.0
-# Halvings of the way between two points of the law, to the last digit.
-HALVINGS = 52
+# Times that the way between two points of the law is divided by as many, to the last digits.
+CLOSER = 6
 
 
 @dataclass(frozen=True)
@@ -185,20 +185,16 @@ def play_segment(law: TorqueAngleLaw, share: float = SLOPE_SHARE) -> PlaySegment
 def _where_steep(law: TorqueAngleLaw, end: float, slope: float) -> float:
     """Return the spring's angle from the flank, rad, at which the law first gets as steep on the way to ``end``.
 
-    ``end`` itself where it does not. The points of the law lie denser than it bends; between two of them it is halved.
+    ``end`` itself where it does not. The points of the law lie denser than it bends; those between two of them are
+    looked at again.
     """
     x = end * crowded(_LAW_POINTS // 2 + 1)
-    steep = np.flatnonzero(law.slope(x) >= slope)
-    if not steep.size:
-        return end
-    flat_side, steep_side = float(x[steep[0] - 1]), float(x[steep[0]])
-    for _ in range(HALVINGS):
-        middle = 0.5 * (flat_side + steep_side)
-        if law.slope(np.array([middle]))[0] < slope:
-            flat_side = middle
-        else:
-            steep_side = middle
-    return 0.5 * (flat_side + steep_side)
+    for _ in range(CLOSER):
+        steep = np.flatnonzero(law.slope(x) >= slope)
+        if not steep.size:
+            return end
+        x = np.linspace(x[steep[0] - 1], x[steep[0]], _LAW_POINTS)
+    return float(x.mean())
 
 
 def crowded(count: int) -> Floats:
