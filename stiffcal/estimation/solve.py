@@ -25,9 +25,9 @@ SMALL_STEP = 1e-3
 # Laws with corners (friction, play) make steps vary at this level, and in large campaigns, whose steps are expensive
 # and whose uncertainties are small against what any model leaves out, such a step changes nothing of any use either.
 ROUGH_STEP = 1e-2
-MAX_STEPS = 50
-# Standard uncertainties by which corrections of readings still move in the last step, at most.
-SMALL_CORRECTION = 0.1
+MAX_STEPS = 30
+# Standard uncertainties by which corrections of readings still move in the last step, rms.
+SMALL_CORRECTION = 0.02
 # A step of less, in standard uncertainties, is near the solution.
 NEAR = 1.0
 # Steps that are taken whole: on the way through a curved valley the sum of squares may rise and the next step be right.
@@ -232,5 +232,4 @@ def settle(
             if least is None:
                 return Settled(values, weights, reduced, checked, iterations, change, contraction, last_step)
             return Settled(least.values, weights, least.reduced, least.checked, iterations, 0.0, 1.0, last_step)
-        # readings that stand still stay as they are: under the same ones sums of squares compare
-        last, source = change, corrected if moved >= SMALL_CORRECTION else source
+        last, source = change, corrected

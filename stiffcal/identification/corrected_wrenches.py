@@ -1,4 +1,4 @@
-"""One step of the correction of the wrenches, near the solution of a fit."""
+"""One step of the correction of clamped states' wrenches, near the solution of a fit."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NEAR_NOISE = 2.0
 def corrected_wrenches(
     robot: CompliantRobot, data: Observations, reduced: Reduced, weights: Weights
 ) -> tuple[Observations, float]:
-    """Return the observations with the wrenches where they lie most probably, and how far these moved.
+    """Return the observations with clamped states' wrenches where they lie most probably, and how far these moved.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def corrected_wrenches(
     the step is 0, where the wrench is not known to be uncertain or the model leaves more than `NEAR_NOISE` times the
     noise.
     """
-    if weights.sensitivity is None or not weights.carried or not weights.assumed.of_wrench:
+    if data.clamped is None or weights.sensitivity is None or not weights.carried:
         return data, 0.0
     residual = without_offsets(data, reduced.predicted, weights.whitening)
     white = weights.whitening.apply(residual)[data.measured_mask]
@@ -38,5 +38,7 @@ def corrected_wrenches(
         return data, 0.0
     if data.correction is None:
         data = with_curvature(data, weights.sensitivity, lambda moved: predict_observations(robot, moved))
-    correction = wrench_correction(data, residual, weights.sensitivity, weights.assumed, weights.whitening)
+    correction = wrench_correction(data, residual, weights.sensitivity)
+    if correction is None:
+        return data, 0.0
     return data.corrected(correction), step_of(correction)

@@ -54,11 +54,8 @@ def is_proportional(robot: CompliantRobot, data: Observations) -> bool:
     The balance of the deformed chain bends every load-deflection curve by a per cent; that is less than what the laws
     themselves leave out, and no basis for a gain.
     """
-    return not robot.chain.masses_known or is_straight(robot, data)
-
-
-def is_straight(robot: CompliantRobot, data: Observations) -> bool:
-    """Return whether twice the wrench would move every reading twice as far, on the chain as drawn."""
+    if not robot.chain.masses_known:
+        return True
     typical = tuple(replace(placed, values=_typical(placed)) for placed in robot.placed)
     linear = replace(robot, placed=typical, deformed=False)
     once, twice = (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from stiffcal.estimation.triangular import Reduced
 from stiffcal.estimation.unknowns import OpenBefore, ParameterColumn, Unknowns, free_columns, with_estimates
 from stiffcal.identification.corrected_wrenches import corrected_wrenches
 from stiffcal.identification.least_squares import reduce_blocks
-from stiffcal.identification.load_scale import is_straight
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Evaluation, Observations, evaluate
 from stiffcal.identification.priors import prior_rows
@@ -98,11 +96,6 @@ class LoadSource:
         """Whether wild readings count less, by what the fit leaves of them."""
         return self.settings.loss == "huber"
 
-    @cached_property
-    def bends(self) -> bool:
-        """Whether a reading's slope changes with the load, on the chain as drawn."""
-        return not is_straight(self.robot, self.problem.data)
-
     def robot_at(self, values: Floats) -> CompliantRobot:
         """Return the robot with values (p,) of its free parameters."""
         return with_estimates(self.robot, self.columns, values)
@@ -126,12 +119,7 @@ class LoadSource:
         return float(np.sum(weights.whitening.apply(residual) ** 2) + np.sum(before[:, -1] ** 2))
 
     def corrected(self, values: Floats, reduced: Reduced, weights: LoadWeights) -> tuple[LoadSource, float]:
-        """Return the source with wrenches where they lie most probably, and how far they moved.
-
-        Where no law bends they are as good as read: its slope is the same at both.
-        """
-        if not self.bends:
-            return self, 0.0
+        """Return the source with clamped states' wrenches where they lie most probably, and how far they moved."""
         data, moved = corrected_wrenches(self.robot_at(values), self.data, reduced, weights.weights)
         return (self if data is self.data else replace(self, data=data)), moved
 

@@ -49,16 +49,16 @@ class WrenchCorrection:
     rows: Floats
     """(m, n) m and rad, added to what was measured: the model's derivative times the correction."""
     proposed: Floats
-    """(6, n) by how much the last step would have moved the wrench, in its standard uncertainties."""
+    """(n,) by how much the last step would have moved the wrench, in its standard uncertainties; NaN where it is not
+    corrected.
+    """
     relaxation: Floats
     """(n,) by what share of that it was moved."""
-    passes: int = 1
-    """Which step it was, from 1."""
 
     def subset(self, pick: slice | Booleans | Integers) -> WrenchCorrection:
         """Return that of some states."""
         return WrenchCorrection(
-            self.wrench[:, pick], self.rows[:, pick], self.proposed[:, pick], self.relaxation[pick], self.passes
+            self.wrench[:, pick], self.rows[:, pick], self.proposed[pick], self.relaxation[pick]
         )  # fmt: skip
 
 
@@ -143,7 +143,7 @@ class Observations:
 
     @property
     def as_read(self) -> Floats:
-        """The rows (m, n) without the correction of the wrenches, which depends on the model."""
+        """The rows (m, n) without the correction of clamped states' wrenches, which depends on the model."""
         return self.measured - self.added
 
     def place_of(self, state: int) -> str:

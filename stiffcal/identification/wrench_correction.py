@@ -1,11 +1,10 @@
-"""Where the wrench of a state lies most probably, given what moved under it (errors in variables).
+"""Where the wrench of a clamped state lies most probably, given the motor's angle (errors in variables).
 
-In a play the angle rises by its whole width within a torque that the sensor may hardly resolve. There the displacement
-shows the torque better than the sensor does: a model that is evaluated at the wrench as read is compared at the wrong
-place of a steep and curved line, and its play comes out too broad. So each wrench is moved by the share of the residual
-e that its own noise explains, δ = Σ Sᵀ V⁻¹ e with V the covariance of the state's readings, and the model evaluated
-there (Deming's adjusted observations; for laws that are not linear: Britt and Luecke 1973). Where no law bends, it
-changes nothing.
+In a play the angle rises by its whole width within a torque that the sensor may hardly resolve. There the angle shows
+the torque better than the sensor does: a model that is evaluated at the torque as read is compared at the wrong place
+of a steep and curved line, and its play comes out too broad. So each wrench is moved by the share of the residual that
+its own noise explains, δ = Σ sᵀ e / (σ² + s Σ sᵀ), and the model evaluated there (Deming's adjusted observations; for
+laws that are not linear: Britt and Luecke 1973).
 """
 
 from __future__ import annotations
@@ -15,54 +14,64 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats
-from stiffcal.identification.noise import Noise, Whitening
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.readings import Observations, WrenchCorrection
 from stiffcal.identification.row_layout import MOTOR
 
 # Standard uncertainties of its residual by which a wrench is moved at most: beyond, it is not the wrench's noise.
 MOST = 3.0
-# Corrections after which wrenches move by less and less.
-WHOLE_PASSES = 5
+# A wrench moves at least by this share of a step.
+LEAST_SHARE = 0.1
+# Steps that differ by less than this share show no secant.
+SMALLEST_FALL = 1e-6
 # Clamped states next to each other in angle over which a value is averaged: those of a few cycles, both ways.
 NEIGHBOURS = 9
 
 
-def wrench_correction(
-    data: Observations, residual: Floats, sensitivity: Floats, noise: Noise, whitening: Whitening
-) -> WrenchCorrection:
-    """Return the correction of the states' wrenches.
+def wrench_correction(data: Observations, residual: Floats, sensitivity: Floats) -> WrenchCorrection | None:
+    """Return the correction of clamped states' wrenches; None where none is known well enough.
 
     Parameters
     ----------
     data : the observations, m rows of n states.
-    residual : (m, n) measured minus predicted with the present correction, offsets taken out, m and rad.
+    residual : (m, n) measured minus predicted with the present correction, offsets taken out, rad in the motors' rows.
     sensitivity : (m, 6, n) derivative of the prediction by the wrench.
-    noise : of the instruments. whitening : of the readings, the wrench's noise carried.
     """
-    before, sigma = data.correction, noise.of_wrenches(data)
-    sensitivity = np.where(data.measured_mask[:, None], sensitivity, 0.0)
-    white = np.clip(whitening.apply(np.where(data.measured_mask, residual, 0.0)), -MOST, MOST)
-    carried = np.stack([np.sum(whitening.apply(sensitivity[:, k]) * white, axis=0) for k in range(6)])
-    present = np.zeros_like(data.wrench) if before is None else before.wrench
-    step = sigma**2 * carried - present
-    proposed = np.divide(step, sigma, out=np.zeros_like(step), where=sigma > 0.0)
-    relaxation = np.ones(data.n_states) if before is None else _relaxation(before, proposed)
-    wrench, passes = present + relaxation * step, 1 if before is None else before.passes + 1
-    return WrenchCorrection(wrench, np.einsum("mkn,kn->mn", sensitivity, wrench), proposed, relaxation, passes)
+    if data.clamped is None:
+        return None
+    motors, before = data.rows_of(MOTOR), data.correction
+    wrench_variance = np.where(np.isfinite(data.clamped.wrench), data.clamped.wrench, 0.0) ** 2
+    known = np.isfinite(data.clamped.motor)
+    wrench, rows = np.zeros_like(data.wrench), np.zeros_like(data.measured)
+    proposed, relaxation = np.full(data.n_states, np.nan), np.ones(data.n_states)
+    for row in motors:
+        states = np.flatnonzero(known & data.measured_mask[row])
+        slope = sensitivity[row][:, states]
+        of_wrench = np.sum(slope**2 * wrench_variance[:, states], axis=0)
+        sigma = np.sqrt(data.clamped.motor[states] ** 2 + of_wrench)
+        share = np.clip(residual[row, states] / sigma, -MOST, MOST) / sigma
+        target = wrench_variance[:, states] * slope * share
+        present = 0.0 if before is None else before.wrench[:, states]
+        along = np.sum(slope * (target - present), axis=0)
+        proposed[states] = np.divide(along, np.sqrt(of_wrench), out=np.zeros_like(along), where=of_wrench > 0.0)
+        if before is not None:
+            relaxation[states] = _relaxation(before, proposed, states)
+        wrench[:, states] = present + relaxation[states] * (target - present)
+        rows[row, states] = np.sum(slope * wrench[:, states], axis=0)
+    return WrenchCorrection(wrench, rows, proposed, relaxation)
 
 
-def _relaxation(before: WrenchCorrection, proposed: Floats) -> Floats:
-    """Return by what share of a step each wrench moves: half of the last share where it would go back, else twice.
+def _relaxation(before: WrenchCorrection, proposed: Floats, states: Integers) -> Floats:
+    """Return by what share of a step each wrench moves: by the secant of the last two, as whole ones may go to and fro.
 
-    At a corner of a law the tangents of both sides send a wrench to and fro; in a curved stretch whole steps converge.
-    After `WHOLE_PASSES` none moves by more than half of the largest share before: what parameters and wrenches at a
-    corner do to each other ends there.
+    That is Aitken's rule state by state, kept between `LEAST_SHARE` and a whole step: where a law bends sharply, the
+    step along its tangent goes too far (Irons and Tuck 1969).
     """
-    back = np.sum(before.proposed * proposed, axis=0) < 0.0
-    share = np.where(back, 0.5 * before.relaxation, np.minimum(1.0, 2.0 * before.relaxation))
-    most = 1.0 if before.passes < WHOLE_PASSES else 0.5 ** (before.passes - WHOLE_PASSES + 1)
-    return np.asarray(np.minimum(share, most))
+    last, now = before.proposed[states], proposed[states]
+    fall = last - now
+    usable = np.isfinite(last) & (np.abs(fall) > SMALLEST_FALL * np.abs(last))
+    share = np.divide(before.relaxation[states] * last, fall, out=np.ones_like(now), where=usable)
+    return np.where(share > 0.0, np.clip(share, LEAST_SHARE, 1.0), 1.0)
 
 
 def with_curvature(data: Observations, sensitivity: Floats, predict: Callable[[Observations], Floats]) -> Observations:
@@ -109,9 +118,6 @@ def along_sweep(values: Floats, data: Observations, states: Booleans) -> Floats:
 
 
 def step_of(correction: WrenchCorrection) -> float:
-    """Return what the last step moved the wrenches by, in their standard uncertainties: of the one that moved most.
-
-    Few of many states are inside a play, and only what these do matters.
-    """
-    squares = np.sum((correction.relaxation * correction.proposed) ** 2, axis=0)
-    return float(np.sqrt(squares.max(initial=0.0)))
+    """Return the rms of what the last step would have moved the wrenches by, in their standard uncertainties."""
+    steps = correction.proposed[np.isfinite(correction.proposed)]
+    return float(np.sqrt(np.mean(steps**2))) if steps.size else 0.0
