@@ -18,8 +18,8 @@ from stiffcal.identification.projection import Projection
 
 WAVES = 20
 """Half waves over a run of a random walk."""
-MOST_OF_RUN = 24
-"""Directions of one run alone: three loads and a step for each of six components."""
+MOST_OF_RUN = 42
+"""Directions of one run alone: six loads and a step for each of six components."""
 LEAST = 1e-9
 """Share of the largest variance of a run below which a direction is rounding."""
 

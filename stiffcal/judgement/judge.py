@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,14 +15,21 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.identification.noise import Noise
 from stiffcal.identification.observation import Observations
-from stiffcal.identification.readings import WrenchCorrection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.weights import residual_noise
-from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.discrepancy import Discrepancy, off_by_run
 from stiffcal.judgement.evidence import NoiseScale, Shared
-from stiffcal.judgement.ground import Ground
-from stiffcal.judgement.members import Member, list_members
-from stiffcal.judgement.priors import JOINT_SPRING, OF_LOADS, OF_TIME, STATED_NOISE_DOF, MemberKind, RobotScale
+from stiffcal.judgement.ground import Ground, columns_of
+from stiffcal.judgement.members import Member, list_members, run_columns, unlisted_columns
+from stiffcal.judgement.priors import (
+    DOUBTED_RUN,
+    JOINT_SPRING,
+    OF_LOADS,
+    OF_TIME,
+    STATED_NOISE_DOF,
+    MemberKind,
+    RobotScale,
+)
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
@@ -34,6 +41,8 @@ from stiffcal.model.no_balance import NoBalanceError
 
 ROUNDS = 6
 """Models about which the members are compared, at most."""
+SET_ASIDE = 0.5
+"""Probability of being off from which on a run takes no part."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +56,13 @@ class Judged:
     ground: Ground
     """About which they were weighed."""
     chosen: frozenset[str]
-    """Names of the effects and runs with which the fit was made …"""
+    """Names of the effects with which the fit was made …"""
     own: Key
     """… and the set of them, with the unlisted laws of the best set."""
     rounds: int
     """Models about which members were compared."""
+    aside: Mapping[int, float] = field(default_factory=dict)
+    """Runs that took no part, as they are off, with the probability of that about the last model."""
 
     @property
     def at_bound(self) -> bool:
@@ -78,8 +89,8 @@ class Judged:
 
     @property
     def names_of_best(self) -> frozenset[str]:
-        """Names of the effects and runs in the best set."""
-        return frozenset(one.name for one in self.best if one.kind is not MemberKind.UNLISTED)
+        """Names of the effects in the best set."""
+        return _names(self.best)
 
     @property
     def settled(self) -> bool:
@@ -98,32 +109,48 @@ def judge_states(
     robot : the present model, with or without values.
     catalogue : effects by name.
     """
-    problem = fit_problem(states, robot)
-    fit = fit_observations(problem, robot, settings or Settings())
-    campaign = _Campaign.of(states, problem.data, fit, catalogue, settings or Settings())
+    settings = settings or Settings()
+    fit = fit_observations(fit_problem(states, robot), robot, settings)
+    campaign = _Campaign.of(states, fit, catalogue, settings)
     chosen = frozenset(_name_of(placed) for placed in fit.robot.placed if _is_member(placed))
-    tried = {chosen}
+    aside = frozenset[int]()
+    tried = {(chosen, aside)}
     for number in range(1, ROUNDS + 1):
         judged = campaign.judged(fit, chosen, number)
-        if judged.names_of_best in tried:
-            noise = _noise_of(fit)
-            weighed = with_rivals_refitted(
-                judged.weighed,
-                judged.own,
-                campaign.scale,
-                campaign.fit,
-                lambda rival: campaign.ground(rival, noise),  # noqa: B023
-            )
-            judged = replace(judged, weighed=weighed)
-        best = judged.names_of_best
-        if best in tried:
+        effects, without = _next_model(judged, aside)
+        if (_names(effects), without) in tried:
+            judged = campaign.with_rivals(judged)
+            effects, without = _next_model(judged, aside)
+        if (_names(effects), without) in tried:
+            judged = replace(judged, aside=campaign.asked_again(judged, aside))
+            without = frozenset(run for run, p in judged.aside.items() if p >= SET_ASIDE)
+        if (_names(effects), without) in tried:
             break
         try:
-            fit, chosen = campaign.fit(judged.best), best
+            fit = campaign.fit(effects, without)
         except (NoBalanceError, ArithmeticError):
             break
-        tried.add(best)
+        if without != aside:
+            campaign = _Campaign.of(states, fit, catalogue, settings)
+        chosen, aside = _names(effects), without
+        tried.add((chosen, aside))
     return judged
+
+
+def _next_model(judged: Judged, aside: frozenset[int]) -> tuple[list[Member], frozenset[int]]:
+    """Return the effects of the model that is fitted next, and the runs that take no part in it.
+
+    A run in another unit spoils the fit that all columns are about, and what was prepared with it is of another robot:
+    it is set aside first, and effects are compared anew.
+    """
+    off = {one.run for one in judged.best if one.run is not None}
+    effects = [one for one in judged.best if one.kind is MemberKind.EFFECT and (not off or one.name in judged.chosen)]
+    return effects, aside | off
+
+
+def _names(members: Sequence[Member]) -> frozenset[str]:
+    """Return the names of the effects among members."""
+    return frozenset(one.name for one in members if one.kind is MemberKind.EFFECT)
 
 
 def _is_member(placed: PlacedEffect) -> bool:
@@ -147,7 +174,7 @@ class _Campaign:
     states: LoadStates
     """The load states."""
     data: Observations
-    """All of them, as rows, as they were read."""
+    """Of all runs that take part, as rows."""
     springs: CompliantRobot
     """What every hypothesis has."""
     candidates: Sequence[Candidate]
@@ -162,37 +189,67 @@ class _Campaign:
     """How fits are made."""
 
     @classmethod
-    def of(
-        cls, states: LoadStates, data: Observations, fit: Fit, catalogue: Mapping[str, Effect], settings: Settings
-    ) -> _Campaign:
-        """Prepare, with the fit of the model under test."""
+    def of(cls, states: LoadStates, fit: Fit, catalogue: Mapping[str, Effect], settings: Settings) -> _Campaign:
+        """Prepare, with the fit of a model: the robot is as large and as loaded as in the runs that took part in it."""
         springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not _is_member(placed)))
         candidates, _ = list_candidates(springs, states, catalogue)
-        scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, data).loads)
-        geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, data)
-        return cls(states, data, springs, candidates, scale, geometry, weight, settings)
+        scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, fit.data).loads)
+        geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
+        return cls(states, fit.data, springs, candidates, scale, geometry, weight, settings)
 
-    def fit(self, chosen: Sequence[Member]) -> Fit:
-        """Return the fit of the model with some members; runs that are off take no part."""
+    def fit(self, chosen: Sequence[Member], aside: frozenset[int]) -> Fit:
+        """Return the fit of the model with some effects; runs that are off take no part."""
         added = tuple(
             PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape))
             for one in chosen
             if one.candidate is not None
         )
         robot = replace(self.springs, placed=(*self.springs.placed, *added))
-        off = [one.run for one in chosen if one.run is not None]
-        problem = fit_problem(self.states, robot, ~np.isin(self.states.run, off) if off else None)
-        return fit_observations(problem, robot, self.settings)
+        kept = ~np.isin(self.states.run, sorted(aside)) if aside else None
+        return fit_observations(fit_problem(self.states, robot, kept), robot, self.settings)
+
+    def with_rivals(self, judged: Judged) -> Judged:
+        """Return a judgement with the nearest rivals of its set refitted."""
+        noise = _noise_of(judged.fit)
+        aside = frozenset(np.unique(self.states.run).tolist()) - frozenset(np.unique(self.data.run).tolist())
+        weighed = with_rivals_refitted(
+            judged.weighed,
+            judged.own,
+            self.scale,
+            lambda members: self.fit(members, aside),
+            lambda rival: self.ground(rival, noise, self.data),
+        )
+        return replace(judged, weighed=weighed)
+
+    def asked_again(self, judged: Judged, aside: frozenset[int]) -> dict[int, float]:
+        """Return of each run that was set aside the probability that it is off, about the last model."""
+        if not aside:
+            return {}
+        fit = judged.fit
+        everything = fit_problem(self.states, fit.robot).data
+        ground = self.ground(fit, _noise_of(fit), everything)
+        laws = {law.place + ": " + law.follows: law for law in unlisted_laws(ground.state)}
+        columns = [
+            columns_of(ground, ground.state.regressor(one.effect, one.place, one.shape()), self.scale)
+            for one in ground.present
+        ]
+        columns += [unlisted_columns(ground, laws[one.name].columns) for one in judged.best if one.name in laws]
+        runs = [(run, rows) for run, rows in off_by_run(ground.of_loads, ground.of_time) if run in aside]
+        first = len(columns)
+        evidence = ground.evidence([*columns, *(run_columns(rows) for _, rows in runs)])
+        every = evidence.of_set(range(first + len(runs)))
+        found = {}
+        for number, (run, _) in enumerate(runs, start=first):
+            sound = evidence.of_set([i for i in range(first + len(runs)) if i != number])
+            odds = every - sound + np.log(DOUBTED_RUN / (1.0 - DOUBTED_RUN))
+            found[run] = float(1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0))))
+        return found
 
     def judged(self, fit: Fit, chosen: frozenset[str], number: int) -> Judged:
         """Weigh sets about a model."""
-        ground = self.ground(fit, _noise_of(fit))
+        ground = self.ground(fit, _noise_of(fit), self.data)
         members = list_members(ground, self.candidates, self.scale, self._unlisted(ground))
-        start = tuple(
-            i
-            for i, one in enumerate(members)
-            if one.name in chosen and (one.run is not None or len(one.columns.present))
-        )
+        start = tuple(i for i, one in enumerate(members) if one.name in chosen and len(one.columns.present))
         weighed = search_sets(members, ground.evidence([one.columns for one in members]), start)
         unlisted = [i for i in weighed.best if members[i].kind is MemberKind.UNLISTED]
         own = tuple(sorted({*start, *unlisted}))
@@ -206,17 +263,23 @@ class _Campaign:
             laws += [UnlistedLaw(f"link {link}", "weight", columns) for link, columns in self.weight.of_links]
         return laws
 
-    def ground(self, fit: Fit, noise: Noise) -> Ground:
-        """Return what members are compared about: a fit, what it has beyond the springs as members."""
-        data = _all_corrected(self.data, fit.data)
+    def ground(self, fit: Fit, noise: Noise, data: Observations) -> Ground:
+        """Return what members are compared about: a fit, what it has beyond the springs as members.
+
+        Parameters
+        ----------
+        data : of all runs that take part, as they were read; or of all, where errors of geometry and weight stay out.
+        """
         state = Linearised.about(fit.robot, data)
         about = fit.linearised(noise, state, data)
         own = [(placed.effect.name, placed.place) for placed in self.springs.placed]
         present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
         common = [k for k, column in enumerate(about.columns) if fit.robot.placed[column.placed] not in present]
         columns, prior = about.derivative[common], _prior_of(about.prior, common)
-        nuisance = [] if self.geometry is None else [self.geometry.directions(about.space, columns)]
-        if not fit.robot.chain.masses_known:
+        nuisance = []
+        if self.geometry is not None and data is self.data:
+            nuisance.append(self.geometry.directions(about.space, columns))
+        if not fit.robot.chain.masses_known and data is self.data:
             nuisance.append(shown(self.weight.unknown(self.scale), about.space))
         p, q = len(columns), sum(len(part) for part in nuisance)
         columns = np.concatenate([columns, *nuisance])
@@ -233,19 +296,6 @@ class _Campaign:
         of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
         shared = Shared(space.rows(columns), prior, ((of_loads, OF_LOADS), (of_time, OF_TIME)))
         return Ground(state, space, shared, about.residual, present, derivative, of_loads, of_time, scale)
-
-
-def _all_corrected(data: Observations, fitted: Observations) -> Observations:
-    """Return all readings with wrenches where a fit has them; those that took no part in it as they were read."""
-    own = fitted.correction
-    if own is None:
-        return data
-    took_part = np.isin(data.run, fitted.run)
-    whole = WrenchCorrection(
-        np.zeros_like(data.wrench), np.zeros_like(data.measured), np.zeros_like(data.wrench), np.ones(data.n_states)
-    )
-    whole.wrench[:, took_part], whole.rows[:, took_part] = own.wrench, own.rows
-    return data.corrected(whole)
 
 
 def _prior_of(prior: Floats, chosen: Sequence[int]) -> Floats:

@@ -75,12 +75,9 @@ def list_members(
             columns = columns_of(ground, regressor, scale)
             found.append(Member(candidate.name, share, candidate, dict(regressor.shape), log_share, columns))
     for law in unlisted:
-        rows = ground.space.rows(law.columns)
-        size = float(np.sqrt(np.sum(rows**2) / rows.shape[1]))
-        if size <= 0.0:
+        columns = unlisted_columns(ground, law.columns)
+        if not columns.rows.any():
             continue
-        even = np.full(len(UNLISTED_SIZES), 1.0 / len(UNLISTED_SIZES))
-        columns = MemberColumns(rows / size, np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
         share = Share(law.place, law.follows, MemberKind.UNLISTED, True)
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
     for run, rows in off_by_run(ground.of_loads, ground.of_time):
@@ -90,15 +87,21 @@ def list_members(
     return [replace(one, log_prior=float(odds[one.name]) + one.log_share) for one in found]
 
 
-def _run_off(run: int, rows: Floats) -> Member:
-    """Return the member by which a run is off, in any way and without bound.
+def unlisted_columns(ground: Ground, columns: Floats) -> MemberColumns:
+    """Return the whitened columns of an unlisted law, together of rms one, from displacements (q, m, n)."""
+    rows = ground.space.rows(columns)
+    size = float(np.sqrt(np.sum(rows**2) / rows.shape[1]))
+    even = np.full(len(UNLISTED_SIZES), 1.0 / len(UNLISTED_SIZES))
+    return MemberColumns(rows / max(size, 1e-300), np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
 
-    Parameters
-    ----------
-    rows : (q, r) whitened columns, together of rms one over the run's readings.
-    """
+
+def run_columns(rows: Floats) -> MemberColumns:
+    """Return the columns by which a run is off, in any way and without bound; rows (q, r) of rms one over the run."""
     even = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES))
-    columns = MemberColumns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even)
-    return Member(
-        f"run {run} off", Share(f"run {run}", "off", MemberKind.MISTAKE, False), None, {}, 0.0, columns, run=run
-    )
+    return MemberColumns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even)
+
+
+def _run_off(run: int, rows: Floats) -> Member:
+    """Return the member by which a run is off; rows as of `run_columns`."""
+    share = Share(f"run {run}", "off", MemberKind.MISTAKE, False)
+    return Member(f"run {run} off", share, None, {}, 0.0, run_columns(rows), run=run)

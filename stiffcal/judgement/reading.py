@@ -101,6 +101,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
     runs = _sums({key: frozenset(run for i in key if (run := members[i].run) is not None) for key in sets}, sets)
     shows = float(np.sum(weighed.of_discrepancy()[1:].reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
+    runs |= judged.aside
     doubted = tuple((run, min(p, 1.0)) for run, p in sorted(runs.items()) if p >= NAMED)
     return WhatIsMissing(
         tuple(groups),

@@ -53,9 +53,8 @@ def with_rivals_refitted(
 ) -> WeighedSets:
     """Return the sets with what the nearest rivals gain about fits of their own.
 
-    The wrench's noise counts with each model's own slope, and each wrench lies where it does most probably: the
-    determinant of the weights has no part, as it would stand for wrenches of which any is as probable as another.
-    Most are none, exactly: the robot is unloaded.
+    The wrench's noise counts with each model's own slope. The determinant of the weights has no part: it would stand
+    for wrenches of which any is as probable as another, and most are none, exactly, as the robot is unloaded.
 
     Parameters
     ----------

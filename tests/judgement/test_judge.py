@@ -97,3 +97,19 @@ def test_a_second_plugin_of_the_same_law_changes_no_group(friction: FieldCampaig
     assert one.groups[0].probability == pytest.approx(other.groups[0].probability, abs=0.01)
     assert one.p_unknown == pytest.approx(other.p_unknown, abs=0.01)
     assert not other.groups[0].firm
+
+
+OTHER_UNIT_SEED, OTHER_UNIT, ITS_RUN = 4, 1, 4
+"""A campaign with nothing hidden, one run of which is in N·mm."""
+
+
+def test_a_run_in_another_unit_is_set_aside_before_effects_are_compared() -> None:
+    """About a fit with it, seven effects explained what it did to the others."""
+    campaign = draw_campaign(OTHER_UNIT_SEED, OTHER_UNIT)
+    judged = judge_states(campaign.states, campaign.model, built_in_effects())
+    found = read_off(judged)
+    assert campaign.runs == (ITS_RUN,)
+    assert found.doubted == ((ITS_RUN, pytest.approx(1.0)),)
+    assert found.groups == ()
+    assert not found.unexplained
+    assert ITS_RUN not in judged.fit.data.run
