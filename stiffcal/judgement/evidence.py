@@ -236,6 +236,21 @@ class SetEvidence:
             others += self.log_weights[i][sizes[:, j]]
         return inner.constant + value + others + spread, sizes
 
+    def at_best(self, chosen: Sequence[int]) -> tuple[int, Integers, Floats]:
+        """Return the best discrepancy of a set, and (w,) positions and sizes of its columns about it."""
+        by_discrepancy, sizes = self.best_sizes(chosen)
+        best = int(np.argmax(by_discrepancy))
+        where = [self.place[i] for i in chosen]
+        scale = [
+            np.full(len(self.place[i]), self.members[i].sizes[k]) for i, k in zip(chosen, sizes[best], strict=True)
+        ]
+        return best, np.concatenate([np.zeros(0, dtype=np.int64), *where]), np.concatenate([np.zeros(0), *scale])
+
+    def left_by(self, chosen: Sequence[int]) -> Inner:
+        """Return the inner products at the best discrepancy of a set, with the set taken out at its best sizes."""
+        best, where, scale = self.at_best(chosen)
+        return self.inner.at(best).given(where, scale)
+
     def _line(self, inner: Inner, chosen: Sequence[int], sizes: Integers, varied: int, bounded: Booleans) -> Floats:
         """Return (t, s) the log evidence for each size of one member, the others' (t, c) as they are.
 

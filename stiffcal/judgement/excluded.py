@@ -37,15 +37,7 @@ def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
     """Return the size of each place where the best set has nothing, of the effect there that shows least."""
     evidence, ground, members = judged.weighed.evidence, judged.ground, judged.members
     key = judged.weighed.best
-    by_discrepancy, sizes = evidence.best_sizes(key)
-    best = int(np.argmax(by_discrepancy))
-    inner = evidence.inner.at(best)
-    if key:
-        where = np.concatenate([evidence.place[i] for i in key])
-        of_each = [
-            np.full(len(evidence.place[i]), members[i].columns.sizes[k]) for i, k in zip(key, sizes[best], strict=True)
-        ]
-        inner = inner.given(where, np.concatenate(of_each))
+    inner = evidence.left_by(key)
     noise = float(evidence.noise.scale(np.maximum(inner.square, 0.0))[0])
     translations = ground.space.data.rows_of(TRANSLATION)
     taken = {members[i].share.place for i in key}

@@ -156,12 +156,7 @@ def _within(
 def _signal(judged: Judged, key: Key, number: int) -> tuple[Floats, int]:
     """Return the coefficients (q,) of a member in a set, at the best sizes, and the discrepancy of that."""
     evidence = judged.weighed.evidence
-    by_discrepancy, sizes = evidence.best_sizes(key)
-    best = int(np.argmax(by_discrepancy))
-    where = np.concatenate([evidence.place[i] for i in key])
-    scale = np.concatenate(
-        [np.full(len(evidence.place[i]), evidence.members[i].sizes[k]) for i, k in zip(key, sizes[best], strict=True)]
-    )
+    best, where, scale = evidence.at_best(key)
     inner = evidence.inner
     gram = inner.gram[best][np.ix_(where, where)] + np.diag(1.0 / scale**2)
     solution = np.linalg.solve(gram, inner.target[best][where])

@@ -131,12 +131,6 @@ def _room(found: WeighedSets, number: int, key: Key, present: Key) -> bool:
 def _most_promising(found: WeighedSets, key: Key, able: Sequence[int]) -> list[int]:
     """Return those of some members that gain most next to a set, its own at their best sizes and discrepancy."""
     evidence, members = found.evidence, found.members
-    by_discrepancy, sizes = evidence.best_sizes(key)
-    best = int(np.argmax(by_discrepancy))
-    where = np.concatenate([evidence.place[i] for i in key])
-    scale = np.concatenate(
-        [np.full(len(evidence.place[i]), members[i].columns.sizes[k]) for i, k in zip(key, sizes[best], strict=True)]
-    )
-    left = evidence.inner.at(best).given(where, scale)
+    left = evidence.left_by(key)
     gains = {i: float(evidence.best_sizes((i,), left)[0][0]) + members[i].log_prior for i in able}
     return sorted(able, key=lambda i: -gains[i])[:CLOSE]

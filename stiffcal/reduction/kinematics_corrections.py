@@ -200,9 +200,9 @@ def _target_words(x: Floats) -> str:
 def _zero_words(chain: Chain, joints: list[int], x: Floats) -> tuple[str, str]:
     names = chain.joint_names
     parts = [
-        f"{1e3 * x[9 + k]:+.2f} mm at {names[k]}"
+        f"{1e3 * x[9 + k]:+.2f} mm at joint {names[k]}"
         if chain.prismatic[k]
-        else f"{np.degrees(_wrap_angle(x[9 + k])):+.2f}° at {names[k] if k < len(names) else k + 1}"
+        else f"{np.degrees(_wrap_angle(x[9 + k])):+.2f}° at joint {names[k] if k < len(names) else k + 1}"
         for k in joints
     ]
     text = "other zeros of the joint angles: " + ", ".join(parts)

@@ -130,10 +130,10 @@ def test_zeros_of_one_joint_and_of_several_are_named() -> None:
     places = exact_places()[:, None]
     one = states.joints + np.radians([0.0, 4.0, 0.0, 0.0, 0.0, 0.0])
     (fault,) = check_kinematics(replace(states, joints=one, position=places), chain, estimated=False)
-    assert "other zeros of the joint angles: -4.00° at A2 they agree within 0." in fault.reason
+    assert "other zeros of the joint angles: -4.00° at joint A2 they agree within 0." in fault.reason
     several = states.joints + np.radians([0.0, 3.0, -2.0, 0.0, 2.0, 0.0])
     (fault,) = check_kinematics(replace(states, joints=several, position=places), chain, estimated=False)
-    assert re.search(r"-[23]\.\d\d° at A2, \+[12]\.\d\d° at A3", fault.reason)
+    assert re.search(r"-[23]\.\d\d° at joint A2, \+[12]\.\d\d° at joint A3", fault.reason)
 
 
 def test_poses_in_another_order_are_named() -> None:
