@@ -173,8 +173,7 @@ class RestTangent:
             for (placed, before), (_, after) in zip(base, changed, strict=True):
                 amplitude = placed.amplitude(before.symbol)
                 if amplitude != 0.0 and np.any(difference := after.value - before.value):
-                    difference *= amplitude / step
-                    np.multiply(self.motions(before.node, before.component), difference, out=part)
+                    np.multiply(self.motions(before.node, before.component), difference * (amplitude / step), out=part)
                     by_axis += part
             result[:, axis] = by_axis
         return result

@@ -88,11 +88,10 @@ def with_origins(name: str, document: Document, entry: Entry, generation: str, p
     An entry cannot make itself the user's own: what it states of itself counts only in an own generation.
     """
     key = ENTRY_LISTS.get(name)
-    listed = document.get(key) if key is not None else None
-    if key is None or not isinstance(listed, list):
+    if key is None:
         return document
     marked = []
-    for row in listed:
+    for row in document[key]:
         if not isinstance(row, dict):
             continue
         listed_origin = row.get("origin", OWN)
@@ -103,6 +102,18 @@ def with_origins(name: str, document: Document, entry: Entry, generation: str, p
         plain = {column: value for column, value in row.items() if column != "origin"}
         marked.append(plain if origin == OWN else {**plain, "origin": origin})
     return {**document, key: marked}
+
+
+def check_entries(name: str, document: object) -> None:
+    """Check that a document that grows entry by entry holds a list of them.
+
+    Raises
+    ------
+    ValueError : it holds something else.
+    """
+    key = ENTRY_LISTS.get(name)
+    if key is not None and not (isinstance(document, dict) and isinstance(document.get(key), list)):
+        raise ValueError(f"{key} is not a list")
 
 
 def verify(file: IO[bytes], path: Path, entry: Entry, display_name: str, name: str) -> None:

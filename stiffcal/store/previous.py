@@ -25,7 +25,7 @@ from stiffcal.store.index import (
     parse_json,
     read_index,
 )
-from stiffcal.store.origin import ENTRY_LISTS, hash_of, known_sources_state, with_origins
+from stiffcal.store.origin import ENTRY_LISTS, check_entries, hash_of, known_sources_state, with_origins
 from stiffcal.store.snapshot import Snapshot
 from stiffcal.trust.notices import notice
 
@@ -134,6 +134,7 @@ class PreviousGeneration:
         try:
             with open_inside(self.snapshot.store, self._place("documents", name)) as file:
                 document = parse_json(file.read(_MOST_BYTES))
+            check_entries(name, document)
         except (OSError, ValueError) as error:
             if isinstance(error, OSError) and is_refused(error):
                 raise error_of_reading(error, self.snapshot.display_name, name) from None

@@ -23,6 +23,7 @@ from stiffcal.plain_files import is_refused, open_inside
 from stiffcal.store.generations import place_of
 from stiffcal.store.index import OWN, DamagedStoreError, Entry, Index, error_of_reading, file_of, parse_json
 from stiffcal.store.origin import (
+    check_entries,
     damaged,
     origin_of_entry,
     origin_of_generation,
@@ -127,6 +128,7 @@ class Snapshot:
                 content = file.read()
             # What this user's own runs have written needs no second look.
             document = json.loads(content) if self.origin == OWN else parse_json(content)
+            check_entries(name, document)
         except ValueError as error:
             raise damaged(self.display_name, name, str(error)) from None
         return with_origins(name, document, entry, self.origin, self.address)

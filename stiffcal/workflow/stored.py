@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from stiffcal.documents import Document, Result
 from stiffcal.store.document_shape import has_shape, result_from
 from stiffcal.store.index import OWN, check_version
-from stiffcal.store.origin import ENTRY_LISTS, damaged
+from stiffcal.store.origin import ENTRY_LISTS
 
 if TYPE_CHECKING:
     from stiffcal.store import Snapshot, Store
@@ -67,10 +67,7 @@ def checked(snapshot: Snapshot, name: str) -> Document:
 
 def _checked_entries(snapshot: Snapshot, name: str, document: Document) -> Document:
     key = ENTRY_LISTS[name]
-    rows = document.get(key)
-    if not isinstance(rows, list):
-        raise damaged(snapshot.display_name, name, f"{key} is not a list")
-    sound = [row for row in rows if row.get("origin", OWN) == OWN or _has_shape(name, row)]
+    sound = [row for row in document[key] if row.get("origin", OWN) == OWN or _has_shape(name, row)]
     return {"schema": _SCHEMAS.get(name), "warnings": [], **document, key: sound}
 
 

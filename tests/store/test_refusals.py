@@ -15,6 +15,7 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.store import Store
 from stiffcal.store.index import DamagedStoreError, UnreadableError
+from stiffcal.store.origin import check_entries
 
 posix = pytest.mark.skipif(os.name == "nt", reason="links of POSIX")
 
@@ -133,3 +134,11 @@ def test_a_damaged_history_is_not_moved_through_a_link_out_of_the_store(store: S
         store.commit(documents={"more": {"x": 1}})
     assert list((tmp_path / "outside").iterdir()) == []
     assert contents(store) == before
+
+
+@pytest.mark.parametrize("document", [{"fits": "abc"}, {"fits": {}}, {}, []])
+def test_a_history_whose_entries_are_no_list_is_damaged(document: object) -> None:
+    with pytest.raises(ValueError, match="fits"):
+        check_entries("history", document)
+    check_entries("history", {"fits": []})
+    check_entries("identify", document)
