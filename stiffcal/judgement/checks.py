@@ -15,6 +15,7 @@ from enum import Enum
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.diagnosis.judge import f_tail
 from stiffcal.judgement.judge import Judged
 
 
@@ -96,7 +97,7 @@ class _LeftOver:
             expected = float(self.expected[rows][:, ~self.off].sum())
             if expected > 1.0:
                 ratio = float(self.square[rows][:, ~self.off].sum()) / expected
-                yield Check(kind, ratio, _f_tail(ratio, expected, dof))
+                yield Check(kind, ratio, f_tail(ratio, expected, dof))
 
     def run_by_run(self) -> Iterator[Check]:
         """Give the check of the run that scatters most."""
@@ -108,7 +109,7 @@ class _LeftOver:
             return
         others = expected.sum() - expected
         ratios = [squares[k] / expected[k] * others[k] / (squares.sum() - squares[k]) for k in tried]
-        tails = [_f_tail(ratio, expected[k], others[k]) for ratio, k in zip(ratios, tried, strict=True)]
+        tails = [f_tail(ratio, expected[k], others[k]) for ratio, k in zip(ratios, tried, strict=True)]
         worst = int(np.argmin(tails))
         p_value = 1.0 - (1.0 - tails[worst]) ** len(tried)
         yield Check(CheckKind.RUN, float(ratios[worst]), p_value, int(numbers[tried[worst]]))
@@ -119,10 +120,3 @@ def _sizes(judged: Judged) -> list[float]:
     evidence, key = judged.weighed.evidence, judged.weighed.best
     _, sizes = evidence.best_sizes(key)
     return [float(evidence.members[i].sizes[size]) for i, size in zip(key, sizes[0], strict=True)]
-
-
-def _f_tail(ratio: float, dof: float, other_dof: float) -> float:
-    """Return the upper tail of the F distribution (of χ² over its degrees where the other's are infinite)."""
-    from scipy.special import chdtrc, fdtrc
-
-    return float(fdtrc(dof, other_dof, ratio)) if np.isfinite(other_dof) else float(chdtrc(dof, ratio * dof))

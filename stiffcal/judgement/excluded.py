@@ -19,7 +19,7 @@ from stiffcal.judgement.priors import MemberKind
 POWER = 1.2816
 """Standard deviations that nine of ten lie below."""
 PASSES = 50
-LEAST_SHOWN = 1e-6
+LEAST_LEFT = 1e-6
 """Share of an effect's squares that is left beyond what every hypothesis can make, below which it does not show."""
 
 
@@ -47,7 +47,7 @@ def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
             continue
         shown = float(np.trace(inner.gram[0][np.ix_(evidence.place[number], evidence.place[number])]))
         rows = one.columns.rows
-        if shown <= LEAST_SHOWN * float(np.sum(rows**2)):
+        if shown <= LEAST_LEFT * float(np.sum(rows**2)):
             found[one.share.place] = np.inf
             continue
         moved = np.array([ground.space.unwhitened(row)[translations] for row in rows])

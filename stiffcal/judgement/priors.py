@@ -13,6 +13,7 @@ from enum import Enum
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.drives import drive_torque
@@ -47,8 +48,6 @@ TYPICAL_COMPLIANCE = 2e-6
 """rad/(N·m), the joint compliance of the robots whose effects the catalogue calls typical …"""
 TYPICAL_TORQUE = 1e3
 """… and the torque, N·m, that their joints carry."""
-USUAL_SAG = 5e-3
-"""rad, by which a joint turns under the weight of a link: robots whose links weigh more have stiffer joints."""
 
 _OF_SETUP = {
     "base-compliance": "base", "tool-compliance": "tool", "fixture-compliance": "tool", "thermal-drift": "time",

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
 from stiffcal.identification.observation import Observations, predicted, rests
 from stiffcal.identification.projection import Projection
 from stiffcal.judgement.priors import RobotScale
@@ -22,8 +23,6 @@ STEP_MASS, STEP_MOMENT = 10.0, 10.0
 """kg and kg·m of the differences."""
 LEAST_MASS = 1e-6
 """kg, on which a first moment acts where a link has no mass."""
-LEAST_SHOWN = 0.5
-"""Of all readings together, in noises: a direction that shows less changes no answer."""
 
 
 @dataclass(frozen=True)
