@@ -88,7 +88,7 @@ def with_origins(name: str, document: Document, entry: Entry, generation: str, p
     An entry cannot make itself the user's own: what it states of itself counts only in an own generation.
     """
     key = ENTRY_LISTS.get(name)
-    if key is None:
+    if key is None or key not in document:
         return document
     marked = []
     for row in document[key]:
@@ -105,14 +105,14 @@ def with_origins(name: str, document: Document, entry: Entry, generation: str, p
 
 
 def check_entries(name: str, document: object) -> None:
-    """Check that a document that grows entry by entry holds a list of them.
+    """Check that a document that grows entry by entry holds a list of them, or none yet.
 
     Raises
     ------
     ValueError : it holds something else.
     """
     key = ENTRY_LISTS.get(name)
-    if key is not None and not (isinstance(document, dict) and isinstance(document.get(key), list)):
+    if key is not None and not (isinstance(document, dict) and isinstance(document.get(key, []), list)):
         raise ValueError(f"{key} is not a list")
 
 

@@ -67,7 +67,7 @@ def checked(snapshot: Snapshot, name: str) -> Document:
 
 def _checked_entries(snapshot: Snapshot, name: str, document: Document) -> Document:
     key = ENTRY_LISTS[name]
-    sound = [row for row in document[key] if row.get("origin", OWN) == OWN or _has_shape(name, row)]
+    sound = [row for row in document.get(key, []) if row.get("origin", OWN) == OWN or _has_shape(name, row)]
     return {"schema": _SCHEMAS.get(name), "warnings": [], **document, key: sound}
 
 
