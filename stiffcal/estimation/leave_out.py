@@ -98,6 +98,21 @@ class LeaveOut:
             result[fold] = self.white[-1, fold] - step @ self.white[:-1, fold]
         return np.asarray(result)
 
+    @property
+    def spread(self) -> Floats:
+        """(N,) standard deviation of `residual` by the rows' own noise, whatever the bounds.
+
+        Infinite where the other rows do not determine every unknown, NaN of rows in no fold.
+        """
+        result = np.full(self.white.shape[1], np.nan)
+        for reduced, fold in zip(self._without(np.arange(len(self.folds))), self.folds, strict=True):
+            if not _independent(reduced.factor):
+                result[fold] = np.inf
+                continue
+            of_unknowns = np.linalg.solve(reduced.factor.T, self.white[:-1, fold])
+            result[fold] = np.sqrt(1.0 + np.sum(of_unknowns**2, axis=0))
+        return result
+
     def determined(self, number: int) -> Booleans:
         """Return (F,) whether an unknown is determined without each fold, whatever is left open of the others."""
         every = self._without(np.arange(len(self.folds)))

@@ -26,6 +26,8 @@ class EstimatedParameter:
     """Null where it is not identified, or a stiffness without upper limit."""
     interval: list[Number] | None
     """Both ends of the 95 % interval, null where one is open; null where there is none."""
+    at_bound: bool = False
+    """Whether the value is at the limit of its range."""
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what the data count it by; None of others."""
 
@@ -57,7 +59,7 @@ class BeforeAfter:
     after: EstimatedValue | None
     """Null where the second model does not hold the parameter."""
     relative: Number
-    """The change over the value before; null where one of the two is not known."""
+    """The change over the value before; null where one of the two is not known, or at the limit of its range."""
     outside_interval: bool
     """Whether the value after lies outside the 95 % interval before (of a value without one: the other way round)."""
     drift_follows: OrAbsent[DriftFollows] = None
@@ -92,6 +94,7 @@ def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[Esti
             unit=stiffness_unit(parameter.unit) if parameter.is_compliance else parameter.unit,
             value=parameter.known_stiffness if parameter.is_compliance else parameter.value,
             interval=parameter.stiffness_interval if parameter.is_compliance else parameter.interval,
+            at_bound=parameter.at_bound,
             drift_follows=parameter.drift_follows,
         )
         for parameter in parameters
@@ -118,9 +121,6 @@ def _before_after(
     either: EstimatedParameter, first: EstimatedParameter | None, second: EstimatedParameter | None
 ) -> BeforeAfter:
     both_known = first is not None and second is not None
-    relative = None
-    if first is not None and second is not None and first.value and second.value is not None:
-        relative = second.value / first.value - 1.0
     return BeforeAfter(
         name=either.name,
         effect=either.effect,
@@ -128,10 +128,17 @@ def _before_after(
         unit=either.unit,
         before=_value_of(first),
         after=_value_of(second),
-        relative=relative,
+        relative=_relative(first, second),
         outside_interval=both_known and _outside(first, second),
         drift_follows=either.drift_follows,
     )
+
+
+def _relative(first: EstimatedParameter | None, second: EstimatedParameter | None) -> float | None:
+    """Return the change over the value before; None where one is not known, or is only where its range ends."""
+    if first is None or second is None or first.at_bound or second.at_bound:
+        return None
+    return second.value / first.value - 1.0 if first.value and second.value is not None else None
 
 
 def _value_of(parameter: EstimatedParameter | None) -> EstimatedValue | None:

@@ -14,6 +14,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.beam import OTHER_FIELDS, TORSION, UNKNOWNS, end_fields, fibre_fields
 from stiffcal.mechanics.rods import rod_fields
@@ -260,24 +261,27 @@ def estimate_link(
         displacement[:, 3], covariance[3], covariance[:, 3] = np.nan, np.nan, np.nan
     return LinkEstimate(
         rods, shape, design, displacement, covariance, amplitudes, spread, residual,
-        _disagreement(design, solve, residual, used), used, source,
+        _disagreement(design, residual, used), used, source,
         _torsion(rods, shape, design, lengths, used), shape_errors(rods, shape, design, solve),
     )  # fmt: skip
 
 
-def _disagreement(design: RodDesign, solve: Floats, residual: Floats, sigma: Floats) -> Floats:
+def _disagreement(design: RodDesign, residual: Floats, sigma: Floats) -> Floats:
     """Return (m,) leave-one-rod-out residuals over their standard uncertainty, rms over the states.
 
-    Leaving rod i out changes its residual r to r/(1 − h), h its leverage, of standard uncertainty σ/√(1 − h): their
-    quotient is r/(σ √(1 − h)).
+    Without its rod a residual r is s² r, of standard uncertainty s σ, with s the same in every state
+    (`LeaveOut.spread`): their quotient is s r/σ.
     """
-    free = 1.0 - np.einsum("ik,ki->i", design.matrix, solve)
-    result = np.full(len(free), np.nan)
-    determined = (free > 1e-9) & (sigma > 0.0)
-    if len(residual):
-        result[determined] = (
-            np.sqrt(np.mean(residual[:, determined] ** 2, axis=0) / free[determined]) / sigma[determined]
-        )
+    m, k = design.matrix.shape
+    result = np.full(m, np.nan)
+    if not len(residual) or not np.all(sigma > 0.0):
+        return result
+    white = np.vstack([design.matrix.T / sigma, np.zeros(m)])
+    free = np.full(k, np.inf)
+    spread = LeaveOut(white, list(np.arange(m)[:, None]), np.zeros((0, k + 1)), -free, free).spread
+    determined = np.isfinite(spread)
+    rms = np.sqrt(np.mean(residual[:, determined] ** 2, axis=0))
+    result[determined] = rms * spread[determined] / sigma[determined]
     return result
 
 

@@ -95,3 +95,20 @@ def test_what_one_fold_alone_determines() -> None:
     assert problem.determined(1).tolist() == [False, True, True]
     assert problem.determined(0).tolist() == [True, True, True]
     assert problem.steps[0, 1] == 0.0
+
+
+def test_the_spread_of_what_a_fit_without_its_fold_leaves() -> None:
+    rng = np.random.default_rng(8)
+    columns = rng.normal(size=(3, 14)) * np.array([[1e-3], [1.0], [1e4]])
+    columns[2, 1:] = 0.0  # by the first row alone
+    folds = [np.array([0]), np.array([1]), np.array([2, 5]), np.arange(6, 14)]
+    free = np.full(3, np.inf)
+    prior = np.array([[0.0, 2.0, 0.0, 0.0]])
+    problem = LeaveOut(np.vstack([columns, np.zeros(14)]), folds, prior, -free, free)
+    assert np.isinf(problem.spread[0])
+    assert np.isnan(problem.spread[3:5]).all()  # in no fold
+    for fold in folds[1:]:
+        kept = np.setdiff1d(np.arange(14), fold)
+        matrix = np.vstack([columns[:, kept].T, prior[:, :-1]])
+        covariance = np.eye(len(fold)) + columns[:, fold].T @ np.linalg.inv(matrix.T @ matrix) @ columns[:, fold]
+        np.testing.assert_allclose(problem.spread[fold], np.sqrt(np.diag(covariance)), rtol=1e-9)

@@ -101,6 +101,9 @@ def test_a_shape_that_no_reading_shows_has_the_usual_value_and_is_not_identified
     answered = {one.name: one for one in identified_friction(joint)}
     assert answered["stribeck.j2.exponent"].value == LAW_OF_SPEED.spec("exponent").typical
     assert {name for name, one in answered.items() if not one.identifiable} == set(joint.lacking)
+    # the same questions as of every other parameter
+    assert answered["joint-friction.j2.coulomb"].above_noise is True
+    assert answered["stribeck.j2.exponent"].above_noise is None
 
 
 def test_what_a_drift_of_the_speed_alone_shows_is_open() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from stiffcal.identification.before_after import (
@@ -56,6 +58,22 @@ def test_new_and_gone_parameters_have_one_side() -> None:
     assert not any(value.outside_interval for value in values)
     assert values[1].relative is None
     assert values[0].relative == 0.0
+
+
+@pytest.mark.parametrize("bounded", [(True, False), (False, True), (True, True)])
+def test_a_value_at_the_limit_of_its_range_has_no_relative_change(bounded: tuple[bool, bool]) -> None:
+    pair = [replace(estimate(2.0, 2.0), at_bound=bounded[0]), replace(estimate(3.0, 2.9, 3.1), at_bound=bounded[1])]
+    (moved,) = values_before_and_after(pair[:1], pair[1:])
+    assert moved.relative is None
+
+
+def test_the_limit_of_a_range_is_known_of_an_identified_parameter() -> None:
+    width = IdentifiedParameter(
+        name="backlash.j4.width", effect="backlash", where=Where(joints=[4]), value=1e-2, std=None,
+        interval=[1e-2, None], unit="rad", fixed=False, identifiable=True, at_bound=True,
+    )  # fmt: skip
+    (parameter,) = estimated_parameters([width])
+    assert parameter.at_bound
 
 
 def test_a_compliance_is_compared_as_stiffness() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,11 +19,10 @@ from stiffcal.experiments.friction.results import (
 )
 from stiffcal.experiments.friction.rows import UnknownKind
 from stiffcal.experiments.measured import MeasuredRuns
-from stiffcal.identification.document import finite
+from stiffcal.identification.document import identified_parameter
 from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, Where
-from stiffcal.uncertainty import is_poorly_known
 from stiffcal.validation.results import ErrorSlice
 
 if TYPE_CHECKING:
@@ -50,19 +50,9 @@ def effects_in_model(placed: tuple[PlacedEffect, ...]) -> list[EffectInModel]:
 
 def _identified(parameter: Parameter, lack: MotionLack | None) -> IdentifiedParameter:
     """Return one parameter as ``identify`` answers it, and why the motion does not determine it; None where it does."""
-    value, std = parameter.value, parameter.std
-    return IdentifiedParameter(
-        name=parameter.name,
-        effect=parameter.effect,
-        where=Where.of(parameter.place),
-        value=value,
-        std=std,
-        interval=None if parameter.interval is None else [finite(end) for end in parameter.interval],
-        unit=parameter.spec.unit,
-        fixed=parameter.fixed,
+    return replace(
+        identified_parameter(parameter),
         identifiable=parameter.identifiable and lack is None,
-        at_bound=parameter.at_bound,
-        poorly_known=bool(std is not None and value and is_poorly_known(value, std)),
         remark="" if lack is None else lack.sentence,
     )
 
