@@ -84,7 +84,7 @@ class _LeftOver:
         taken = np.sum(basis[: rows.shape[1]] ** 2, axis=1)
         free = np.where(ground.space.data.measured_mask, 1.0 - ground.space.offsets.leverage(), 0.0)
         runs = ground.space.data.run
-        off = np.isin(runs, [one.run for one in members if one.run is not None])
+        off = np.isin(runs, [run for one in members for run in one.runs])
         return cls((left**2).reshape(shape), free - taken.reshape(shape), runs, off)
 
     def against_noise(self, judged: Judged) -> Iterator[Check]:

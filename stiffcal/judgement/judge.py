@@ -143,7 +143,7 @@ def _next_model(judged: Judged, aside: frozenset[int]) -> tuple[list[Member], fr
     A run in another unit spoils the fit that all columns are about, and what was prepared with it is of another robot:
     it is set aside first, and effects are compared anew.
     """
-    off = {one.run for one in judged.best if one.run is not None}
+    off = {run for one in judged.best for run in one.runs}
     effects = [one for one in judged.best if one.kind is MemberKind.EFFECT and (not off or one.name in judged.chosen)]
     return effects, aside | off
 

@@ -14,6 +14,7 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.judgement.discrepancy import off_by_run
 from stiffcal.judgement.evidence import MemberColumns
+from stiffcal.judgement.exchanged import Exchange, ExchangedPart, exchanges
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.priors import (
     RUN_SIZES,
@@ -47,8 +48,8 @@ class Member:
     log_prior: float = 0.0
     """Log odds of the member in this shape, before any reading."""
 
-    run: int | None = None
-    """Number of the run that is off; None of others."""
+    runs: tuple[int, ...] = ()
+    """Numbers of the runs that are off or exchanged."""
 
     @property
     def kind(self) -> MemberKind:
@@ -82,6 +83,7 @@ def list_members(
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
     for run, rows in off_by_run(ground.of_loads, ground.of_time):
         found.append(_run_off(run, rows))
+    found += [_exchanged(ground, one) for one in exchanges(ground)]
     names = {member.name: member.share for member in found}
     odds = dict(zip(names, log_odds(list(names.values())), strict=True))
     return [replace(one, log_prior=float(odds[one.name]) + one.log_share) for one in found]
@@ -104,4 +106,12 @@ def run_columns(rows: Floats) -> MemberColumns:
 def _run_off(run: int, rows: Floats) -> Member:
     """Return the member by which a run is off; rows as of `run_columns`."""
     share = Share(f"run {run}", "off", MemberKind.MISTAKE, False)
-    return Member(f"run {run} off", share, None, {}, 0.0, run_columns(rows), run=run)
+    return Member(f"run {run} off", share, None, {}, 0.0, run_columns(rows), runs=(run,))
+
+
+def _exchanged(ground: Ground, one: Exchange) -> Member:
+    """Return the member by which two runs are exchanged: with any of the others, in any part, as soon as off."""
+    share = Share(f"runs {one.runs[0]} and {one.runs[1]}", one.part.value, MemberKind.MISTAKE, False)
+    columns = MemberColumns(ground.space.rows(one.column[None]), np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
+    of_all = -float(np.log(len(ExchangedPart) * max(len(ground.of_loads.runs) - 1, 1)))
+    return Member(one.name, share, None, {}, of_all, columns, runs=one.runs)

@@ -98,7 +98,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
         ranked = sorted(shares.items(), key=lambda item: -item[1])
         groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm))
     unlisted = sum(value for key, value in sets.items() if any(members[i].kind is MemberKind.UNLISTED for i in key))
-    runs = _sums({key: frozenset(run for i in key if (run := members[i].run) is not None) for key in sets}, sets)
+    runs = _sums({key: frozenset(run for i in key for run in members[i].runs) for key in sets}, sets)
     shows = float(np.sum(weighed.of_discrepancy()[1:].reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
     runs |= judged.aside

@@ -1,6 +1,7 @@
 """What a judge says of a campaign, in the form in which judges are compared, and when that is good.
 
-The table below was written before the first campaign was judged.
+The table below was written before the first campaign was judged, but for one line: that a knock leaves a step in its
+run, and that the step is as right a name as the run, was added after the fifth set.
 
 ========= ====================================================================================================
 nothing   quiet: no effect named, nothing unexplained, no run doubted
@@ -8,7 +9,8 @@ one       the effect is in the first group that is named (leading, alike, or und
           find may also be left unnamed
 several   every group that is named holds one of them, and those that an oracle finds are in a group
 outside   something is unexplained, or groups are named without being firm; unnamed where an oracle cannot find it
-mistake   the faulty runs are named and no others; where the fault is below what can be found: no firm name
+mistake   the faulty runs are named and no others, or of a knock the step that it leaves; where the fault is below what
+          can be found: no firm name
 ========= ====================================================================================================
 
 A firm name is wrong where neither it nor what is alike is in the campaign.
@@ -24,6 +26,8 @@ FOUND_BY_ORACLE = 30.0
 """Δχ² of an effect with all else known, from which on an oracle finds it."""
 FAULT_FOUND = 5.0
 """Rms of what a fault changes over the noise, from which on it can be found (`tests.rates.faulty`)."""
+KNOCK, STEP = "bump", "seat-shift setup"
+"""A fault that is a step in time, and the name of that."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,8 @@ def truth_of(campaign: FieldCampaign) -> tuple[str, ...]:
     """Return the names that are right; none where what is hidden is not in the catalogue."""
     if campaign.category == "outside":
         return ()
+    if campaign.fault == KNOCK:
+        return (STEP,)
     return tuple(name_of(one.effect.name, one.place.label) for one in campaign.hidden)
 
 
@@ -90,9 +96,10 @@ def is_good(campaign: FieldCampaign, answer: Answer) -> bool:
     if campaign.category == "nothing":
         return answer.quiet
     if campaign.category == "mistake":
-        if min(campaign.sizes) >= FAULT_FOUND:
-            return set(campaign.runs[:1]) <= set(answer.doubted) <= set(campaign.runs)
-        return not firm_wrong(campaign, answer)
+        if min(campaign.sizes) < FAULT_FOUND:
+            return not firm_wrong(campaign, answer)
+        as_step = any(set(truth_of(campaign)) & set(one.names) for one in answer.named)
+        return set(campaign.runs[: not as_step]) <= set(answer.doubted) <= set(campaign.runs)
     hidden = zip(truth_of(campaign) or ("",), campaign.sizes, strict=True)
     found = [size**2 * campaign.n_readings >= FOUND_BY_ORACLE for size in campaign.sizes]
     if campaign.category == "outside":

@@ -65,6 +65,8 @@ class FieldCampaign:
     """Rms of each over the noise, of what the joint springs cannot absorb."""
     runs: tuple[int, ...]
     """Numbers of faulty runs."""
+    fault: str
+    """What is wrong with them, of `tests.rates.faults.FAULTS`; empty where none is."""
     n_readings: int
     """Measured components."""
     settings: str
@@ -109,7 +111,8 @@ def _mistaken(rng: np.random.Generator, number: int, noise_known: NoiseKnown, pl
     size = min(faulty.change, faulty.deflection)
     readings = _readings(faulty.states, faulty.model)
     return FieldCampaign(
-        number, "mistake", noise_known, player, faulty.states, faulty.model, (), (size,), faulty.runs, readings,
+        number, "mistake", noise_known, player, faulty.states, faulty.model, (), (size,), faulty.runs,
+        faulty.fault, readings,
         f"{faulty.fault}; {faulty.settings}",
     )  # fmt: skip
 
@@ -138,7 +141,7 @@ def _drawn(
     words += ["force only"] * force_only + ["masses unknown"] * (not masses) + ["geometry off"] * off
     return FieldCampaign(
         number, category, noise_known, player, reject_outliers(states), geometry_off(rng, model) if off else model,
-        hidden, sizes, (), _readings(states, model), ", ".join(words),
+        hidden, sizes, (), "", _readings(states, model), ", ".join(words),
     )  # fmt: skip
 
 
