@@ -15,6 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.projection import Projection
+from stiffcal.judgement.priors import RUN_SIZES
 
 WAVES = 20
 """Half waves over a run of a random walk."""
@@ -93,12 +94,13 @@ class Discrepancy:
         return float(np.sum(np.log1p(size**2 * self.variance)))
 
 
-def off_by_run(of_loads: Discrepancy, of_time: Discrepancy) -> Iterator[tuple[int, Floats]]:
+def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Iterator[tuple[int, Floats]]:
     """Give each run's number and (d, r) columns that move it alone, together of rms one over its rows.
 
     Parameters
     ----------
     of_loads, of_time : how runs answer their loads and wander; a run that is off does both, as far as it likes.
+    flat : (p, r) columns of what all runs share and nothing is known of: a run that is off says nothing of it.
     """
     at = [0, 0]
     for run, (place, loads), (_, time) in zip(of_loads.runs, of_loads.of_run, of_time.of_run, strict=True):
@@ -109,9 +111,22 @@ def off_by_run(of_loads: Discrepancy, of_time: Discrepancy) -> Iterator[tuple[in
         basis, size, _ = np.linalg.svd(walk - loads @ (loads.T @ walk), full_matrices=False)
         moved = np.column_stack([answer, (basis * size)[:, size > LEAST * walk.max(initial=0.0)]])[:, :MOST_OF_RUN]
         if moved.any():
+            moved = np.column_stack([moved, _beyond(flat[:, place].T, moved)])
             rows = np.zeros((moved.shape[1], of_loads.n_rows))
             rows[:, place] = moved.T * np.sqrt(len(place) / np.sum(moved**2))
             yield run, rows
+
+
+def _beyond(shared: Floats, moved: Floats) -> Floats:
+    """Return (r, q) what shared columns (r, p), as large as all that moves a run, make beyond that; q as far as it shows.
+
+    It shows where a run is off by thousands of noises: in another unit it would else decide of what all runs share.
+    """
+    size = float(np.linalg.norm(moved))
+    basis, _ = np.linalg.qr(moved)
+    left = shared * size / np.maximum(np.linalg.norm(shared, axis=0), 1e-300)
+    axes, values, _ = np.linalg.svd(left - basis @ (basis.T @ left), full_matrices=False)
+    return np.asarray((axes * values)[:, values * RUN_SIZES[-1] > size])
 
 
 def _unit_loads(wrench: Floats) -> list[Floats]:

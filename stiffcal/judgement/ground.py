@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,7 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, Regressor
-from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.discrepancy import Discrepancy, off_by_run
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
 from stiffcal.judgement.priors import SIZE_WEIGHTS, SIZES, RobotScale
 from stiffcal.model.composite import PlacedEffect
@@ -46,6 +46,11 @@ class Ground:
     def white(self) -> Floats:
         """(r,) whitened residual."""
         return np.asarray(self.space.rows(self.residual[None])[0])
+
+    def runs_off(self) -> Iterator[tuple[int, Floats]]:
+        """Give each run's number and (d, r) whitened columns by which it alone may be off, of rms one over its rows."""
+        flat = self.shared.columns[~self.shared.prior[:, :-1].any(axis=0)]
+        return off_by_run(self.of_loads, self.of_time, flat)
 
     def evidence(self, members: Sequence[MemberColumns], residual: Floats | None = None) -> SetEvidence:
         """Return the evidence of sets of members, where what is present already can be taken back.

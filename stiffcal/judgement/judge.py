@@ -17,7 +17,7 @@ from stiffcal.identification.noise import Noise
 from stiffcal.identification.observation import Observations
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.weights import residual_noise
-from stiffcal.judgement.discrepancy import Discrepancy, off_by_run
+from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import NoiseScale, Shared
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.members import Member, list_members, run_columns, unlisted_columns
@@ -234,7 +234,7 @@ class _Campaign:
             for one in ground.present
         ]
         columns += [unlisted_columns(ground, laws[one.name].columns) for one in judged.best if one.name in laws]
-        runs = [(run, rows) for run, rows in off_by_run(ground.of_loads, ground.of_time) if run in aside]
+        runs = [(run, rows) for run, rows in ground.runs_off() if run in aside]
         first = len(columns)
         evidence = ground.evidence([*columns, *(run_columns(rows) for _, rows in runs)])
         every = evidence.of_set(range(first + len(runs)))

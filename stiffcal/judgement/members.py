@@ -12,7 +12,6 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.judgement.discrepancy import off_by_run
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.exchanged import Exchange, ExchangedPart, exchanges
 from stiffcal.judgement.ground import Ground, columns_of
@@ -81,7 +80,7 @@ def list_members(
             continue
         share = Share(law.place, law.follows, MemberKind.UNLISTED, True)
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
-    for run, rows in off_by_run(ground.of_loads, ground.of_time):
+    for run, rows in ground.runs_off():
         found.append(_run_off(run, rows))
     found += [_exchanged(ground, one) for one in exchanges(ground)]
     names = {member.name: member.share for member in found}
