@@ -118,7 +118,7 @@ def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Ite
 
 
 def _beyond(shared: Floats, moved: Floats) -> Floats:
-    """Return (r, q) what shared columns (r, p), as large as all that moves a run, make beyond that; q as far as it shows.
+    """Return (r, q) what shared columns (r, p), as large as all that moves a run, make beyond that, as far as it shows.
 
     It shows where a run is off by thousands of noises: in another unit it would else decide of what all runs share.
     """
