@@ -15,8 +15,8 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
 
-# Numbers of the matrices that one batched solve works on: 32 MB, of which it makes a handful of copies.
-NUMBERS_AT_ONCE = 1 << 22
+# Numbers of the matrices that one batched solve works on: 4 MB, of which it makes a handful of copies.
+NUMBERS_AT_ONCE = 1 << 19
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,14 @@ def _own_columns(scan: LoadScan, n_columns: int) -> Floats:
     return own
 
 
+def _with_candidate(scan: LoadScan, trial: Trial | None) -> tuple[Floats, Floats]:
+    """Return columns (p + q, m, n) with a candidate's after the model's own, and a copy of the residual (m, n)."""
+    if trial is None:
+        return scan.columns, scan.residual.copy()
+    regressor = trial.regressor.whole()
+    return np.concatenate([scan.columns, regressor.columns]), scan.residual - regressor.fixed
+
+
 def _take_out_slip(residual: Floats, score: Score, columns: Floats, own: Floats) -> None:
     """Take a slip out of (m, n) residuals, in place.
 
@@ -54,9 +62,7 @@ def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
     score = scan.base if trial is None else trial.score
     if score.left.without is None:
         return corrected_for_freedom(scan.space.unwhitened(score.left.residual), scan.fit.data)
-    columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.regressor.columns])
-    residual = scan.residual if trial is None else scan.residual - trial.regressor.fixed
-    residual = residual.copy()
+    columns, residual = _with_candidate(scan, trial)
     own = _own_columns(scan, len(columns))
     for number, members in enumerate(members_of(scan.fold_of_state)):
         residual[:, members] -= np.tensordot(score.left.without[number] * own, columns[:, :, members], axes=1)
@@ -76,9 +82,7 @@ def residual_without_folds(scan: LoadScan, trial: Trial | None, fold: Integers) 
     fold : (n,) number of what is left out with each state; states of a run share one.
     """
     score = scan.base if trial is None else trial.score
-    columns = scan.columns if trial is None else np.concatenate([scan.columns, trial.regressor.columns])
-    residual = scan.residual if trial is None else scan.residual - trial.regressor.fixed
-    residual = residual.copy()
+    columns, residual = _with_candidate(scan, trial)
     low, high = scan.bounds if trial is None else bounds_with(scan, trial.regressor)
     rows = scan.space.rows(np.concatenate([columns, residual[None]]))
     known = np.insert(scan.outside, [len(scan.columns)] * (len(columns) - len(scan.columns)), 0.0, axis=1)
@@ -135,9 +139,9 @@ def fitted_rms(states: LoadStates, fit: Fit) -> Rms:
 
 def contribution(scan: LoadScan, trial: Trial) -> Floats:
     """Return (m, n) what the candidate adds to the displacements, its run's mean taken out."""
-    count = len(trial.regressor.symbols)
-    amplitude = trial.score.solution[len(trial.score.solution) - count :]
-    added = np.einsum("qmn,q->mn", trial.regressor.columns, amplitude) + trial.regressor.fixed
+    regressor = trial.regressor.whole()
+    amplitude = trial.score.solution[len(trial.score.solution) - len(regressor.symbols) :]
+    added = np.einsum("qmn,q->mn", regressor.columns, amplitude) + regressor.fixed
     return np.asarray(scan.space.centred(added[None])[0])
 
 

@@ -53,6 +53,7 @@ class LoadSearchContext(SearchContext[LoadScan, Fit]):
 
     def scan(self, fit: Fit, candidates: Sequence[Candidate], like: Fit | None = None) -> LoadScan:
         """Try candidates as additions to a fit."""
+        self.release()
         if not self.geometry:
             self.geometry.append(GeometryNuisance.of(self.states, fit))
             self.places.append(ReferencePlaces.of(self.states, fit))

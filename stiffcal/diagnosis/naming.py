@@ -176,9 +176,9 @@ def look_alikes(scan: Scan, near: Sequence[Trial], named: Trial) -> tuple[tuple[
 
 def _own_part(scan: Scan, trial: Trial) -> Floats:
     """Return (m · n) whitened displacements that the candidate adds and the present model cannot."""
-    count = len(trial.regressor.symbols)
-    amplitude = trial.score.solution[len(trial.score.solution) - count :]
-    added = np.einsum("qmn,q->mn", trial.regressor.columns, amplitude) + trial.regressor.fixed
+    regressor = trial.regressor.whole()
+    amplitude = trial.score.solution[len(trial.score.solution) - len(regressor.symbols) :]
+    added = np.einsum("qmn,q->mn", regressor.columns, amplitude) + regressor.fixed
     rows = scan.space.rows(np.concatenate([scan.own_columns, added[None]]))
     known, own = rows[:-1].T, rows[-1]
     return np.asarray(own - known @ np.linalg.lstsq(known, own, rcond=1e-10)[0])

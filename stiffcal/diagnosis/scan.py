@@ -137,7 +137,8 @@ class Scan:
         order, cuts = sorted_by_fold(self.folds)
         base = replace(self.base, left=replace(self.base.left, residual=self.base.left.residual[order]))
         known = inner_outside(self.outside, len(low))
-        whole = of_folds(rows[:, order], cuts, outside=known)
+        rows = rows[:, order]
+        whole = of_folds(rows, cuts, outside=known)
         score = score_variants([whole], low, high, self.groups, base)
         return in_order(score, order)
 
@@ -157,12 +158,10 @@ def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
     """Score several candidates as one, each at the shape that was best alone."""
     regressors = [trial.regressor for trial in trials]
     remaining = scan.residual - sum(regressor.fixed for regressor in regressors)
-    rows = scan.space.rows(
-        np.concatenate([scan.columns, *(regressor.columns for regressor in regressors), remaining[None]])
-    )
+    stack = np.concatenate([scan.columns, *(regressor.columns for regressor in regressors), remaining[None]])
     bounds = [scan.bounds, *(bounds_of_candidate(regressor) for regressor in regressors)]
     low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
-    return scan.score_of(rows, low, high)
+    return scan.score_of(scan.space.rows(stack), low, high)
 
 
 def scan_rows(

@@ -76,6 +76,7 @@ def score_variants(
         twice_left, twice_training = _without_pairs(variant.grouped(groups), total, (lower, upper), solution)
         nested.append(twice_left)
         nested_training.append(twice_training)
+        del variant  # let go of its rows before the next one's are made
     best = int(np.argmin(fitted))
     chosen = np.argmin([left.rest for left in left_out], axis=0)
     picked = np.argmin(nested_training, axis=0)

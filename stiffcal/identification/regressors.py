@@ -48,6 +48,10 @@ class Regressor:
     fixed: Floats
     """(m, n) displacement without a free parameter (zero for most effects)."""
 
+    def whole(self) -> Regressor:
+        """Return it as it is: who needs all of a `StoredRegressor` has it made once."""
+        return self
+
 
 class RegressorMaker(Protocol):
     """Makes the regressors of effects about one model."""

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import tracemalloc
+import weakref
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -11,9 +14,12 @@ import stiffcal.diagnosis.folds
 import stiffcal.estimation.triangular
 import stiffcal.identification.projection
 import stiffcal.identification.regressors
+from stiffcal.diagnosis.base_rows import choice_groups
 from stiffcal.diagnosis.document import diagnosis_result
+from stiffcal.diagnosis.folds import FoldProducts
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.load_search_context import LoadSearchContext
+from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.effects.joint_compliance import JointCompliance
@@ -128,3 +134,29 @@ def test_what_a_look_keeps_of_a_candidate_is_bounded_by_the_poses() -> None:
         assert left.without is None
         kept = (left.residual, left.rest, score.heldout, score.prediction_change, score.nested, score.normal)
         assert sum(array.nbytes for array in kept) < 64 * n + 50_000
+
+
+def test_one_model_at_rest_is_kept_at_a_time() -> None:
+    """A scan next to the looks lets go of theirs: in a large campaign each is hundreds of megabytes."""
+    states, robot = with_play(3), joint_springs(six_axes())
+    bench = LoadSearchContext(states, fit_problem(states, robot), {}, Settings())
+    look = bench.look(robot)
+    at_rest = weakref.ref(look.source.state())
+    bench.scan(look.fit, [])
+    gc.collect()
+    assert at_rest() is None
+
+
+def test_the_rows_of_one_shape_are_kept_at_a_time() -> None:
+    rows, folds = np.random.default_rng(3).normal(size=(3, 40)), [slice(start, start + 8) for start in range(0, 40, 8)]
+
+    def shapes() -> Iterator[FoldProducts]:
+        for number in range(3):
+            shape = FoldProducts.of(rows + number, folds)
+            held = weakref.ref(shape)
+            yield shape
+            del shape
+            assert held() is None
+
+    bound = np.full(2, np.inf)
+    assert len(score_variants(shapes(), -bound, bound, choice_groups(5)).heldout) == 5

@@ -1,9 +1,9 @@
 """Spoilt inputs for every log format, every TOML file, addresses, stores and plugins: ``make fuzz``, or
 
-    python -m tests.fuzz [--count 10000] [--seed 1] [--only csv,robot.toml] [--seconds 600] [--input 1234]
+    python -m tests.fuzz [--count 10000] [--seed 1] [--only csv,robot.toml] [--seconds 600] [--first 0] [--input 1234]
 
-Prints a table of what became of them and one line for every kind of fault; ends with 1 where there is one. ``--input``
-feeds one input again, with its traceback.
+Prints a table of what became of them and one line for every kind of fault; ends with 1 where there is one. ``--first``
+goes on from there; ``--input`` feeds one input again, with its traceback.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="the longest time for each target")
+    parser.add_argument("--first", type=int, default=0, help="number of the first input; --count is that of the end")
     parser.add_argument("--input", type=int, default=None)
     given = parser.parse_args(arguments)
     chosen = [name for name in targets() if not given.only or name in given.only.split(",")]
@@ -66,7 +67,7 @@ def _feed(chosen: Sequence[str], given: argparse.Namespace) -> int:
     for name in chosen:
         # whole commands take a hundred times as long as one file
         count = max(given.count // 10, 1) if name == "commands" else given.count
-        outcomes.append(feed(name, count, given.seed, given.seconds, _show_progress))
+        outcomes.append(feed(name, count, given.seed, given.seconds, _show_progress, given.first))
         print(table_of(outcomes[-1:]), flush=True)
     print(table_of(outcomes))
     if formats_not_fed():

@@ -144,16 +144,18 @@ def feed(
     seed: int,
     seconds: float = float("inf"),
     notice: Callable[[Outcome], None] = lambda outcome: None,
+    first: int = 0,
 ) -> Outcome:
-    """Feed a target with ``count`` inputs, or as many as ``seconds`` allow.
+    """Feed a target with its inputs ``first`` … ``count`` - 1, or as many as ``seconds`` allow.
 
     Parameters
     ----------
     name : the target. count, seed : which inputs.
     seconds : after which no further input is fed.
     notice : receives what there is after every `EVERY` inputs.
+    first : number of the first input, to go on where another call has ended.
     """
-    outcome, began, at = Outcome(name), time.monotonic(), 0
+    outcome, began, at = Outcome(name), time.monotonic(), first
     smallest = 0
     context = multiprocessing.get_context("fork")
     while at < count and time.monotonic() - began < seconds:

@@ -43,6 +43,13 @@ def test_a_strangers_store_or_code_is_refused_or_used_inside_its_fence(name: str
         assert feed_one(name, 20261122, number, tmp_path)[0] in ("accepted", "refused"), number
 
 
+def test_inputs_go_on_where_another_call_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    from tests.fuzz import feeding
+
+    monkeypatch.setattr(feeding, "targets", lambda: {"one": lambda *_: None})
+    assert feeding.feed("one", 5, 1, first=3).counts == {"accepted": 2}
+
+
 def test_what_leaves_the_folder_is_found(tmp_path: Path) -> None:
     """The fence itself: a secret that is opened, a file that is written elsewhere, a link, a connection."""
     inside, outside = tmp_path / "inside", tmp_path / "outside"
