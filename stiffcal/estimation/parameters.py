@@ -157,7 +157,7 @@ def reported_parameters(
                 )
                 continue
             parameters.append(
-                _estimated(
+                estimated_parameter(
                     name,
                     placed_effect.effect.name,
                     placed_effect.place,
@@ -200,7 +200,7 @@ def on_bounds(amplitude: float, half: float, bounds: tuple[float, float]) -> tup
     return bool(amplitude <= low + tiny), bool(amplitude >= high - tiny)
 
 
-def _estimated(
+def estimated_parameter(
     name: str,
     effect: str,
     place: Place,
@@ -210,6 +210,15 @@ def _estimated(
     quantile: float,
     bounds: tuple[float, float],
 ) -> Parameter:
+    """Return a parameter that was estimated; on a bound of its range it has no standard uncertainty.
+
+    Parameters
+    ----------
+    name, effect, place, spec : as of `Parameter`.
+    amplitude, std : the estimate and its standard uncertainty, as the fit counts it.
+    quantile : half width of the interval in standard uncertainties.
+    bounds : of the amplitude in the fit.
+    """
     at_bound = any(on_bounds(amplitude, std, bounds))
     value = spec.value_of(amplitude)
     # beyond the bound that holds it nothing is known of the estimate's distribution

@@ -23,11 +23,11 @@ class Digits:
 
 @dataclass(frozen=True)
 class Interval:
-    """A number with its 95 % interval in a text."""
+    """A number with its 95 % interval in a text; an end that is open is None."""
 
     value: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,15 @@
 (function (S) {
   /** A text made of pieces, as other kinds of experiment write them. @param {any[]} pieces @param {number} [scale] of its numbers */
   function words(pieces, scale = 1) {
+    const scaled = (end) => (end === null ? null : scale * end);
     return pieces
       .map((piece) => {
         if (typeof piece === "string") return piece;
         switch (piece.kind_) {
           case "Digits":
-            return S.digits(piece.value === null ? null : scale * piece.value);
+            return S.digits(scaled(piece.value));
           case "Interval":
-            return S.estimate(scale * piece.value, scale * piece.low, scale * piece.high);
+            return S.estimate(scaled(piece.value), scaled(piece.low), scaled(piece.high));
           case "Names":
             return piece.names.join(", ");
           default:

@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.cli.experiments import text_of
 from stiffcal.experiments.clamped.documents import DEFINITION, joint_result, run_result
 from stiffcal.experiments.clamped.joints import joints_of
 from stiffcal.experiments.clamped.page import LOW_SLOPE, clamped_overview
 from stiffcal.experiments.clamped.results import ClampedSection
+from stiffcal.experiments.clamped.torque_angle_fit import CURVE
 from stiffcal.experiments.presentation import Column, Sentence, Table
+from stiffcal.uncertainty import NORMAL_95
 from tests.laboratory.clamped_runs import clamped_run
 from tests.laboratory.torque_angle_laws import clamped_law
 
@@ -27,9 +30,9 @@ def test_the_common_curve_promises_no_torque_that_was_not_reached() -> None:
     (joint,) = joints_of(runs)
     measured = max(float(np.abs(run.branches.torque - run.fit.law.zero).max()) for run in runs)
     x = np.array(joint.reach)
-    ends = np.stack([x, x**2, x**3], axis=1) @ joint.curve
+    ends = np.stack([x, x**2, x**3], axis=1) @ joint.coefficients
     farthest = max(run.fit.law.reach[1] for run in runs)
-    promised = farthest * joint.curve[0] + farthest**2 * joint.curve[1] + farthest**3 * joint.curve[2]
+    promised = np.array([farthest, farthest**2, farthest**3]) @ joint.coefficients
     assert promised > 1.2 * measured, "the test has no power where the curve stays below what was measured"
     assert np.abs(joint.torque).max() <= measured
     assert np.abs(ends).max() == pytest.approx(np.abs(joint.torque).max(), rel=1e-2)
@@ -64,3 +67,43 @@ def test_a_description_is_no_second_play() -> None:
     titles = [str(column.title) for column in joints.columns if isinstance(column, Column)]
     assert titles[0] == "clamped, without a model"
     assert not [title for title in titles if "play" in title]
+
+
+def test_a_band_as_wide_as_the_search_allows_is_at_its_limit() -> None:
+    law = clamped_law(3)[0]
+    wide = replace(law, band=0.2 * float(law.spring(np.array(law.reach))[1]))
+    assert clamped_run("soft", wide, noise=0.1).fit.at_limit == {"band": (False, True)}
+    assert clamped_run("usual", law, noise=0.1).fit.at_limit == {}
+
+
+def test_a_curve_at_the_limit_of_its_range_has_no_uncertainty() -> None:
+    run = clamped_run("straight", clamped_law(3, width=0.0)[0])
+    run = replace(run, fit=replace(run.fit, at_limit=dict.fromkeys(CURVE, (True, True))))
+    (joint,) = joints_of([run])
+    assert {one.spec.symbol for one in joint.parameters if one.at_bound} == {"play", "width", "p1", "p2", "p3", "chord"}
+    assert [one.std for one in joint.curve] == [None] * 3
+    result = joint_result(joint, "A3")
+    assert result.at_bound == ["p1", "p2", "p3", "chord"]
+    assert result.chord_interval == [None, None]
+    table = next(
+        block for block in clamped_overview(ClampedSection(definition=DEFINITION, joints=[result], runs=[])).blocks
+    )
+    assert isinstance(table, Table)
+    assert "±" not in text_of(table.rows[0][1])
+    assert all(tangent.interval == [None, None] for tangent in result.tangent_stiffness if tangent.stiffness)
+    # of a play that is none what it may be at most is known
+    assert result.play_std is None
+    assert result.play_interval == [0.0, pytest.approx(NORMAL_95 * 0.5 * run.resolution)]
+
+
+def test_intervals_of_a_description_are_those_of_its_standard_uncertainties() -> None:
+    (joint,) = joints_of([clamped_run("wide", clamped_law(3, friction=12.0)[0])])
+    result = joint_result(joint, "A3")
+    assert result.at_bound == []
+    assert result.play_std is not None
+    half = NORMAL_95 * result.play_std
+    assert result.play_interval == pytest.approx([result.play - half, result.play + half])
+    assert joint.friction is not None
+    assert joint.friction.interval == pytest.approx([12.0, 12.0], abs=2.0)
+    spread = np.sqrt(np.diagonal(joint.covariance))
+    assert [one.std for one in joint.curve] == pytest.approx(spread.tolist())

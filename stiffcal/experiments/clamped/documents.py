@@ -23,11 +23,13 @@ from stiffcal.experiments.clamped.results import (
 from stiffcal.experiments.clamped.sweeps import is_too_short
 from stiffcal.experiments.clamped.torque_angle import SLOPE_SHARE
 from stiffcal.experiments.measured import MeasuredRuns
-from stiffcal.uncertainty import NORMAL_95
+from stiffcal.identification.document import finite
+from stiffcal.wording import listing
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stiffcal.estimation.parameters import Parameter
     from stiffcal.experiments.clamped.analysis import ClampedRun
     from stiffcal.experiments.clamped.joints import ClampedJoint
 
@@ -48,26 +50,23 @@ DEFINITION = Definition(
 
 def joint_result(joint: ClampedJoint, name: str) -> JointResult:
     """Return a joint's entry in the ``clamped`` section."""
-    play_low = max(joint.play - NORMAL_95 * joint.play_std, 0.0) if joint.play_found else 0.0
-    play_high = joint.play + NORMAL_95 * joint.play_std
     bands = [run.segment.band for run in joint.runs if run.segment is not None and run.fit.play_found]
-    p1, p2, p3 = joint.curve
-    width_half = NORMAL_95 * (joint.width_std if joint.play_found else 0.5 * joint.resolution)
-    chord, chord_std = joint.chord
+    p1, p2, p3 = joint.coefficients.tolist()
+    friction, chord = joint.friction, joint.chord
     return JointResult(
         joint=joint.joint,
         play_found=joint.play_found,
-        play=joint.play,
-        play_std=joint.play_std,
-        play_interval=[play_low, play_high],
-        play_width=joint.width,
-        play_width_interval=[max(joint.width - width_half, 0.0), joint.width + width_half],
+        play=_value(joint.play),
+        play_std=joint.play.std,
+        play_interval=_interval(joint.play),
+        play_width=_value(joint.width),
+        play_width_interval=_interval(joint.width),
         play_band=float(np.mean(bands)) if bands else None,
-        resolution=_finite(joint.resolution),
-        spread_between_poses=_finite(joint.spread),
-        friction_found=joint.friction is not None,
-        friction=joint.friction,
-        friction_std=joint.friction_std if joint.friction is not None else None,
+        resolution=finite(joint.resolution),
+        spread_between_poses=finite(joint.spread),
+        friction_found=friction is not None,
+        friction=None if friction is None else friction.value,
+        friction_std=None if friction is None else friction.std,
         reversal_error=joint.reversal,
         torque_from=joint.source,
         curve=TorqueOverAngle(
@@ -79,21 +78,35 @@ def joint_result(joint: ClampedJoint, name: str) -> JointResult:
             torque=list(joint.torque),
             runs=[run.name for run in joint.curve_runs],
         ),
-        chord_stiffness=chord,
-        chord_interval=[max(chord - NORMAL_95 * chord_std, 0.0), chord + NORMAL_95 * chord_std],
+        chord_stiffness=_value(chord),
+        chord_interval=_interval(chord),
         tangent_stiffness=[
             Tangent(
-                torque=torque,
-                angle=angle,
-                stiffness=slope,
-                interval=[max(slope - NORMAL_95 * std, 0.0), slope + NORMAL_95 * std],
+                torque=tangent.torque,
+                angle=tangent.angle,
+                stiffness=_value(tangent.stiffness),
+                interval=_interval(tangent.stiffness),
             )
-            for torque, angle, slope, std in joint.tangents()
+            for tangent in joint.tangents()
         ],
+        at_bound=_at_bound(joint),
         runs=[run.name for run in joint.runs],
         left_out=[RunLeftOut(run=run.name, why=run.left_out) for run in joint.left_out],
         name=name,
     )
+
+
+def _at_bound(joint: ClampedJoint) -> list[str]:
+    """Return what rests on a search that ended at a limit; that nothing is found is none."""
+    return [one.spec.symbol for one in joint.parameters if one.at_bound and one.value]
+
+
+def _value(parameter: Parameter) -> float:
+    return math.nan if parameter.value is None else parameter.value
+
+
+def _interval(parameter: Parameter) -> list[float | None]:
+    return [finite(end) for end in parameter.interval or ()]
 
 
 def run_result(run: ClampedRun) -> ClampedRunResult:
@@ -108,8 +121,8 @@ def run_result(run: ClampedRun) -> ClampedRunResult:
         cycles=run.sweeps.cycles,
         motion=run.motion,
         play=run.play if run.branches.angle.size else None,
-        play_between_cycles=_finite(run.cycle_spread),
-        resolution=_finite(run.resolution),
+        play_between_cycles=finite(run.cycle_spread),
+        resolution=finite(run.resolution),
         encoder_step=run.encoder_step,
         reversal_error=run.reversal,
         torque_range=[float(run.branches.torque.min(initial=0.0)), float(run.branches.torque.max(initial=0.0))],
@@ -129,15 +142,11 @@ def run_result(run: ClampedRun) -> ClampedRunResult:
         rms_torque=run.fit.rms,
         noise_torque=run.branches.noise,
         torque_from=run.chain.source,
-        lever=_finite(run.chain.lever),
+        lever=finite(run.chain.lever),
         weight=run.chain.weight,
         others_share=run.others_share,
         saturated=None if run.saturation is None else run.saturation.sentence,
     )
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def branches_table(runs: tuple[ClampedRun, ...]) -> pa.Table:
@@ -193,6 +202,12 @@ def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: t
         )
     if any(not run.chain.moments_measured for run in runs):
         texts.append("no moments are measured: the joint torque is the force times its lever arm about the axis")
+    for joint in joints:
+        if on_bound := _at_bound(joint):
+            texts.append(
+                f"joint {names[joint.joint - 1]}, torque over angle: {listing(on_bound)} at the limit of what is "
+                "searched, without standard uncertainty"
+            )
     with_result = {joint.joint for joint in joints}
     for number in sorted({run.joint for run in runs} - with_result):
         texts.append(f"joint {names[number - 1]} cannot be identified: none of its clamped runs can be used")

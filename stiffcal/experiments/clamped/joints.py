@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.estimation.parameters import Parameter, estimated_parameter
+from stiffcal.estimation.unknowns import amplitude_bounds
 from stiffcal.experiments.clamped.analysis import ClampedRun
 from stiffcal.experiments.clamped.chain import TorqueSource
+from stiffcal.experiments.clamped.torque_angle_fit import CURVE
+from stiffcal.model.effect import ParameterSpec, Place
+from stiffcal.uncertainty import NORMAL_95
 
 # Poses that resolve the play this many times more coarsely than the finest do not count for it.
 FINE = 5.0
@@ -17,6 +23,39 @@ FINE = 5.0
 FAR = 0.3
 # Torques at which the tangent stiffness is given, as shares of what was reached.
 _TANGENTS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)
+
+
+def _spec(symbol: str, unit: str, meaning: str, lower: float = -math.inf) -> ParameterSpec:
+    return ParameterSpec(symbol, unit, meaning, lower, math.inf, 0.0, "")
+
+
+# A description without a model: its numbers are parameters like those of effects, under a name that no effect has.
+DESCRIPTION = "torque-over-angle"
+SPECS = {
+    spec.symbol: spec
+    for spec in (
+        _spec("play", "rad", "length of the segment of low slope", 0.0),
+        _spec("width", "rad", "b of the law", 0.0),
+        _spec("friction", "N·m", "half the torque between the branches"),
+        _spec("chord", "N·m/rad", "torque over angle from end to end of what was reached", 0.0),
+        _spec("tangent", "N·m/rad", "slope of the curve at a torque", 0.0),
+        _spec("p1", "N·m/rad", "slope of the curve at the flank"),
+        _spec("p2", "N·m/rad²", "its quadratic term"),
+        _spec("p3", "N·m/rad³", "its cubic term"),
+    )
+}
+
+
+@dataclass(frozen=True)
+class CurveSlope:
+    """The slope of the curve at a torque."""
+
+    torque: float
+    """N·m."""
+    angle: float
+    """rad, from the flank."""
+    stiffness: Parameter
+    """N·m/rad."""
 
 
 @dataclass(frozen=True)
@@ -29,32 +68,22 @@ class ClampedJoint:
     """The runs that are used."""
     left_out: tuple[ClampedRun, ...]
     """The other runs, each with its reason."""
-    play: float
-    """rad, mean over poses; 0 where none is found."""
-    play_std: float
-    """rad, standard uncertainty: scatter between poses and cycles, and half the resolution."""
-    spread: float
-    """rad, largest less smallest of the poses; NaN with one."""
-    width: float
+    play: Parameter
+    """rad, mean over poses, 0 where none is found; by the scatter between poses and cycles, and half the resolution."""
+    width: Parameter
     """rad, b of the law."""
-    width_std: float
-    """rad, standard uncertainty of ``width``."""
-    band: float
-    """N·m, w of the law."""
-    band_std: float
-    """N·m, standard uncertainty of ``band``."""
-    resolution: float
-    """rad, what the play is known to at best."""
-    friction: float | None
+    friction: Parameter | None
     """N·m, half the torque between the branches; None where none is found."""
-    friction_std: float
-    """N·m, standard uncertainty of ``friction``."""
-    reversal: float | None
-    """rad, raw width at zero torque, mean over poses; None where the branches do not come there."""
-    curve: tuple[float, float, float]
-    """(3,) p1, p2, p3, N·m/rad, N·m/rad², N·m/rad³."""
+    curve: tuple[Parameter, Parameter, Parameter]
+    """p1, p2, p3, N·m/rad, N·m/rad², N·m/rad³."""
     covariance: Floats
     """(3, 3) of ``curve``."""
+    spread: float
+    """rad, largest less smallest play of the poses; NaN with one."""
+    resolution: float
+    """rad, what the play is known to at best."""
+    reversal: float | None
+    """rad, raw width at zero torque, mean over poses; None where the branches do not come there."""
     reach: tuple[float, float]
     """rad, spring angles that were reached from the flanks, negative and positive side."""
     torque: tuple[float, float]
@@ -67,35 +96,61 @@ class ClampedJoint:
     @property
     def play_found(self) -> bool:
         """True where there is a play."""
-        return self.play > 0.0
-
-    def torque_at(self, angle: Floats) -> tuple[Floats, Floats]:
-        """Return (n,) torque and its standard uncertainty at angles counted from the flank, rad; N·m."""
-        powers = np.stack([angle, angle**2, angle**3])
-        spread = np.sqrt(np.maximum(np.einsum("in,ij,jn->n", powers, self.covariance, powers), 0.0))
-        return np.asarray(np.array(self.curve) @ powers), spread
+        return bool(self.play.value)
 
     @property
-    def chord(self) -> tuple[float, float]:
-        """Torque over angle from end to end of what was reached, and its standard uncertainty, N·m/rad."""
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All that was found."""
+        return (self.play, self.width, *(() if self.friction is None else (self.friction,)), *self.curve, self.chord)
+
+    @property
+    def coefficients(self) -> Floats:
+        """(3,) the values of ``curve``."""
+        return np.array([one.value for one in self.curve], dtype=np.float64)
+
+    @property
+    def chord(self) -> Parameter:
+        """Torque over angle from end to end of what was reached, N·m/rad."""
         low, high = self.reach
         powers = np.array([1.0, high + low, high * high + high * low + low * low])
-        slope = (self.torque[1] - self.torque[0]) / max(high - low, 1e-300)
-        return slope, float(np.sqrt(max(powers @ self.covariance @ powers, 0.0)))
+        return self._of_curve("chord", (self.torque[1] - self.torque[0]) / max(high - low, 1e-300), powers)
 
-    def tangents(self) -> list[tuple[float, float, float, float]]:
-        """Return (torque, angle, tangent stiffness, its standard uncertainty) over what was reached; SI."""
+    def tangents(self) -> list[CurveSlope]:
+        """Return the slope of the curve at some torques of those that were reached."""
         angle = np.linspace(*self.reach, 801)
-        torque, _ = self.torque_at(angle)
-        torque = np.maximum.accumulate(torque)
+        torque = np.maximum.accumulate(np.stack([angle, angle**2, angle**3], axis=1) @ self.coefficients)
         tangents = []
         for share in _TANGENTS:
             wanted = share * (self.torque[1] if share > 0.0 else -self.torque[0])
             x = float(np.interp(wanted, torque, angle)) if share else 0.0
             slope = np.array([1.0, 2.0 * x, 3.0 * x * x])
-            std = float(np.sqrt(max(slope @ self.covariance @ slope, 0.0)))
-            tangents.append((float(wanted), x, float(slope @ np.array(self.curve)), std))
+            tangents.append(
+                CurveSlope(float(wanted), x, self._of_curve("tangent", float(slope @ self.coefficients), slope))
+            )
         return tangents
+
+    def _of_curve(self, symbol: str, value: float, powers: Floats) -> Parameter:
+        """Return a number that follows from the curve, by its derivatives (3,); at a limit where the curve is."""
+        std = math.sqrt(max(float(powers @ self.covariance @ powers), 0.0))
+        at_limit = self.curve[0].at_bound
+        return described(self.joint, symbol, value, std, (at_limit, at_limit))
+
+
+def described(
+    joint: int, symbol: str, value: float, std: float, limits: tuple[bool, bool] = (False, False)
+) -> Parameter:
+    """Return one number of a joint's description.
+
+    Parameters
+    ----------
+    joint : from 1. symbol : of `SPECS`. value, std : with its standard uncertainty, SI.
+    limits : whether a search for it ended at its lower, and whether at its upper limit.
+    """
+    spec, place = SPECS[symbol], Place("joints", (joint,))
+    least, most = amplitude_bounds(spec)
+    bounds = (value if limits[0] else least, value if limits[1] else most)
+    name = f"{DESCRIPTION}.{place.label}.{symbol}"
+    return estimated_parameter(name, DESCRIPTION, place, spec, value, std, NORMAL_95, bounds)
 
 
 def joints_of(runs: Sequence[ClampedRun]) -> list[ClampedJoint]:
@@ -121,38 +176,45 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
     resolution = float(np.mean([run.resolution for run in (with_play if has_play else [finest])]))
     within = [run.cycle_spread / np.sqrt(run.sweeps.cycles) for run in with_play if np.isfinite(run.cycle_spread)]
     between = float(np.std(plays, ddof=1) / np.sqrt(plays.size)) if plays.size > 1 else 0.0
-    width, width_std = (
-        _mean([(run.fit.law.width, run.fit.std("width")) for run in with_play]) if has_play else (0.0, 0.0)
-    )
-    band, band_std = _mean([(run.fit.law.band, run.fit.std("band")) for run in with_play]) if has_play else (0.0, 0.0)
+    widths = [(run.fit.law.width, run.fit.std("width")) for run in with_play] if has_play else []
+    width, width_std = _mean(widths)
     curve, covariance = _pool_curves(curve_runs)
     frictions = [run for run in curve_runs if run.friction_found]
     friction, friction_std = _mean([(run.fit.law.friction, run.fit.std("friction")) for run in frictions])
     reversals = [run.reversal for run in curve_runs if run.reversal is not None]
     reach, ends = _reached(curve, curve_runs)
     middle = 0.5 * resolution
+    play_std = float(np.sqrt(between**2 + float(np.mean(np.square(within or [0.0]))) + middle**2))
+    of_play, of_curve = _limits(with_play if has_play else (), "width"), _limits(curve_runs, "p1")
+    p1, p2, p3 = (
+        described(joint, symbol, value, std, of_curve)
+        for symbol, value, std in zip(CURVE, curve, np.sqrt(np.diagonal(covariance)).tolist(), strict=True)
+    )
     return ClampedJoint(
         joint=joint,
         runs=runs,
         left_out=left_out,
-        play=float(plays.mean()) if plays.size else 0.0,
-        play_std=float(np.sqrt(between**2 + float(np.mean(np.square(within or [0.0]))) + middle**2)),
-        spread=float(np.ptp(plays)) if plays.size > 1 else float("nan"),
-        width=width,
-        width_std=float(np.hypot(width_std, middle)),
-        band=band,
-        band_std=band_std,
-        resolution=resolution,
-        friction=friction if 2 * len(frictions) > len(curve_runs) else None,
-        friction_std=friction_std,
-        reversal=float(np.mean(reversals)) if reversals else None,
-        curve=curve,
+        play=described(joint, "play", float(plays.mean()) if plays.size else 0.0, play_std, of_play),
+        width=described(joint, "width", width, float(np.hypot(width_std, middle)), of_play),
+        friction=described(joint, "friction", friction, friction_std, _limits(frictions, "friction"))
+        if 2 * len(frictions) > len(curve_runs)
+        else None,
+        curve=(p1, p2, p3),
         covariance=covariance,
+        spread=float(np.ptp(plays)) if plays.size > 1 else float("nan"),
+        resolution=resolution,
+        reversal=float(np.mean(reversals)) if reversals else None,
         reach=reach,
         torque=ends,
         source=runs[0].chain.source,
         curve_runs=curve_runs,
     )
+
+
+def _limits(runs: Sequence[ClampedRun], name: str) -> tuple[bool, bool]:
+    """Return whether the search for a number ended at its lower, and at its upper limit, in one of the runs."""
+    ends = [run.fit.at_limit.get(name, (False, False)) for run in runs]
+    return any(low for low, _ in ends), any(high for _, high in ends)
 
 
 def _reached(

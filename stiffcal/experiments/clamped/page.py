@@ -42,7 +42,7 @@ def clamped_overview(section: ClampedSection) -> Overview:
         rows.append(
             (
                 (f"joint {joint.joint} ({joint.name})",),
-                (Interval(joint.chord_stiffness, *joint.chord_interval),),
+                (Interval(joint.chord_stiffness, joint.chord_interval[0], joint.chord_interval[1]),),
                 _play(joint),
                 (Digits(joint.friction),) if joint.friction_found else ("none found",),
             )
@@ -207,9 +207,8 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     rows: list[tuple[Words, ...]] = []
     for curve, joint in known:
         friction: Words = ("none found",)
-        if joint.friction is not None and joint.friction_std is not None:
-            half = NORMAL_95 * joint.friction_std
-            friction = (Interval(joint.friction, joint.friction - half, joint.friction + half),)
+        if joint.friction is not None:
+            friction = (_with_std(joint.friction, joint.friction_std),)
         rows.append(
             (
                 (curve.joint,),
@@ -226,10 +225,14 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
 
 
 def _play(joint: JointResult) -> Words:
-    half = NORMAL_95 * joint.play_std
-    if not joint.play_found or joint.play is None:
-        return ("none found, ± ", Digits(half, 2))
-    return (Interval(joint.play, joint.play - half, joint.play + half),)
+    if not joint.play_found:
+        return ("none found, ± ", Digits(joint.play_interval[1], 2))
+    return (_with_std(joint.play, joint.play_std),)
+
+
+def _with_std(value: float, std: float | None) -> Interval | Digits:
+    """Return a number with ± 95 %, alone where it rests on a search that ended at a limit of its range."""
+    return Digits(value) if std is None else Interval(value, value - NORMAL_95 * std, value + NORMAL_95 * std)
 
 
 def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
@@ -246,8 +249,8 @@ def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
         shape = joint.curve
         cells: list[Words] = []
         for power, coefficient in enumerate((shape.p1, shape.p2, shape.p3), start=1):
-            half = NORMAL_95 * math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0))
-            cells.append((Interval(coefficient, coefficient - half, coefficient + half),))
+            std = math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0))
+            cells.append((_with_std(coefficient, None if f"p{power}" in joint.at_bound else std),))
         reach: Words = (Digits(shape.reach[0]), " … ", Digits(shape.reach[1]))
         torque: Words = (Digits(shape.torque[0]), " … ", Digits(shape.torque[1]))
         rows.append(((curve.joint,), *cells, reach, torque))

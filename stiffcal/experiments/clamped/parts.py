@@ -130,7 +130,8 @@ def starting_values(data: MeasuredRuns, robot: CompliantRobot) -> dict[str, floa
             continue
         form = placed.effect.form(symbols)
         if not {*form.includes, *form.excludes} & set(others):
-            values |= {placed.parameter_name(symbol): value for symbol, value in zip(symbols, joint.curve, strict=True)}
+            curve = zip(symbols, joint.coefficients.tolist(), strict=True)
+            values |= {placed.parameter_name(symbol): value for symbol, value in curve}
     return values
 
 

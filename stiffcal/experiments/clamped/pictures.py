@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.experiments.clamped.curves import ClampedCurve, ClampedPose
+from stiffcal.experiments.clamped.torque_angle_fit import CURVE
 from stiffcal.experiments.departures import Departure, departure_bars, departures_in_words, find_departures
 from stiffcal.experiments.presentation import Band, Line, Marks, Names, Panel, Picture, Series, Span, Words
 from stiffcal.uncertainty import NORMAL_95
@@ -86,8 +87,9 @@ def _curve(curve: ClampedCurve) -> Panel:
         for number, pose in enumerate(used)
     ]  # fmt: skip
     angle = _MRAD * curve.angle
-    half = NORMAL_95 * curve.std
-    series.append(Band(angle, curve.torque - half, curve.torque + half))
+    if curve.result is not None and CURVE[0] not in curve.result.at_bound:
+        half = NORMAL_95 * curve.std
+        series.append(Band(angle, curve.torque - half, curve.torque + half))
     series.append(Line(angle, curve.torque, is_dashed=True))
     series += departure_bars(curve.angle, curve.torque, np.isfinite(curve.angle), departures(curve), _MRAD)
     return Panel(
@@ -103,7 +105,7 @@ def tangents_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
         tangents = [] if curve.result is None else sorted(curve.result.tangent_stiffness, key=lambda at: at.torque)
         torque = np.array([at.torque for at in tangents])
         value = np.array([at.stiffness for at in tangents])
-        low, high = (np.array([at.interval[end] for at in tangents]) for end in (0, 1))
+        low, high = (np.array([at.interval[end] for at in tangents], dtype=np.float64) for end in (0, 1))
         series = (
             Band(torque, low, high, label="95 % interval"),
             Line(torque, value, width=0.9),

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Annotated
 
-from stiffcal.documents import Matrix, Number
+from stiffcal.documents import NOT_PROMISED, Matrix, Number
 from stiffcal.experiments.clamped.chain import TorqueSource
 
 
@@ -58,8 +59,8 @@ class Tangent:
     """rad."""
     stiffness: float
     """N·m/rad."""
-    interval: list[float]
-    """Both ends of the 95 % interval, N·m/rad."""
+    interval: list[Number]
+    """Both ends of the 95 % interval, N·m/rad; null where one is open."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,14 +83,14 @@ class JointResult:
     """Whether play is significant."""
     play: float
     """rad."""
-    play_std: float
-    """rad."""
-    play_interval: list[float]
-    """Both ends of the 95 % interval, rad."""
+    play_std: Number
+    """rad; null where none is found, or at a limit of the search."""
+    play_interval: list[Number]
+    """Both ends of the 95 % interval, rad; null where one is open."""
     play_width: float
     """b of the law b·tanh(torque/w), rad: `play` is the segment of it whose slope is low."""
-    play_width_interval: list[float]
-    """Both ends of the 95 % interval, rad."""
+    play_width_interval: list[Number]
+    """Both ends of the 95 % interval, rad; null where one is open."""
     play_band: Number
     """Torque within which the play is crossed, ± N·m."""
     resolution: Number
@@ -101,7 +102,7 @@ class JointResult:
     friction: Number
     """N·m."""
     friction_std: Number
-    """N·m."""
+    """N·m; null where none is found, or at a limit of the search."""
     reversal_error: Number
     """rad."""
     torque_from: TorqueSource
@@ -109,9 +110,12 @@ class JointResult:
     curve: TorqueOverAngle
     chord_stiffness: float
     """Torque over angle from end to end of what was reached, play left out, N·m/rad: one over joint-compliance."""
-    chord_interval: list[float]
-    """Both ends of the 95 % interval, N·m/rad."""
+    chord_interval: list[Number]
+    """Both ends of the 95 % interval, N·m/rad; null where one is open."""
     tangent_stiffness: list[Tangent]
+    at_bound: Annotated[list[str], NOT_PROMISED] = field(default_factory=list)
+    """Which of play, width, friction, p1, p2, p3 and chord rest on a search that ended at a limit of its range, and
+    have no standard uncertainty."""
     runs: list[str]
     """Names of the runs that are used."""
     left_out: list[RunLeftOut]

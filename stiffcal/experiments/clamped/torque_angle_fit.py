@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -42,6 +43,8 @@ class SeriesFit:
     """False where the data need no play; ``law.width`` is then 0."""
     settled: bool = True
     """False where the iteration did not converge."""
+    at_limit: Mapping[str, tuple[bool, bool]] = field(default_factory=dict)
+    """Those of `PARAMETERS` whose search ended at a limit: whether at the lower and whether at the upper one."""
 
     def std(self, name: str) -> float:
         """Return the standard uncertainty of one parameter."""
@@ -65,7 +68,11 @@ SCALED = (
     "slope between",
     "last slope",
 )
-PARAMETERS = ("middle", "width", "band", "zero", "friction", "drag", "p1", "p2", "p3")
+SLOPES = SCALED[-3:]
+CURVE = ("p1", "p2", "p3")
+# what a number of the search is called where its name is another one
+_SETS = {"log band": ("band",), **dict.fromkeys(SLOPES, CURVE)}
+PARAMETERS = ("middle", "width", "band", "zero", "friction", "drag", *CURVE)
 
 
 @dataclass(frozen=True)
@@ -128,7 +135,25 @@ def _fit(data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool
     starts.sort(key=source.misfit)
     near = [settle(source, start, None, no_progress, near=True).values for start in starts[:MOST_STARTS]]
     best = settle(source, min(near, key=source.misfit), None, no_progress)
-    return replace(_to_si(scaled, source.law_at(best.values), centre), settled=best.last_step is None)
+    fit = _to_si(scaled, source.law_at(best.values), centre)
+    return replace(fit, settled=best.last_step is None, at_limit=_at_limit(source.unknowns, best.values))
+
+
+def _at_limit(unknowns: Unknowns, values: Floats) -> dict[str, tuple[bool, bool]]:
+    """Return by name of `PARAMETERS` at which limits the search ended; a slope at one holds all of the curve."""
+    found: dict[str, tuple[bool, bool]] = {}
+    for name, value, low, high in zip(unknowns.names, values, unknowns.lower, unknowns.upper, strict=True):
+        if value <= low or value >= high:
+            found |= dict.fromkeys(_SETS.get(name, (name,)), (bool(value <= low), bool(value >= high)))
+    first, between, last = values[-3:]
+    if between <= _least_between(first, last) or not found.keys().isdisjoint(CURVE):
+        found |= dict.fromkeys(CURVE, (True, True))
+    return found
+
+
+def _least_between(first: float, last: float) -> float:
+    """Return the middle value of a slope below which it would fall between its ends, in Bernstein's basis."""
+    return -float(np.sqrt(first * last))
 
 
 @dataclass(frozen=True)
@@ -215,7 +240,7 @@ def _law_of(scaled: _Scaled, v: Floats) -> TorqueAngleLaw:
     middle, width, band, zero, friction, lag, drag, first, between, last = (float(value) for value in v)
     low = min(float(scaled.data.angle.min()) - middle + 0.5 * width, -1e-3)
     high = max(float(scaled.data.angle.max()) - middle - 0.5 * width, 1e-3)
-    inner = max(between, -float(np.sqrt(first * last)))
+    inner = max(between, _least_between(first, last))
     size = high - low
     rise, bend = 2.0 * (inner - first) / size, (first - 2.0 * inner + last) / size**2
     curve = (first - rise * low + bend * low * low, 0.5 * rise - bend * low, bend / 3.0)
