@@ -68,7 +68,7 @@ class _LeftOver:
         columns = [one.columns for one in members]
         sizes = _sizes(judged)
         rows = np.concatenate(
-            [ground.shared.columns, *(one.rows * size for one, size in zip(columns, sizes, strict=True))]
+            [ground.shared.columns, *(one.rows * size[:, None] for one, size in zip(columns, sizes, strict=True))]
         )
         p, o = len(ground.shared.columns), len(ground.shared.prior)
         prior = np.zeros((o + len(rows) - p, len(rows) + 1))
@@ -115,8 +115,8 @@ class _LeftOver:
         yield Check(CheckKind.RUN, float(ratios[worst]), p_value, int(numbers[tried[worst]]))
 
 
-def _sizes(judged: Judged) -> list[float]:
-    """Return the best size of each member of the best set where no pose answers in a way of its own."""
+def _sizes(judged: Judged) -> list[Floats]:
+    """Return (q,) the best sizes of each member of the best set where no pose answers in a way of its own."""
     evidence, key = judged.weighed.evidence, judged.weighed.best
     _, sizes = evidence.best_sizes(key)
-    return [float(evidence.members[i].sizes[size]) for i, size in zip(key, sizes[0], strict=True)]
+    return [evidence.members[i].scales[size] for i, size in zip(key, sizes[0], strict=True)]

@@ -38,11 +38,32 @@ class MemberColumns:
     bounded: Booleans
     """(q,) True where the coefficient cannot be negative."""
     sizes: Floats
-    """(s,) grid of the common size of its coefficients."""
+    """(s,) grid of the size of its coefficients."""
     weights: Floats
     """(s,) prior probability of each."""
+    alone: float = 0.0
+    """Probability that one of the coefficients stands alone, each alike; else they have a common size."""
     present: Floats = field(default_factory=lambda: np.zeros(0))
     """(q,) coefficients that the model about which this is has already; empty: none."""
+
+    @cached_property
+    def patterns(self) -> Floats:
+        """(g, q) which coefficients there are: all of them, then each alone."""
+        count = len(self.rows)
+        return np.concatenate([np.ones((1, count)), np.eye(count if self.alone else 0, count)])
+
+    @cached_property
+    def scales(self) -> Floats:
+        """(g · s, q) sizes of the coefficients: the grid of each pattern."""
+        return np.asarray((self.patterns[:, None] * self.sizes[:, None]).reshape(-1, len(self.rows)))
+
+    @cached_property
+    def log_weights(self) -> Floats:
+        """(g · s,) logarithms of their probabilities."""
+        count = len(self.patterns) - 1
+        share = np.full(count + 1, self.alone / max(count, 1))
+        share[0] = 1.0 - self.alone * bool(count)
+        return np.asarray(np.log(share[:, None] * self.weights / self.weights.sum()).ravel())
 
 
 @dataclass(frozen=True)
@@ -90,9 +111,10 @@ class Inner:
 
     def given(self, where: Integers, scale: Floats) -> Inner:
         """Return them with the columns at ``where`` taken out, as far as priors of these scales (k,) allow."""
-        own = self.gram[:, where[:, None], where] + np.diag(1.0 / scale**2)
+        own = self.gram[:, where[:, None], where] * np.outer(scale, scale) + np.eye(len(scale))
         across = self.gram[:, where]
-        part = np.linalg.solve(own, np.concatenate([across, self.target[:, where, None]], axis=2))
+        right = np.concatenate([across, self.target[:, where, None]], axis=2) * scale[:, None]
+        part = scale[:, None] * np.linalg.solve(own, right)
         gram = self.gram - np.swapaxes(across, 1, 2) @ part[:, :, :-1]
         target = self.target - np.einsum("twk,tw->tk", across, part[:, :, -1])
         square = self.square - np.einsum("tw,tw->t", self.target[:, where], part[:, :, -1])
@@ -193,11 +215,6 @@ class SetEvidence:
         ends = np.cumsum([0, *(len(member.rows) for member in self.members)])
         return [np.arange(a, b) for a, b in pairwise(ends)]
 
-    @cached_property
-    def log_weights(self) -> list[Floats]:
-        """Per member the logarithms of its sizes' probabilities."""
-        return [np.log(member.weights / member.weights.sum()) for member in self.members]
-
     def of_set(self, chosen: Sequence[int]) -> float:
         """Return the log evidence of a set, members by number."""
         return float(np.logaddexp.reduce(self.by_discrepancy(chosen)))
@@ -225,7 +242,7 @@ class SetEvidence:
         for sweep in range(SWEEPS if len(chosen) > 1 else 1):
             before, spread = sizes.copy(), np.zeros(t)
             for j, i in enumerate(chosen):
-                line = self._line(own, chosen, sizes, j, bounded) + self.log_weights[i]
+                line = self._line(own, chosen, sizes, j, bounded) + self.members[i].log_weights
                 sizes[:, j] = np.argmax(line, axis=1)
                 value = line.max(axis=1)
                 spread += np.logaddexp.reduce(line - value[:, None], axis=1)
@@ -233,7 +250,7 @@ class SetEvidence:
                 break
         others = np.zeros(t)
         for j, i in enumerate(chosen[:-1]):
-            others += self.log_weights[i][sizes[:, j]]
+            others += self.members[i].log_weights[sizes[:, j]]
         return inner.constant + value + others + spread, sizes
 
     def at_best(self, chosen: Sequence[int]) -> tuple[int, Integers, Floats]:
@@ -241,9 +258,7 @@ class SetEvidence:
         by_discrepancy, sizes = self.best_sizes(chosen)
         best = int(np.argmax(by_discrepancy))
         where = [self.place[i] for i in chosen]
-        scale = [
-            np.full(len(self.place[i]), self.members[i].sizes[k]) for i, k in zip(chosen, sizes[best], strict=True)
-        ]
+        scale = [self.members[i].scales[k] for i, k in zip(chosen, sizes[best], strict=True)]
         return best, np.concatenate([np.zeros(0, dtype=np.int64), *where]), np.concatenate([np.zeros(0), *scale])
 
     def left_by(self, chosen: Sequence[int]) -> Inner:
@@ -251,41 +266,57 @@ class SetEvidence:
         best, where, scale = self.at_best(chosen)
         return self.inner.at(best).given(where, scale)
 
+    def coefficients(self, chosen: Sequence[int]) -> tuple[int, Integers, Floats]:
+        """Return the best discrepancy of a set, and (w,) positions and coefficients of its columns about it."""
+        best, where, scale = self.at_best(chosen)
+        gram = self.inner.gram[best][np.ix_(where, where)] * np.outer(scale, scale) + np.eye(len(scale))
+        return best, where, np.asarray(scale * np.linalg.solve(gram, scale * self.inner.target[best][where]))
+
     def _line(self, inner: Inner, chosen: Sequence[int], sizes: Integers, varied: int, bounded: Booleans) -> Floats:
-        """Return (t, s) the log evidence for each size of one member, the others' (t, c) as they are.
+        """Return (t, g · s) the log evidence for each size of one member, the others' (t, c) as they are.
 
         The others are taken out at their sizes; along the eigenvectors of what is left of the member's own inner
         products every size is a division.
         """
         own = np.concatenate([np.full(len(self.place[i]), j == varied) for j, i in enumerate(chosen)])
         scale = np.concatenate(
-            [
-                np.repeat(self.members[i].sizes[sizes[:, j], None], len(self.place[i]), axis=1)
-                for j, i in enumerate(chosen)
-                if j != varied
-            ]
-            or [np.zeros((len(sizes), 0))],
+            [np.zeros((len(sizes), 0))]
+            + [self.members[i].scales[sizes[:, j]] for j, i in enumerate(chosen) if j != varied],
             axis=1,
         )
-        factor, across, half = _taken_out(inner, own, scale)
-        left = inner.gram[:, own][:, :, own] - np.swapaxes(across, 1, 2) @ across
-        values, vectors = np.linalg.eigh(left)
-        values = np.maximum(values, 0.0)
-        along = np.einsum("tvj,tv->tj", vectors, inner.target[:, own] - np.einsum("tov,to->tv", across, half))
-        grid = self.members[chosen[varied]].sizes[None, :, None] ** 2
-        share = grid / (1.0 + grid * values[:, None])
-        square = (inner.square - np.sum(half**2, axis=1))[:, None] - np.sum(share * along[:, None] ** 2, axis=2)
-        determinant = np.sum(np.log(np.diagonal(factor, axis1=1, axis2=2)), axis=1)[:, None]
-        value = self.noise.log_density(square) - determinant - 0.5 * np.sum(np.log1p(grid * values[:, None]), axis=2)
-        if not bounded.any():
-            return np.asarray(value)
-        mean, variance = _of_coefficients(bounded, own, vectors, share, along, factor, across, half)
-        noise = self.noise.scale(np.maximum(square, 0.0))[..., None]
-        return np.asarray(value + _within(mean / (noise * np.sqrt(np.maximum(variance, 1e-300)))))
+        others = _taken_out(inner, own, scale)
+        member = self.members[chosen[varied]]
+        parts = [_along(inner, own, bounded, others, pattern, member.sizes, self.noise) for pattern in member.patterns]
+        return np.concatenate(parts, axis=1)
 
 
-def _taken_out(inner: Inner, own: Booleans, scale: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the factor (t, o, o) of what is not one's own, L⁻¹ of that with its own (t, o, q), and with the residual.
+TakenOut = tuple[Floats, Floats, Floats]
+"""The factor L (t, o, o) of what is not one's own, L⁻¹ of that with its own (t, o, q), and with the residual (t, o)."""
+
+
+def _along(
+    inner: Inner, own: Booleans, bounded: Booleans, others: TakenOut, pattern: Floats, sizes: Floats, noise: NoiseScale
+) -> Floats:
+    """Return (t, s) the log evidence for sizes (s,) of a member's coefficients, as far as its pattern (q,) has them."""
+    factor, across, half = others
+    left = (inner.gram[:, own][:, :, own] - np.swapaxes(across, 1, 2) @ across) * np.outer(pattern, pattern)
+    values, vectors = np.linalg.eigh(left)
+    values, turned = np.maximum(values, 0.0), pattern[:, None] * vectors
+    along = np.einsum("tvj,tv->tj", turned, inner.target[:, own] - np.einsum("tov,to->tv", across, half))
+    grid = sizes[None, :, None] ** 2
+    share = grid / (1.0 + grid * values[:, None])
+    square = (inner.square - np.sum(half**2, axis=1))[:, None] - np.sum(share * along[:, None] ** 2, axis=2)
+    determinant = np.sum(np.log(np.diagonal(factor, axis1=1, axis2=2)), axis=1)[:, None]
+    value = noise.log_density(square) - determinant - 0.5 * np.sum(np.log1p(grid * values[:, None]), axis=2)
+    if not bounded.any():
+        return np.asarray(value)
+    mean, variance = _of_coefficients(bounded, own, turned, share, along, factor, across, half)
+    scale = noise.scale(np.maximum(square, 0.0))[..., None]
+    return np.asarray(value + _within(mean / (scale * np.sqrt(np.maximum(variance, 1e-300)))))
+
+
+def _taken_out(inner: Inner, own: Booleans, scale: Floats) -> TakenOut:
+    """Take all out that is not one's own, as far as priors of these sizes allow.
 
     Parameters
     ----------

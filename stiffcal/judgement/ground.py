@@ -14,7 +14,7 @@ from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.judgement.discrepancy import Discrepancy, off_by_run
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
-from stiffcal.judgement.priors import SIZE_WEIGHTS, SIZES, RobotScale
+from stiffcal.judgement.priors import ALONE, SIZE_WEIGHTS, SIZES, RobotScale
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 
@@ -88,4 +88,5 @@ def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> Membe
     rows = ground.space.rows(np.array(list(own.values()))) * typical[:, None]
     low, _ = signs_of([effect.spec(symbol) for symbol in own])
     present = np.zeros(0) if placed is None else np.array([placed.amplitude(symbol) for symbol in own]) / typical
-    return MemberColumns(rows, np.isfinite(low) & (low >= 0.0), SIZES, SIZE_WEIGHTS, present)
+    alone = ALONE if len(rows) > 1 else 0.0
+    return MemberColumns(rows, np.isfinite(low) & (low >= 0.0), SIZES, SIZE_WEIGHTS, alone, present)

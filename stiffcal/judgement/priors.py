@@ -32,6 +32,8 @@ SIZES = np.exp(np.log(SIZE_FACTOR) * _SPREAD)
 """Grid of a listed effect's common size over the typical one, as far as one of three thousand lies …"""
 SIZE_WEIGHTS = np.exp(-0.5 * _SPREAD**2)
 """… and its weights (log-normal), not normalised."""
+ALONE = 0.5
+"""Probability that one of an effect's parameters stands alone: a bearing that gives along one axis."""
 UNLISTED_SIZES = np.geomspace(0.05, 50.0, 7)
 """Grid of the rms over all readings that an unlisted law makes, in noises; each alike (log-uniform)."""
 DOUBTED_RUN = 0.01

@@ -156,10 +156,7 @@ def _within(
 def _signal(judged: Judged, key: Key, number: int) -> tuple[Floats, int]:
     """Return the coefficients (q,) of a member in a set, at the best sizes, and the discrepancy of that."""
     evidence = judged.weighed.evidence
-    best, where, scale = evidence.at_best(key)
-    inner = evidence.inner
-    gram = inner.gram[best][np.ix_(where, where)] + np.diag(1.0 / scale**2)
-    solution = np.linalg.solve(gram, inner.target[best][where])
+    best, where, solution = evidence.coefficients(key)
     return solution[np.isin(where, evidence.place[number])], best
 
 
@@ -187,9 +184,6 @@ def _unlisted_in_place(judged: Judged, leader: str, sets: dict[Key, float], name
 def _size(judged: Judged, key: Key) -> float:
     """Return the rms over all readings of what a set makes, in noises."""
     evidence = judged.weighed.evidence
-    parts = [(_signal(judged, key, i), i) for i in key]
-    best = parts[0][0][1]
-    where = np.concatenate([evidence.place[i] for i in key])
-    solution = np.concatenate([part[0][0] for part in parts])
+    best, where, solution = evidence.coefficients(key)
     square = float(solution @ evidence.inner.gram[best][np.ix_(where, where)] @ solution)
     return float(np.sqrt(square / evidence.noise.dof))

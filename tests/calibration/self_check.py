@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
-from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY
+from stiffcal.judgement.priors import ALONE, DISCREPANCIES, NO_DISCREPANCY
 
 MEMBERS, RUNS, PER_RUN, COMMON = 4, 6, 5, 2
 ODDS = 0.5
@@ -38,15 +38,7 @@ def drawn_and_judged(seed: int, count: int) -> list[Stated]:
 def _problem(rng: np.random.Generator) -> list[Stated]:
     n = RUNS * PER_RUN
     discrepancy = _discrepancy(rng)
-    members = [
-        MemberColumns(rng.normal(size=(int(rng.integers(1, 4)), n)), np.zeros(0, dtype=np.bool_), SIZES, WEIGHTS)
-        for _ in range(MEMBERS)
-    ]
-    bounded = [bool(rng.uniform() < 0.3) for _ in members]
-    members = [
-        MemberColumns(one.rows, np.full(len(one.rows), b), SIZES, WEIGHTS)
-        for one, b in zip(members, bounded, strict=True)
-    ]
+    members = [_member(rng.normal(size=(int(rng.integers(1, 4)), n)), rng.uniform() < 0.3) for _ in range(MEMBERS)]
     present = rng.uniform(size=MEMBERS) < ODDS / (1.0 + ODDS)
     y = rng.normal(size=n)
     tau = 0.0 if rng.uniform() < NO_DISCREPANCY else float(rng.choice(DISCREPANCIES))
@@ -57,7 +49,8 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
         y[place] += tau * basis @ (spread * rng.normal(size=basis.shape[1]))
     for one, is_present in zip(members, present, strict=True):
         if is_present:
-            coefficients = rng.choice(SIZES, p=WEIGHTS) * rng.normal(size=len(one.rows))
+            number = rng.choice(len(one.scales), p=np.exp(one.log_weights))
+            coefficients = one.scales[number] * rng.normal(size=len(one.rows))
             y += np.where(one.bounded, np.abs(coefficients), coefficients) @ one.rows
     common = rng.normal(size=(COMMON, n))
     y += rng.normal(size=COMMON) @ common * 100.0
@@ -70,6 +63,10 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
         Stated(float(sum(p[k] for k, chosen in enumerate(sets) if number in chosen)), bool(present[number]))
         for number in range(MEMBERS)
     ]
+
+
+def _member(rows: Floats, bounded: bool) -> MemberColumns:
+    return MemberColumns(rows, np.full(len(rows), bounded), SIZES, WEIGHTS, ALONE if len(rows) > 1 else 0.0)
 
 
 def _discrepancy(rng: np.random.Generator) -> Discrepancy:

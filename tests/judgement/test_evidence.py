@@ -29,7 +29,8 @@ def of_poses(rng: np.random.Generator) -> Discrepancy:
 
 def member(rng: np.random.Generator, count: int, bounded: bool = False) -> MemberColumns:
     sizes = np.array([0.5, 2.0])
-    return MemberColumns(rng.normal(size=(count, N)), np.full(count, bounded), sizes, np.array([0.3, 0.7]))
+    alone = 0.4 if count == 3 else 0.0
+    return MemberColumns(rng.normal(size=(count, N)), np.full(count, bounded), sizes, np.array([0.3, 0.7]), alone)
 
 
 def kinds(discrepancy: Discrepancy) -> list[tuple[Discrepancy, float]]:
@@ -46,6 +47,19 @@ def covariance_of(discrepancy: Discrepancy, size: float) -> Floats:
     return result
 
 
+def sizes_of(one: MemberColumns) -> list[tuple[Floats, float]]:
+    """Return the sizes of a member's coefficients, each with its probability: all alike, or one alone."""
+    count = len(one.rows)
+    found = [(size * np.ones(count), (1.0 - one.alone) * w) for size, w in zip(one.sizes, one.weights, strict=True)]
+    if one.alone:
+        found += [
+            (size * axis, one.alone * w / count)
+            for axis in np.eye(count)
+            for size, w in zip(one.sizes, one.weights, strict=True)
+        ]
+    return found
+
+
 def by_brute_force(
     common: Floats, wide: float, y: Floats, chosen: list[MemberColumns], discrepancy: Discrepancy
 ) -> float:
@@ -54,11 +68,11 @@ def by_brute_force(
     each = (1.0 - NO_DISCREPANCY) / len(DISCREPANCIES)
     for size, weight in [(0.0, NO_DISCREPANCY), *((size, each) for size in DISCREPANCIES)]:
         plain = covariance_of(discrepancy, size) + wide**2 * common.T @ common
-        for grid in product(*(range(len(one.sizes)) for one in chosen)):
+        for grid in product(*(sizes_of(one) for one in chosen)):
             whole, log_weight = plain.copy(), np.log(weight)
-            for k, one in zip(grid, chosen, strict=True):
-                whole += one.sizes[k] ** 2 * one.rows.T @ one.rows
-                log_weight += np.log(one.weights[k])
+            for (scale, share), one in zip(grid, chosen, strict=True):
+                whole += (one.rows.T * scale**2) @ one.rows
+                log_weight += np.log(share)
             total.append(log_weight + multivariate_normal(np.zeros(N), whole).logpdf(y))
     return float(logsumexp(total))
 
