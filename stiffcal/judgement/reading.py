@@ -9,16 +9,19 @@ from typing import TypeVar
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.judgement.checks import Check, checks_of
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
+from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.sets import Key
 
 T = TypeVar("T")
 
 NAMED, FIRM = 0.5, 0.95
 """Probability from which a group is named, and from which it is firm."""
+STILL_FIRM = 0.8
+"""Probability that a firm name keeps when any prior is three times larger or smaller."""
 ALIKE = 0.95
 """Share of an effect's length that another can make, from which the two are one group."""
 DOUBT = 0.05
@@ -75,6 +78,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
     sets, straight = weighed.probabilities(), weighed.without_discrepancy()
     names = {key: frozenset(members[i].name for i in key) for key in sets}
     groups, taken = [], set[str]()
+    every: list[Mapping[Key, float]] = []
     listed = {one.name for one in members if one.kind is MemberKind.EFFECT}
     included = _sums({key: names[key] & listed for key in sets}, sets)
     best = weighed.best
@@ -94,6 +98,9 @@ def read_off(judged: Judged) -> WhatIsMissing:
         first = max(shares, key=lambda name: shares[name])
         sure = min(p, plain, shares[first], plain_shares.get(first, 0.0)) >= FIRM
         firm = sure and not judged.at_bound and _unlisted_in_place(judged, leader, sets, names) < DOUBT
+        if firm:
+            every = every or list(varied(judged))
+            firm = all(_sure(first, own, others, one, names) >= STILL_FIRM for one in every)
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: -item[1])
         groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm))
@@ -127,17 +134,28 @@ def _alike(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key,
     number = next(i for i in key if members[i].name == leader)
     taken = {members[i].name for i in judged.weighed.best} - {leader}
     own = members[number].share
+    signal = _signal(judged, key, number)
     found = {leader}
     for i, one in enumerate(members):
         if one.kind is not MemberKind.EFFECT or one.name in taken:
             continue
-        if (own.of_part and one.share.place == own.place) or _share(judged, key, number, i) >= ALIKE**2:
+        if (own.of_part and one.share.place == own.place) or _share(judged, signal, i) >= ALIKE**2:
             found.add(one.name)
     return found
 
 
+def _sure(
+    name: str, own: set[str], others: frozenset[str], sets: Mapping[Key, float], names: dict[Key, frozenset[str]]
+) -> float:
+    """Return the probability of a group, or of a name in it where that is less."""
+    return min(
+        sum(value for key, value in sets.items() if names[key] & own),
+        _within(own, others, sets, names).get(name, 0.0),
+    )
+
+
 def _within(
-    own: set[str], others: frozenset[str], sets: dict[Key, float], names: dict[Key, frozenset[str]]
+    own: set[str], others: frozenset[str], sets: Mapping[Key, float], names: dict[Key, frozenset[str]]
 ) -> dict[str, float]:
     """Return the probability of each of a group's members, the other groups as in the best set."""
     found: dict[str, float] = defaultdict(float)
@@ -153,18 +171,23 @@ def _within(
     return {name: value / total for name, value in found.items()}
 
 
-def _signal(judged: Judged, key: Key, number: int) -> tuple[Floats, int]:
-    """Return the coefficients (q,) of a member in a set, at the best sizes, and the discrepancy of that."""
+Signal = tuple[int, Integers, Floats]
+"""What a member makes in a set: the discrepancy there, positions and coefficients (q,) of its columns."""
+
+
+def _signal(judged: Judged, key: Key, number: int) -> Signal:
+    """Return what a member makes in a set, at the best sizes."""
     evidence = judged.weighed.evidence
     best, where, solution = evidence.coefficients(key)
-    return solution[np.isin(where, evidence.place[number])], best
+    own = evidence.place[number]
+    return best, own, solution[np.isin(where, own)]
 
 
-def _share(judged: Judged, key: Key, number: int, other: int) -> float:
+def _share(judged: Judged, signal: Signal, other: int) -> float:
     """Return the share of a member's squares, as it is in a set, that another's columns can make."""
     evidence = judged.weighed.evidence
-    coefficients, best = _signal(judged, key, number)
-    gram, mine, its = evidence.inner.gram[best], evidence.place[number], evidence.place[other]
+    best, mine, coefficients = signal
+    gram, its = evidence.inner.gram[best], evidence.place[other]
     whole = float(coefficients @ gram[np.ix_(mine, mine)] @ coefficients)
     across = gram[np.ix_(its, mine)] @ coefficients
     own = gram[np.ix_(its, its)]
@@ -177,8 +200,9 @@ def _unlisted_in_place(judged: Judged, leader: str, sets: dict[Key, float], name
     members = judged.members
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
     number = next(i for i in key if members[i].name == leader)
+    signal = _signal(judged, key, number)
     probable = _sums({key: frozenset(i for i in key if members[i].kind is MemberKind.UNLISTED) for key in sets}, sets)
-    return max((p for i, p in probable.items() if _share(judged, key, number, i) >= SHARED), default=0.0)
+    return max((p for i, p in probable.items() if p >= DOUBT and _share(judged, signal, i) >= SHARED), default=0.0)
 
 
 def _size(judged: Judged, key: Key) -> float:

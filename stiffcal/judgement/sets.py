@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -53,11 +53,11 @@ class WeighedSets:
 
     def probabilities(self) -> dict[Key, float]:
         """Return the probability of each set that was weighed, all others left out."""
-        return _normalised(self.log)
+        return normalised(self.log)
 
     def without_discrepancy(self) -> dict[Key, float]:
         """Return the same where no hypothesis has a discrepancy."""
-        return _normalised({key: float(values[0]) for key, values in self.by_discrepancy.items()})
+        return normalised({key: float(values[0]) for key, values in self.by_discrepancy.items()})
 
     def of_discrepancy(self) -> Floats:
         """Return (t,) the probability of each discrepancy."""
@@ -70,7 +70,8 @@ class WeighedSets:
         return all(_together(new, self.members[i]) for i in chosen)
 
 
-def _normalised(log: dict[Key, float]) -> dict[Key, float]:
+def normalised(log: Mapping[Key, float]) -> dict[Key, float]:
+    """Return probabilities of sets from the logarithms of their weights."""
     values = np.array(list(log.values()))
     return dict(zip(log, np.exp(values - np.logaddexp.reduce(values)).tolist(), strict=True))
 

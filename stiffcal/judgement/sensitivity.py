@@ -1,0 +1,77 @@
+"""How a distribution over sets moves when any of the priors is taken three times larger or smaller.
+
+A name that hangs on a prior is not firm: nobody knows a prior to a factor of three.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.judgement.evidence import MemberColumns, SetEvidence
+from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.members import Member
+from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
+from stiffcal.judgement.sets import Key, normalised
+
+FACTOR = 3.0
+"""By which each prior is varied."""
+NEAR = 6.0
+"""Nats behind the best set up to which sets are weighed anew: a factor of three in a size is worth two of them."""
+
+
+def varied(judged: Judged) -> Iterator[Mapping[Key, float]]:
+    """Give the probabilities of all sets, one prior after the other taken larger and smaller."""
+    for factor in (FACTOR, 1.0 / FACTOR):
+        yield from _odds_varied(judged, factor)
+        yield from _discrepancy_varied(judged, factor)
+        yield from _sizes_varied(judged, factor)
+
+
+def _odds_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
+    """Vary how many effects are expected, how many laws that nobody has written down, and how many runs are off."""
+    more = float(np.log(factor))
+    for kinds in ({MemberKind.EFFECT, MemberKind.UNLISTED}, {MemberKind.UNLISTED}, {MemberKind.MISTAKE}):
+        yield normalised(
+            {
+                key: value + more * sum(judged.members[i].kind in kinds for i in key)
+                for key, value in judged.weighed.log.items()
+            }
+        )
+
+
+def _discrepancy_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
+    """Vary how probable it is that poses answer in ways of their own, and that they wander."""
+    count = len(DISCREPANCIES)
+    for first in (1, 1 + count):
+        change = np.zeros(1 + 2 * count)
+        change[first : first + count] = np.log(factor)
+        yield normalised(
+            {key: float(np.logaddexp.reduce(values + change)) for key, values in judged.weighed.by_discrepancy.items()}
+        )
+
+
+def _sizes_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
+    """Vary the typical size of effects, the sizes of unlisted laws, and how well stated noise is known."""
+    evidence = judged.weighed.evidence
+    for kind in (MemberKind.EFFECT, MemberKind.UNLISTED):
+        members = [_resized(one, factor if one.kind is kind else 1.0) for one in judged.members]
+        yield _weighed_anew(judged, replace(evidence, members=members))
+    if 0.0 < evidence.noise.known < np.inf:
+        noise = replace(evidence.noise, known=evidence.noise.known * factor)
+        yield _weighed_anew(judged, replace(evidence, noise=noise))
+
+
+def _resized(member: Member, factor: float) -> MemberColumns:
+    return replace(member.columns, sizes=member.columns.sizes * factor)
+
+
+def _weighed_anew(judged: Judged, evidence: SetEvidence) -> Mapping[Key, float]:
+    log = judged.weighed.log
+    top = max(log.values())
+    near = [key for key, value in log.items() if value > top - NEAR]
+    return normalised(
+        log | {key: log[key] + evidence.of_set(key) - judged.weighed.evidence.of_set(key) for key in near}
+    )
