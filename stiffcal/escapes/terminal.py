@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass, replace
+from functools import cache
 from typing import Any
 
 from stiffcal.escapes import escape_invisible
@@ -42,7 +43,20 @@ def escaped_document(value: Any) -> Any:
     if isinstance(value, dict):
         return {escaped(key) if isinstance(key, str) else key: escaped_document(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return type(value)(escaped_document(item) for item in value)
+        return type(value)(map(escaped_document, value))
+    if value is None or isinstance(value, float | int):
+        return value
     if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{field.name: escaped_document(getattr(value, field.name)) for field in fields(value)})
+        changed = {}
+        for name in _names(type(value)):
+            before = getattr(value, name)
+            after = escaped_document(before)
+            if after is not before and after != before:
+                changed[name] = after
+        return replace(value, **changed) if changed else value
     return value
+
+
+@cache
+def _names(kind: type[Any]) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))

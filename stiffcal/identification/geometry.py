@@ -24,8 +24,9 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry_prior import GeometryPrior, GeometrySource
 from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import Observations, predicted, rests
-from stiffcal.identification.starting import starting_states
+from stiffcal.identification.observation import Observations, depends_on_run
+from stiffcal.identification.starting import starting_states, states_of_long_runs
+from stiffcal.identification.weights import predict_observations
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.kinematics import attached_poses
@@ -70,11 +71,11 @@ def geometry_columns(robot: CompliantRobot, data: Observations) -> Floats:
     The balance of the deformed chain changes them by a per cent, of an uncertainty.
     """
     linear = replace(robot, deformed=False)
-    nominal = predicted(linear, data, *rests(linear, data))
+    nominal = predict_observations(linear, data)
     columns = []
     for chain in geometry_changes(robot.chain):
         moved = replace(linear, chain=chain)
-        columns.append((predicted(moved, data, *rests(moved, data)) - nominal) / STEP)
+        columns.append((predict_observations(moved, data) - nominal) / STEP)
     return np.stack(columns)
 
 
@@ -90,7 +91,7 @@ def geometry_slope(robot: CompliantRobot, data: Observations, change: Floats) ->
     fixed = robot.chain.fixed.copy()
     fixed[: len(small)] = fixed[: len(small)] @ small
     moved = replace(linear, chain=replace(robot.chain, fixed=fixed))
-    difference = predicted(moved, data, *rests(moved, data)) - predicted(linear, data, *rests(linear, data))
+    difference = predict_observations(moved, data) - predict_observations(linear, data)
     return np.asarray(difference * (np.abs(change).max() / STEP))
 
 
@@ -99,7 +100,8 @@ def geometry_effect(
 ) -> Floats:
     """Return (p, 6J) what errors of the geometry do to p amplitudes that are free, per m and rad.
 
-    What is common to all rows does not shrink with their number: of large campaigns some runs show it.
+    What is common to all rows does not shrink with their number: of large campaigns some runs show it, of long runs
+    some states.
 
     Parameters
     ----------
@@ -109,6 +111,8 @@ def geometry_effect(
     whitening : weights of the fit.
     """
     chosen = starting_states(data)
+    if chosen is None and not depends_on_run(robot, data):
+        chosen = states_of_long_runs(data)
     if chosen is not None:
         data, whitening = data.subset(chosen), whitening.subset(chosen)
     about = LoadRows.about(robot, data, columns, whitening)

@@ -17,7 +17,8 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.observation import Observations, derivatives, predicted, rests
+from stiffcal.identification.observation import Observations, derivatives
+from stiffcal.identification.weights import predict_observations
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Kind, ParameterRole
 
@@ -58,9 +59,7 @@ def is_proportional(robot: CompliantRobot, data: Observations) -> bool:
         return True
     typical = tuple(replace(placed, values=_typical(placed)) for placed in robot.placed)
     linear = replace(robot, placed=typical, deformed=False)
-    once, twice = (
-        predicted(linear, loaded, *rests(linear, loaded)) for loaded in (data, replace(data, wrench=2.0 * data.wrench))
-    )
+    once, twice = (predict_observations(linear, loaded) for loaded in (data, replace(data, wrench=2.0 * data.wrench)))
     size = float(np.abs(once).max(initial=0.0))
     return float(np.abs(twice - 2.0 * once).max(initial=0.0)) <= STRAIGHT * size
 

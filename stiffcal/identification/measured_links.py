@@ -12,7 +12,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.link_results import LinkResult, NotCarried, RodFaultResult, TorsionResult
-from stiffcal.identification.observation import rests
+from stiffcal.identification.observation import rests, state_blocks
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.row_layout import GAUGE, LENGTH, TRANSLATION
 from stiffcal.links.compliance import LinkCompliance, carried_to_target, regress_compliance
@@ -21,7 +21,6 @@ from stiffcal.links.rods import LinkEstimate, bounded_by_load, estimate_link
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node
-from stiffcal.model.equilibrium import blocks
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ def _measure_link(
 def _node_wrenches(data: Observations, robot: CompliantRobot) -> Floats:
     """Return (2J + 2, 6, n) what the load alone makes the nodes carry, node axes."""
     wrench = np.empty((2 * robot.chain.n_joints + 2, 6, data.n_states))
-    for rows in blocks(data.run, data.n_states, keep_runs=True):
+    for rows in state_blocks(robot, data):
         loaded, unloaded = rests(robot, data.subset(rows))
         wrench[:, :, rows] = loaded.wrench - unloaded.wrench
     return wrench

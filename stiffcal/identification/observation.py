@@ -23,7 +23,7 @@ from stiffcal.identification.tangents import Tangents, loads_at_rest
 from stiffcal.identification.weight_columns import weight_column
 from stiffcal.mechanics.kinematics import StackedFrame, cross
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Inputs, ParameterRole
+from stiffcal.model.effect import Inputs, Kind, ParameterRole
 from stiffcal.model.equilibrium import (
     NoBalanceError,
     Rest,
@@ -44,6 +44,7 @@ __all__ = [
     "Evaluation",
     "ModelAtRest",
     "Observations",
+    "depends_on_run",
     "derivatives",
     "evaluate",
     "lever_of",
@@ -51,6 +52,7 @@ __all__ = [
     "predicted",
     "predicted_rows",
     "rests",
+    "state_blocks",
 ]  # fmt: skip
 
 
@@ -87,8 +89,22 @@ def evaluate(
     columns : the free parameters.
     with_sensitivity : also the derivative by the wrench.
     """
-    for rows in blocks(data.run, data.n_states, keep_runs=True):
+    for rows in state_blocks(robot, data):
         yield ModelAtRest.about(robot, data.subset(rows)).evaluated(rows, columns, with_sensitivity)
+
+
+def state_blocks(robot: CompliantRobot, data: Observations) -> Iterator[slice]:
+    """Cut states into blocks, between runs only where that is needed: else a run of any length takes no more memory."""
+    return blocks(data.run, data.n_states, keep_runs=depends_on_run(robot, data))
+
+
+def depends_on_run(robot: CompliantRobot, data: Observations) -> bool:
+    """Return whether what is read of a state depends on others of its run.
+
+    It does so of laws with a memory, of what acts on the measurement (a seat that shifts, a clock), of clamped motors.
+    """
+    on_measurement = any(placed.effect.kind is Kind.OBSERVATION for placed in robot.acting)
+    return robot.has_memory or on_measurement or data.layout.motors is not None
 
 
 def derivatives(robot: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn]) -> Floats:

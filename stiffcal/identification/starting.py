@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Booleans
+from stiffcal.arrays import Booleans, evenly
 from stiffcal.identification.readings import Observations
+from stiffcal.reduction.load_cycles import run_members
 
 # From there the whole needs two steps, and five thousand states give the
 # noise to a per cent.
@@ -30,3 +31,13 @@ def starting_states(data: Observations) -> Booleans | None:
     if chosen is not None or data.clamped is None or stride < 2:
         return chosen
     return np.asarray(np.arange(data.n_states) % stride == 0)
+
+
+def states_of_long_runs(data: Observations) -> Booleans | None:
+    """Return (n,) True for some of each run's states, some `START_STATES` together; None where there are few."""
+    if data.n_states < 2 * START_STATES:
+        return None
+    chosen = np.zeros(data.n_states, dtype=np.bool_)
+    for members in run_members(data.run):
+        chosen[evenly(members, max(1, members.size * START_STATES // data.n_states))] = True
+    return chosen

@@ -115,10 +115,10 @@ def _stored_runs(store: Store) -> dict[str, dict[str, str]]:
         return {}
     with store.snapshot() as snapshot:
         try:
-            then = _provenance_of(snapshot)
+            settings = snapshot.read_document(PROVENANCE).get("settings")
         except DamagedStoreError:  # reported where the store is compared with the campaign
             return {}
-    manifest = then.settings.get("manifest")
+    manifest = settings.get("manifest") if isinstance(settings, dict) else None
     runs = manifest.get("runs") if isinstance(manifest, dict) else None
     return {
         run["id"]: {source: file for source, file in run["files"].items() if isinstance(file, str)}

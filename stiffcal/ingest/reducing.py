@@ -312,7 +312,8 @@ def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, 
     """Return load states in base axes; frames to be estimated are found first, from the references."""
     manifest, chain = campaign.manifest, campaign.chain
     holding_kinds = {kind.name for kind in all_kinds() if kind.holds_flange}
-    any_held = any(run.experiment in holding_kinds for run in manifest.runs if run.id in set(gathered.run))
+    with_states = set(gathered.run)
+    any_held = any(run.experiment in holding_kinds for run in manifest.runs if run.id in with_states)
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
     states = load_states(gathered, manifest, chain, holding(setup) if any_held else setup)
     if not states.clamped.all():

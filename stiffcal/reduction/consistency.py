@@ -50,10 +50,14 @@ class WorkSign:
 
 def work_of_load(states: LoadStates, chain: Chain) -> WorkSign:
     """Return Σ wrench · displacement about the load's point in each run (differences to the run's reference), J."""
+    return WorkSign(work_of_runs(states, chain), explained_by_joints(states, chain))
+
+
+def work_of_runs(states: LoadStates, chain: Chain) -> Floats:
+    """Return (R,) the same work alone, J."""
     force, moment, translation, rotation = _loads_and_motions(states, chain)
     work = np.sum(force * translation, axis=1) + np.sum(moment * rotation, axis=1)
-    total = np.array([work[members].sum() for members in states.members()])
-    return WorkSign(total, explained_by_joints(states, chain))
+    return np.array([work[members].sum() for members in states.members()])
 
 
 def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats, Floats]:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stiffcal.arrays import Integers
+from stiffcal.arrays import Integers, evenly
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.like_readings import LikeReadings, most_alike_from
 from stiffcal.reduction.moved_zero import (
@@ -24,7 +24,6 @@ ALONG = np.cos(np.radians(15.0))  # as of directions in `load_cycles`
 LEAST_RETURNS = 2  # to a zero that has moved by as much as a load
 # States among which such a zero is looked for: what a longer run returns to shows in as many.
 MANY_STATES = 1000
-_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
 def with_returns_between(run: Unloaded) -> Unloaded | None:
@@ -42,15 +41,7 @@ def _chosen(run: Unloaded) -> Integers:
     if n <= MANY_STATES:
         return np.arange(n)
     unloaded = MANY_STATES // 4
-    return np.union1d(_evenly(np.arange(n), MANY_STATES - unloaded), _evenly(run.places, unloaded))
-
-
-def _evenly(numbers: Integers, count: int) -> Integers:
-    """Return so many of some numbers, evenly over them yet with no period that loads could have."""
-    if numbers.size <= count:
-        return numbers
-    k = np.arange(count)
-    return np.asarray(numbers[((k + k * _GOLDEN % 1.0) * numbers.size / count).astype(np.int64)])
+    return np.union1d(evenly(np.arange(n), MANY_STATES - unloaded), evenly(run.places, unloaded))
 
 
 def _among(run: Unloaded, chosen: Integers) -> Unloaded:

@@ -46,7 +46,7 @@ class LikeReadings:
     @cached_property
     def counts(self) -> Integers:
         """(m,) how many readings are like each, itself included."""
-        if (np.diff(np.sort(self._share @ _ASLANT)) >= 1.0).all():
+        if _all_apart(self._share):
             return np.ones(len(self._share), dtype=np.int64)
         if self._table is not None:
             return np.asarray(self._table.sum(axis=1), dtype=np.int64)
@@ -61,6 +61,11 @@ class LikeReadings:
         return np.sort(np.asarray(self._tree.query_ball_point(self._share[reading], 1.0), dtype=np.int64))
 
 
+def _all_apart(share: Floats) -> bool:
+    """Return whether readings (m, 3) in steps are further apart than one already along one direction."""
+    return bool((np.diff(np.sort(share @ _ASLANT)) >= 1.0).all())
+
+
 def most_alike_from(readings: Floats, step: float, starts: Integers) -> Integers:
     """Return (s,) an upper bound of how many readings from each start on are like one of them.
 
@@ -68,6 +73,8 @@ def most_alike_from(readings: Floats, step: float, starts: Integers) -> Integers
     ----------
     readings : (m, 3). step : in their unit. starts : (s,) ascending.
     """
+    if not len(starts) or _all_apart(readings[starts[0] :] / step):
+        return np.asarray(np.minimum(len(readings) - starts, 1))
     cells, own = np.unique(np.floor(readings / step).astype(np.int64), axis=0, return_inverse=True)
     number = {cell: k for k, cell in enumerate(map(tuple, cells.tolist()))}
     around = [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -216,7 +217,8 @@ def read_batches(folder: Path, source: Source, file: str, wanted: WantedColumns)
 
 def is_there(folder: Path, source: Source, file: str) -> bool:
     """Check whether a source's file is there; of what is no file that shows when it is read."""
-    return not source.in_files or (folder / file).exists()
+    # tens of thousands of logs: Path takes ten times as long
+    return not source.in_files or os.path.exists(f"{folder}/{file}")  # noqa: PTH110
 
 
 def fingerprint_of(source: Source, file: str) -> tuple[int, str]:

@@ -27,6 +27,7 @@ LEAST_LOADED = 0.1  # of the most loaded direction of a run: below, how it gives
 # States of a run that are compared with each other; a longer run is looked at in pieces, as its neighbours in time show
 # a bumped reading, and what comparing takes grows with the square of a piece.
 MOST_COMPARED = 3000
+RUNS_AT_ONCE = 256  # more do not fit into the cache
 
 
 def reject_outliers(states: LoadStates) -> LoadStates:
@@ -119,25 +120,36 @@ def _misalignment_effect(readings: Floats, states: LoadStates, cycles: LoadCycle
     result = np.zeros_like(readings)
     force = load_vector(states.wrench)
     good = states.used & np.isfinite(readings).all(axis=1)
+    off = _off_direction(force, states.run, np.where(good, cycles.direction, -1))
+    of_size: dict[int, list[Integers]] = {}
     for everyone in members_of(states.run):
         members = everyone[good[everyone]]
-        off = np.zeros((members.size, 3))
-        for direction in np.unique(cycles.direction[members]):
-            of_direction = cycles.direction[members] == direction
-            along = force[members[of_direction]].sum(axis=0)
-            size = float(np.linalg.norm(along))
-            if direction >= 0 and size > 0.0:
-                along = along / size
-                off[of_direction] = (
-                    force[members[of_direction]] - (force[members[of_direction]] @ along)[:, None] * along
-                )
-        if not off.any():
-            continue
-        loads = force[members] - force[members].mean(axis=0)
-        centred = readings[members] - readings[members].mean(axis=0)
-        # Directions in which the run was hardly loaded carry no information on how it gives there.
-        result[members] = off @ (np.linalg.pinv(loads, rcond=LEAST_LOADED) @ centred)
+        of_size.setdefault(members.size, []).append(members)
+    for size, runs in of_size.items():
+        for start in range(0, len(runs) if size else 0, RUNS_AT_ONCE):
+            members = np.stack(runs[start : start + RUNS_AT_ONCE])
+            loads, moved = (
+                values[members] - values[members].mean(axis=1, keepdims=True) for values in (force, readings)
+            )
+            # Directions in which the run was hardly loaded carry no information on how it gives there.
+            result[members] = off[members] @ (np.linalg.pinv(loads, rcond=LEAST_LOADED) @ moved)
     return result
+
+
+def _off_direction(force: Floats, run: Integers, direction: Integers) -> Floats:
+    """Return (n, 3) N what of each force lies across its direction, the mean of those of the run in this direction.
+
+    Parameters
+    ----------
+    force : (n, 3) N. run : (n,) run number. direction : (n,) number of the direction; −1 where it has none.
+    """
+    pairs, own = np.unique(run * (direction.max(initial=0) + 2) + direction + 1, return_inverse=True)
+    sums = np.stack([np.bincount(own, weights=column, minlength=len(pairs)) for column in force.T], axis=1)
+    size = np.linalg.norm(sums, axis=1)
+    along = (sums / np.where(size > 0.0, size, 1.0)[:, None])[own]
+    off = force - np.sum(force * along, axis=1, keepdims=True) * along
+    off[(direction < 0) | (size[own] == 0.0)] = 0.0
+    return np.asarray(off)
 
 
 def _pieces(run: Integers) -> Integers:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -243,7 +244,7 @@ def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
     homeless: dict[str, int] = {}  # a folder that is not there is reported once, not for each of its files
 
     def absent(files: Iterable[str]) -> list[str]:
-        missing = [file for file in files if not (campaign.folder / file).exists()]
+        missing = [file for file in files if not os.path.exists(f"{campaign.folder}/{file}")]  # noqa: PTH110 — as `is_there`
         for file in missing:
             parent = PurePosixPath(file).parent
             if not (campaign.folder / parent).is_dir():
@@ -334,12 +335,12 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReadRun
     """Return the summaries of the runs that give load states."""
     import numpy as np
 
-    from stiffcal.reduction.consistency import work_of_load
+    from stiffcal.reduction.consistency import work_of_runs
 
     clocks = {run.id: run.clocks for run in reduced}
     set_aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]
     loads = states.setup.targets and bool(np.any(states.wrench))
-    work = work_of_load(states, campaign.chain).work if loads else np.full(len(states.runs), np.nan)
+    work = work_of_runs(states, campaign.chain) if loads else np.full(len(states.runs), np.nan)
     return [
         CheckedRun(
             id=name,

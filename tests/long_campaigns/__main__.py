@@ -1,6 +1,8 @@
-"""What `check`, `ingest` and `identify` cost with N runs, and after one run more.
+"""What `check`, `ingest` and `identify` cost: with N runs and one more, N states in one run, N GB of logs.
 
-python -m tests.long_campaigns 100 1000 10000
+python -m tests.long_campaigns runs 100 1000 10000
+python -m tests.long_campaigns states 12000 200000
+python -m tests.long_campaigns gigabytes 0.5 2 8
 
 A log that is hashed, to learn that it has not changed, is opened too: the smallest thousand in every command.
 """
@@ -10,54 +12,71 @@ from __future__ import annotations
 import argparse
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from tests.long_campaigns.campaign import write_head, write_runs
+from tests.long_campaigns.large import write_logs, write_table
 from tests.long_campaigns.measure import Cost, cost_of
 
-HEAD = f"{'runs':>6}  {'command':<34}{'code':>5}{'processor s':>13}{'wall s':>9}{'peak MB':>9}{'logs':>7}{'log MB':>9}"
+HEAD = f"{'size':>8}  {'command':<34}{'code':>5}{'processor s':>13}{'wall s':>9}{'peak MB':>9}{'logs':>7}{'log MB':>9}"
+Measure = Callable[[str, Path], dict[str, Cost]]
 
 
-def line_of(runs: int, what: str, cost: Cost) -> str:
+def line_of(size: str, what: str, cost: Cost) -> str:
     """Return a row of the table."""
     return (
-        f"{runs:>6}  {what:<34}{cost.code:>5}{cost.processor_s:>13.2f}{cost.seconds:>9.2f}{cost.peak_bytes / 1e6:>9.0f}"
+        f"{size:>8}  {what:<34}{cost.code:>5}{cost.processor_s:>13.2f}{cost.seconds:>9.2f}{cost.peak_bytes / 1e6:>9.0f}"
         f"{cost.logs_opened:>7}{cost.log_bytes / 1e6:>9.2f}"
     )
 
 
-def measure(runs: int, folder: Path) -> dict[str, Cost]:
+def measure_runs(size: str, folder: Path) -> dict[str, Cost]:
     """Write a campaign of so many runs and return what each command on it takes, in order."""
+    runs = int(size)
     write_head(folder)
     write_runs(folder, 1, runs + 1)
-    costs = {}
-
-    def take(what: str, *command: str) -> None:
-        costs[what] = cost_of(folder, *command)
-        print(line_of(runs, what, costs[what]), flush=True)
-
-    take("ingest", "ingest")
-    take("ingest again", "ingest")
-    take("check", "check")
-    take("identify", "identify")
+    steps = {"ingest": "ingest", "ingest again": "ingest", "check": "check", "identify": "identify"}
+    costs = _taken(size, folder, steps)
     write_runs(folder, runs + 1, runs + 2)
-    take("check after one run more", "check")
-    take("ingest after one run more", "ingest")
-    take("check then", "check")
-    take("identify after one run more", "identify")
+    more = {"check after one run more": "check", "ingest after one run more": "ingest", "check then": "check"}
+    return costs | _taken(size, folder, more | {"identify after one run more": "identify"})
+
+
+def measure_states(size: str, folder: Path) -> dict[str, Cost]:
+    """Write a campaign of one run with so many states in a table, and return what each command on it takes."""
+    write_table(folder, int(size))
+    return _taken(size, folder, {"ingest": "ingest", "check": "check", "identify": "identify"})
+
+
+def measure_gigabytes(size: str, folder: Path) -> dict[str, Cost]:
+    """Write a campaign of three runs whose logs have so many GB together, and return what each command on it takes."""
+    write_logs(folder, 1e9 * float(size))
+    return _taken(size, folder, {"ingest": "ingest", "check": "check", "identify": "identify"})
+
+
+def _taken(size: str, folder: Path, steps: dict[str, str]) -> dict[str, Cost]:
+    costs = {}
+    for what, command in steps.items():
+        costs[what] = cost_of(folder, command)
+        print(line_of(size, what, costs[what]), flush=True)
     return costs
 
 
+KINDS: dict[str, Measure] = {"runs": measure_runs, "states": measure_states, "gigabytes": measure_gigabytes}
+
+
 def main() -> None:
-    """Measure campaigns of the numbers of runs that are given."""
+    """Measure campaigns of the sizes that are given."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("runs", type=int, nargs="+")
+    parser.add_argument("kind", choices=list(KINDS))
+    parser.add_argument("sizes", nargs="+")
     arguments = parser.parse_args()
     print(HEAD)
-    for runs in arguments.runs:
+    for size in arguments.sizes:
         place = Path(tempfile.mkdtemp(prefix="long-"))
         try:
-            measure(runs, place / "campaign")
+            KINDS[arguments.kind](size, place / "campaign")
         finally:
             shutil.rmtree(place)
 

@@ -1,4 +1,4 @@
-"""The tool that measures long campaigns counts the logs that a command opens."""
+"""The tool that measures long campaigns writes tables and logs that its commands can read."""
 
 from __future__ import annotations
 
@@ -6,16 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.long_campaigns.campaign import write_head, write_runs
-from tests.long_campaigns.measure import cost_of
+from tests.long_campaigns.__main__ import measure_gigabytes, measure_states
 
 
 @pytest.mark.long
-def test_the_tool_counts_logs_and_time(tmp_path: Path) -> None:
-    folder = tmp_path / "campaign"
-    write_head(folder)
-    write_runs(folder, 1, 3)
-    cost = cost_of(folder, "ingest")
-    assert (cost.code, cost.logs_opened) == (0, 4)
-    assert cost.log_bytes == sum(log.stat().st_size for log in (folder / "raw").iterdir())
-    assert cost.processor_s > 0.1
+def test_large_tables_and_logs_are_identified(tmp_path: Path) -> None:
+    assert {cost.code for cost in measure_states("600", tmp_path / "table").values()} == {0}
+    assert {cost.code for cost in measure_gigabytes("0.001", tmp_path / "logs").values()} == {0}
