@@ -197,6 +197,8 @@ class SetEvidence:
     """Of their columns, per discrepancy of the grid."""
     noise: NoiseScale
     """Of the rows."""
+    alone: dict[int, Integers] = field(default_factory=dict)
+    """Best sizes (t,) of members alone, found so far: from there those in sets are sought."""
 
     @classmethod
     def of(cls, shared: Shared, residual: Floats, members: Sequence[MemberColumns], noise: NoiseScale) -> SetEvidence:
@@ -237,21 +239,29 @@ class SetEvidence:
         where = np.concatenate([self.place[i] for i in chosen])
         own = Inner(inner.constant, inner.gram[:, where[:, None], where], inner.target[:, where], inner.square)
         bounded = np.concatenate([self.members[i].bounded for i in chosen])
-        sizes = np.array([[len(self.members[i].sizes) // 2 for i in chosen]] * t)
-        value = np.zeros(t)
-        for sweep in range(SWEEPS if len(chosen) > 1 else 1):
-            before, spread = sizes.copy(), np.zeros(t)
+        sizes = np.stack([self._first_sizes(i, t) for i in chosen], axis=1)
+        lines: list[Floats] = [np.zeros((t, 0))] * len(chosen)
+        others: list[Integers | None] = [None] * len(chosen)
+        for _ in range(SWEEPS):
             for j, i in enumerate(chosen):
-                line = self._line(own, chosen, sizes, j, bounded) + self.members[i].log_weights
-                sizes[:, j] = np.argmax(line, axis=1)
-                value = line.max(axis=1)
-                spread += np.logaddexp.reduce(line - value[:, None], axis=1)
-            if sweep and np.array_equal(sizes, before):
+                now = np.delete(sizes, j, axis=1)
+                if others[j] is None or not np.array_equal(others[j], now):
+                    lines[j] = self._line(own, chosen, sizes, j, bounded) + self.members[i].log_weights
+                    sizes[:, j], others[j] = np.argmax(lines[j], axis=1), now
+            if all(np.array_equal(others[j], np.delete(sizes, j, axis=1)) for j in range(len(chosen))):
                 break
-        others = np.zeros(t)
-        for j, i in enumerate(chosen[:-1]):
-            others += self.members[i].log_weights[sizes[:, j]]
-        return inner.constant + value + others + spread, sizes
+        if len(chosen) == 1 and inner is self.inner:
+            self.alone[chosen[0]] = sizes[:, 0]
+        spread = [np.logaddexp.reduce(line - line.max(axis=1)[:, None], axis=1) for line in lines]
+        before = [self.members[i].log_weights[sizes[:, j]] for j, i in enumerate(chosen[:-1])]
+        whole = inner.constant + lines[-1].max(axis=1) + np.sum(spread, axis=0)
+        return whole + np.sum(before, axis=0) if before else whole, sizes
+
+    def _first_sizes(self, number: int, count: int) -> Integers:
+        """Return (t,) the sizes from which those of a member in a set are sought: its own where it stands alone."""
+        known = self.alone.get(number)
+        middle = len(self.members[number].sizes) // 2
+        return known if known is not None and len(known) == count else np.full(count, middle)
 
     def at_best(self, chosen: Sequence[int]) -> tuple[int, Integers, Floats]:
         """Return the best discrepancy of a set, and (w,) positions and sizes of its columns about it."""
@@ -284,10 +294,9 @@ class SetEvidence:
             + [self.members[i].scales[sizes[:, j]] for j, i in enumerate(chosen) if j != varied],
             axis=1,
         )
-        others = _taken_out(inner, own, scale)
         member = self.members[chosen[varied]]
-        parts = [_along(inner, own, bounded, others, pattern, member.sizes, self.noise) for pattern in member.patterns]
-        return np.concatenate(parts, axis=1)
+        value = _along(inner, own, bounded, _taken_out(inner, own, scale), member, self.noise)
+        return value.reshape(len(value), -1)
 
 
 TakenOut = tuple[Floats, Floats, Floats]
@@ -295,19 +304,21 @@ TakenOut = tuple[Floats, Floats, Floats]
 
 
 def _along(
-    inner: Inner, own: Booleans, bounded: Booleans, others: TakenOut, pattern: Floats, sizes: Floats, noise: NoiseScale
+    inner: Inner, own: Booleans, bounded: Booleans, others: TakenOut, member: MemberColumns, noise: NoiseScale
 ) -> Floats:
-    """Return (t, s) the log evidence for sizes (s,) of a member's coefficients, as far as its pattern (q,) has them."""
+    """Return (t, g, s) the log evidence for each pattern and size of a member's coefficients."""
     factor, across, half = others
-    left = (inner.gram[:, own][:, :, own] - np.swapaxes(across, 1, 2) @ across) * np.outer(pattern, pattern)
-    values, vectors = np.linalg.eigh(left)
-    values, turned = np.maximum(values, 0.0), pattern[:, None] * vectors
-    along = np.einsum("tvj,tv->tj", turned, inner.target[:, own] - np.einsum("tov,to->tv", across, half))
-    grid = sizes[None, :, None] ** 2
-    share = grid / (1.0 + grid * values[:, None])
-    square = (inner.square - np.sum(half**2, axis=1))[:, None] - np.sum(share * along[:, None] ** 2, axis=2)
-    determinant = np.sum(np.log(np.diagonal(factor, axis1=1, axis2=2)), axis=1)[:, None]
-    value = noise.log_density(square) - determinant - 0.5 * np.sum(np.log1p(grid * values[:, None]), axis=2)
+    left = inner.gram[:, own][:, :, own] - np.swapaxes(across, 1, 2) @ across
+    patterns = member.patterns
+    values, vectors = np.linalg.eigh(left[:, None] * patterns[:, :, None] * patterns[:, None, :])
+    values, turned = np.maximum(values, 0.0)[:, :, None], patterns[:, :, None] * vectors
+    target = inner.target[:, own] - np.einsum("tov,to->tv", across, half)
+    along = np.einsum("tgvj,tv->tgj", turned, target)[:, :, None]
+    grid = member.sizes[:, None] ** 2
+    share = grid / (1.0 + grid * values)
+    square = (inner.square - np.sum(half**2, axis=1))[:, None, None] - np.sum(share * along**2, axis=3)
+    determinant = np.sum(np.log(np.diagonal(factor, axis1=1, axis2=2)), axis=1)[:, None, None]
+    value = noise.log_density(square) - determinant - 0.5 * np.sum(np.log1p(grid * values), axis=3)
     if not bounded.any():
         return np.asarray(value)
     mean, variance = _of_coefficients(bounded, own, turned, share, along, factor, across, half)
@@ -335,38 +346,38 @@ def _taken_out(inner: Inner, own: Booleans, scale: Floats) -> TakenOut:
 def _of_coefficients(
     bounded: Booleans,
     own: Booleans,
-    vectors: Floats,
+    turned: Floats,
     share: Floats,
     along: Floats,
     factor: Floats,
     across: Floats,
     half: Floats,
 ) -> tuple[Floats, Floats]:
-    """Return means and variances (t, s, b) of the bounded coefficients, of any scale, the noise's left out."""
-    mine = vectors[:, bounded[own]]
-    mean = [np.einsum("tbj,tsj,tj->tsb", mine, share, along)]
-    variance = [np.einsum("tbj,tsj->tsb", mine**2, share)]
-    others = bounded[~own]
-    if others.any():
-        rows = np.swapaxes(
-            np.linalg.solve(
-                factor, np.broadcast_to(np.eye(len(others))[:, others], (*factor.shape[:2], int(others.sum())))
-            ),
-            1,
-            2,
-        )
-        turned = rows @ across @ vectors
-        mean.append((rows @ half[..., None])[:, None, :, 0] - np.einsum("tbj,tsj,tj->tsb", turned, share, along))
-        variance.append(np.sum(rows**2, axis=2)[:, None] + np.einsum("tbj,tsj->tsb", turned**2, share))
-    return np.concatenate(mean, axis=2), np.concatenate(variance, axis=2)
-
-
-def _within(deviations: Floats) -> Floats:
-    """Return (t, s) the log of how probable it is that coefficients are positive, over half of each before.
+    """Return means and variances (t, g, s, b) of the bounded coefficients, of any scale, the noise's left out.
 
     Parameters
     ----------
-    deviations : (t, s, b) their means in standard deviations.
+    turned : (t, g, q, q) eigenvectors of each pattern. share, along : (t, g, s, q) and (t, g, 1, q) of these.
+    """
+    mine = np.swapaxes(turned[:, :, bounded[own]], 2, 3)
+    mean = [(share * along) @ mine]
+    variance = [share @ mine**2]
+    others = bounded[~own]
+    if others.any():
+        unit = np.broadcast_to(np.eye(len(others))[:, others], (*factor.shape[:2], int(others.sum())))
+        rows = np.swapaxes(np.linalg.solve(factor, unit), 1, 2)
+        theirs = np.swapaxes((rows @ across)[:, None] @ turned, 2, 3)
+        mean.append((rows @ half[..., None])[:, None, None, :, 0] - (share * along) @ theirs)
+        variance.append(np.sum(rows**2, axis=2)[:, None, None] + share @ theirs**2)
+    return np.concatenate(mean, axis=3), np.concatenate(variance, axis=3)
+
+
+def _within(deviations: Floats) -> Floats:
+    """Return (t, g, s) the log of how probable it is that coefficients are positive, over half of each before.
+
+    Parameters
+    ----------
+    deviations : (t, g, s, b) their means in standard deviations.
     """
     from scipy.special import log_ndtr
 

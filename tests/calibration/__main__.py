@@ -3,7 +3,8 @@
     python -m tests.calibration today --seed 1 --count 300 --to build/calibration
 
 Judged campaigns are kept by judge, seed and number; a second call goes on where the first stopped. `self-check` judges
-small problems drawn from the very priors, whose probabilities have to be right exactly.
+small problems drawn from the very priors, whose probabilities have to be right exactly; `numbers` doubles each number
+of the computation and reports the largest change of a probability.
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from tests.calibration import self_check
+from tests.calibration import numbers, self_check
 from tests.calibration.judging import judged, read_line
 from tests.calibration.tables import table
 from tests.rates.workers import one_thread_each
 
-JUDGES = ("today", "evidence", "self-check")
+JUDGES = ("today", "evidence", "self-check", "numbers")
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -34,6 +35,9 @@ def main(arguments: Sequence[str]) -> int:
     chosen = parser.parse_args(arguments)
     if chosen.judge == "self-check":
         print(self_check.table(self_check.drawn_and_judged(chosen.seed, chosen.count)))
+        return 0
+    if chosen.judge == "numbers":
+        print(numbers.table(chosen.seed, chosen.first, chosen.count))
         return 0
     chosen.to.mkdir(parents=True, exist_ok=True)
     kept = chosen.to / f"{chosen.judge}-{chosen.seed}.jsonl"
