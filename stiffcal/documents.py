@@ -3,7 +3,7 @@
 A result is a frozen dataclass that the package which computes it returns. Its fields are the keys of its document, in
 their order; nested results are objects, arrays are lists, NaN is null. Marks in a field's annotation say more:
 `OrAbsent` (no key where None), `KeyIf` (a key where a property of the result is true), `NOT_IN_DOCUMENT`,
-`NOT_PROMISED` (in no schema), and `HAS_OWN_SCHEMA` (an answer inside another one).
+`NOT_PROMISED` (in no schema), `HAS_OWN_SCHEMA` (an answer inside another one), and `ManyKeys` (results by name).
 
 Why not pydantic's own dumping: keys that are absent where nothing is known need a newer pydantic than is required
 here, and a command that only writes would wait for an adapter to be built. Schemas and reading are pydantic's.
@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from functools import cache
 from pathlib import PurePath
 from types import NoneType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, Union, cast, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,8 +67,22 @@ class NotInDocument:
 
 
 @dataclass(frozen=True, slots=True)
-class ManyKeys(NotInDocument):
-    """The mark of results by name, each of which is a key of the document; in no schema, and not read back."""
+class ManyKeys:
+    """The mark of results by name, each of which is a key of the document where the field stands."""
+
+    types: Callable[[], Mapping[str, Any]]
+    """Returns the types of those that there may be, by name; asked whenever a document is read or described."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Read every result by its own type."""
+        from pydantic_core.core_schema import typed_dict_field, typed_dict_schema
+
+        return typed_dict_schema(
+            {
+                name: typed_dict_field(handler.generate_schema(kind), required=False)
+                for name, kind in self.types().items()
+            }
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +133,6 @@ def _array(rows: Any) -> NDArray[np.float64]:
 
 
 NOT_IN_DOCUMENT = NotInDocument()
-MANY_KEYS = ManyKeys()
 NOT_PROMISED = NotPromised()
 HAS_OWN_SCHEMA = HasOwnSchema()
 OrAbsent: TypeAlias = Annotated[Known | None, KeyIf("", null=False)]
@@ -141,9 +154,32 @@ class CommandResult(ReadByKey):
     warnings: list[str]
     """What a reader of the result must know, a line each."""
 
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Read the keys of results by name into their field."""
+        from pydantic_core.core_schema import no_info_before_validator_function
+
+        schema, kind = handler(source), cast("Any", cls)
+        many_keys: Mapping[str, ManyKeys] = _many_keys(kind)
+        if not many_keys:
+            return schema
+        names = {field: tuple(mark.types()) for field, mark in many_keys.items()}
+        return no_info_before_validator_function(lambda document: _gathered(document, names), schema)
+
     def to_document(self) -> Document:
         """Return the document that the command prints with ``--json``."""
         return document_of(self)
+
+
+def _gathered(document: Any, names: Mapping[str, tuple[str, ...]]) -> Any:
+    """Return what was read with the keys of results by name in one object, by the name of their field."""
+    if not isinstance(document, Mapping):
+        return document
+    every = {name for members in names.values() for name in members}
+    gathered = {key: value for key, value in document.items() if key not in every}
+    return gathered | {
+        field: {name: document[name] for name in members if name in document} for field, members in names.items()
+    }
 
 
 def document_of(result: Any) -> Document:
@@ -234,9 +270,9 @@ def _written(kind: Any) -> tuple[tuple[str, KeyIf | None], ...]:
 
 
 @cache
-def _many_keys(kind: Any) -> frozenset[str]:
-    """Return the fields each of whose entries is a key of the document."""
-    return frozenset(name for name, marks in _marks(kind).items() if MANY_KEYS in marks)
+def _many_keys(kind: Any) -> Mapping[str, ManyKeys]:
+    """Return the fields each of whose entries is a key of the document, with their marks."""
+    return {name: mark for name, marks in _marks(kind).items() for mark in marks if isinstance(mark, ManyKeys)}
 
 
 @cache
@@ -245,8 +281,20 @@ def _marks(kind: Any) -> dict[str, tuple[Any, ...]]:
     return {field.name: getattr(hints[field.name], "__metadata__", ()) for field in fields(kind)}
 
 
-@cache
 def _adapter(kind: Any) -> TypeAdapter[Any]:
+    hashable: Any = kind
+    marks = _many_keys(hashable).values() if is_dataclass(kind) else ()
+    return _adapter_of(hashable, tuple(item for mark in marks for item in mark.types().items()))
+
+
+@cache
+def _adapter_of(kind: Any, by_name: tuple[tuple[str, Any], ...]) -> TypeAdapter[Any]:
+    """Return the adapter of a type.
+
+    Parameters
+    ----------
+    by_name : the types of results that it may hold by name: where they are others, so is the adapter.
+    """
     from pydantic import TypeAdapter
 
     return TypeAdapter(kind)
@@ -349,11 +397,14 @@ def schema_of(kind: Any) -> Document:
             made = super().dataclass_schema(schema)
             kind: Any = schema["cls"]
             written = _written(kind)
-            promised = [
-                (name, mark) for name, mark in written if not {NOT_PROMISED, MANY_KEYS} & set(_marks(kind)[name])
-            ]
-            made["properties"] = {name: made["properties"][name] for name, _ in promised}
-            made["required"] = [name for name, mark in promised if mark is None]
+            many_keys = _many_keys(kind)
+            promised = [(name, mark) for name, mark in written if NOT_PROMISED not in _marks(kind)[name]]
+            properties: Document = {}
+            for name, _ in promised:
+                of_field = made["properties"][name]
+                properties |= of_field.get("properties", {}) if name in many_keys else {name: of_field}
+            made["properties"] = properties
+            made["required"] = [name for name, mark in promised if mark is None and name not in many_keys]
             if not made["required"]:
                 del made["required"]
             return made

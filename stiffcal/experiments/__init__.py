@@ -92,7 +92,7 @@ class ExperimentKind:
         return {}
 
     def section_type(self) -> type[object] | None:
-        """Return the type of the section that `fit` adds to ``identify``, to read it back from a store."""
+        """Return the type of the section that `fit` adds to ``identify``; None where the kind answers nothing."""
         return None
 
     def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
@@ -183,6 +183,18 @@ def all_kinds() -> tuple[ExperimentKind, ...]:
     True
     """
     return tuple(cast(ExperimentKind, experiment_kind(name)) for name in kind_names())
+
+
+def section_types() -> dict[str, type[object]]:
+    """Return the types of the sections that kinds of experiment add to ``identify``, by the kind's name.
+
+    Examples
+    --------
+    >>> {"clamped", "friction"} <= set(section_types())
+    True
+    """
+    types = {kind.name: kind.section_type() for kind in all_kinds()}
+    return {name: of_kind for name, of_kind in types.items() if of_kind is not None}
 
 
 def tables_of_logs() -> tuple[str, ...]:

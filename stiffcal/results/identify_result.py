@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
-from stiffcal.documents import MANY_KEYS, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
-from stiffcal.experiments.clamped.results import ClampedSection
-from stiffcal.experiments.friction.results import FrictionSection
+from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, ManyKeys, Number, OrAbsent, Origin
+from stiffcal.experiments import section_types
 from stiffcal.identification.agreement_results import Agreement
 from stiffcal.identification.body_results import CartesianStiffnessResult, JointByItself
 from stiffcal.identification.fit_results import (
@@ -85,14 +84,8 @@ class IdentifyResult(CommandResult):
     """The error to expect in new poses; None where it is not known."""
     expected_error: str
     """The same in words."""
-    # The answer's JSON Schema promises these two sections by name, so that they are fields; further kinds have keys of
-    # their own, promised by no schema.
-    clamped: OrAbsent[ClampedSection] = None
-    """Joints of a clamped robot."""
-    friction: OrAbsent[FrictionSection] = None
-    """Friction of the drives."""
-    other_kinds: Annotated[dict[str, object], MANY_KEYS] = field(default_factory=dict)
-    """Sections of further kinds of experiment, by the kind's name."""
+    sections: Annotated[dict[str, object], ManyKeys(section_types)] = field(default_factory=dict)
+    """What kinds of experiment add, by the kind's name."""
     agreement: OrAbsent[list[Agreement]] = None
     """How kinds of experiment agree on the parameters that each determines alone; None where there is one kind, or
     nothing that two determine."""
@@ -124,7 +117,7 @@ class IdentifyResult(CommandResult):
 
     def section(self, kind: str) -> object:
         """Return the section of a kind of experiment, by the kind's name; None where there is none."""
-        return {"clamped": self.clamped, "friction": self.friction, **self.other_kinds}.get(kind)
+        return self.sections.get(kind)
 
     def parameter(self, name: str) -> IdentifiedParameter:
         """Return a parameter by its full name; KeyError where there is none."""

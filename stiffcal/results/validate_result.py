@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
-from stiffcal.documents import MANY_KEYS, NOT_PROMISED, CommandResult, KeyIf, OrAbsent, Origin
+from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, ManyKeys, OrAbsent, Origin
+from stiffcal.experiments import section_types
 from stiffcal.experiments.results import HeldoutSection
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
@@ -14,6 +15,11 @@ from stiffcal.reduction.registered_frames import RegistrationSummary
 from stiffcal.validation.distances import Distances, LadderStep
 from stiffcal.validation.elasticity import Elasticity
 from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict, WorstState
+
+
+def heldout_types() -> dict[str, type[HeldoutSection]]:
+    """Return the types of the sections that kinds of experiment add, by the kind's name."""
+    return dict.fromkeys(section_types(), HeldoutSection)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,12 +71,8 @@ class ValidateResult(CommandResult):
     """The states with the largest residuals, worst first."""
     by_joint: OrAbsent[list[ErrorSlice]] = None
     """By the joint, of other experiments."""
-    clamped: OrAbsent[HeldoutSection] = None
-    """Of the clamped robot."""
-    friction: OrAbsent[HeldoutSection] = None
-    """Of the drives' friction."""
-    other_kinds: Annotated[dict[str, HeldoutSection], MANY_KEYS] = field(default_factory=dict)
-    """Sections of further kinds of experiment, by the kind's name."""
+    sections: Annotated[dict[str, HeldoutSection], ManyKeys(heldout_types)] = field(default_factory=dict)
+    """What kinds of experiment add, by the kind's name."""
     suspects: OrAbsent[list[Suspect]] = None
     """Runs and states that disagree with all the others; None where there are no load states."""
     suspects_not_checked: OrAbsent[RunsNotChecked] = None
@@ -98,7 +100,7 @@ class ValidateResult(CommandResult):
 
     def section(self, kind: str) -> HeldoutSection | None:
         """Return the section of a kind of experiment, by the kind's name; None where there is none."""
-        return {"clamped": self.clamped, "friction": self.friction, **self.other_kinds}.get(kind)
+        return self.sections.get(kind)
 
     def judged(self, verdict: Verdict) -> ValidateResult:
         """Return the same errors with what came of the thresholds."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from stiffcal.documents import Number
 from stiffcal.measurements.rms import Rms
@@ -20,8 +20,6 @@ from stiffcal.workflow.steps import Ingested, kept_table
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from stiffcal.experiments.clamped.results import ClampedSection
-    from stiffcal.experiments.friction.results import FrictionSection
     from stiffcal.experiments.measured import MeasuredRuns
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
     from stiffcal.model.composite import CompliantRobot
@@ -92,8 +90,6 @@ def merge_experiment_fits(result: IdentifyResult, fits: Sequence[ExperimentFit])
     for fit in fits:
         covariance = _independent_fits(covariance, fit.covariance)
     warnings = [*result.warnings, *(text for fit in fits for text in fit.warnings)]
-    sections = {fit.name: fit.section for fit in fits}
-    clamped, friction = sections.pop("clamped", None), sections.pop("friction", None)
     return replace(
         result,
         warnings=list(dict.fromkeys(warnings)),
@@ -107,9 +103,7 @@ def merge_experiment_fits(result: IdentifyResult, fits: Sequence[ExperimentFit])
         noise_source=next((source for source in sources if source != "none"), "none"),
         free_parameters=[*result.free_parameters, *(name for fit in fits for name in fit.free)],
         covariance=covariance,
-        clamped=cast("ClampedSection | None", clamped),
-        friction=cast("FrictionSection | None", friction),
-        other_kinds=sections,
+        sections={fit.name: fit.section for fit in fits},
     )
 
 
@@ -147,8 +141,6 @@ def merge_experiment_validations(result: ValidateResult, validations: Sequence[E
         result.scheme if result.n_states else "",
         *(f"{validation.name}: {validation.scheme}" for validation in validations),
     ]
-    sections = {validation.name: validation.section for validation in validations}
-    clamped, friction = sections.pop("clamped", None), sections.pop("friction", None)
     return replace(
         _with_slices(result, validations),
         warnings=[*result.warnings, *(text for validation in validations for text in validation.warnings)],
@@ -158,9 +150,7 @@ def merge_experiment_validations(result: ValidateResult, validations: Sequence[E
         noise=noise if any(value is not None for _, value in noise.items()) else None,
         relative=merged_measures(result.relative, [validation.relative for validation in validations]),
         zero_model=merged_measures(result.zero_model, [validation.zero_model for validation in validations]),
-        clamped=clamped,
-        friction=friction,
-        other_kinds=sections,
+        sections={validation.name: validation.section for validation in validations},
     )
 
 

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.campaign.manifest import Exclusion
-    from stiffcal.documents import CommandResult
     from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.composite import CompliantRobot
@@ -185,57 +184,17 @@ def stored_result(store: Store, name: str, kind: type[Result]) -> Result | None:
 
 
 def stored_fit(store: Store) -> IdentifyResult | None:
-    """Return the stored fit; None where there is none that can be used.
-
-    Raises
-    ------
-    DamagedError : the section of a further kind of experiment holds something else.
-    """
-    from stiffcal.experiments import all_kinds
+    """Return the stored fit; None where there is none that can be used."""
     from stiffcal.results.identify_result import IdentifyResult
 
-    result = stored_result(store, IDENTIFY, IdentifyResult)
-    if result is None:
-        return None
-    types = {kind.name: kind.section_type() for kind in all_kinds()}
-    return replace(result, other_kinds=_sections_of_other_kinds(store, IDENTIFY, result, types))
+    return stored_result(store, IDENTIFY, IdentifyResult)
 
 
 def stored_validation(store: Store) -> ValidateResult | None:
-    """Return the stored validation; None where there is none that can be used.
-
-    Raises
-    ------
-    DamagedError : the section of a further kind of experiment holds something else.
-    """
-    from stiffcal.campaign.experiment_kinds import kind_names
-    from stiffcal.experiments.results import HeldoutSection
+    """Return the stored validation; None where there is none that can be used."""
     from stiffcal.results.validate_result import ValidateResult
 
-    result = stored_result(store, VALIDATE, ValidateResult)
-    if result is None:
-        return None
-    types = dict.fromkeys(kind_names(), HeldoutSection)
-    return replace(result, other_kinds=_sections_of_other_kinds(store, VALIDATE, result, types))
-
-
-def _sections_of_other_kinds(
-    store: Store, name: str, result: CommandResult, types: Mapping[str, type[Result] | None]
-) -> dict[str, Result]:
-    """Return the sections of kinds of experiment that a stored result has no field for.
-
-    Parameters
-    ----------
-    types : of the sections, by the kind's name; None: the kind has none.
-    """
-    from stiffcal.store.document_shape import result_from
-
-    document = store.read_document(name)
-    return {
-        kind: result_from(section_type, document[kind], store.display_name, name)
-        for kind, section_type in types.items()
-        if section_type is not None and kind in document and not hasattr(result, kind)
-    }
+    return stored_result(store, VALIDATE, ValidateResult)
 
 
 def stored_ingest(store: Store) -> IngestResult | None:

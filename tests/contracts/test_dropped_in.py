@@ -11,6 +11,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+from pydantic import ValidationError
 from pypdf import PdfReader
 
 from stiffcal.campaign.file_formats import format_names, format_of
@@ -18,8 +19,10 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.schemas import schema_document
 from stiffcal.cli.app import main
+from stiffcal.documents import document_of, result_of, schema_of
 from stiffcal.report import building, sections
 from stiffcal.report.sections import all_sections
+from stiffcal.results.identify_result import IdentifyResult
 from tests.fuzz.feeding import feed_one
 from tests.fuzz.targets import formats_not_fed
 from tests.laboratory.campaign_folders import changed
@@ -272,6 +275,21 @@ def test_a_new_kind_answers_in_identify_and_validate(probed: Path, command: Comm
     validation = command("validate", probed)
     assert validation["scheme"] == "probing: each run left out"
     assert validation["max"]["translation"] == pytest.approx(0.75e-3)
+
+
+@pytest.mark.usefixtures("kind")
+def test_the_section_of_a_new_kind_is_described_and_read_by_its_type(probed: Path, command: Command) -> None:
+    document = command("identify", probed)
+    schema = schema_of(IdentifyResult)
+    assert schema["properties"]["probing"] == {"$ref": "#/$defs/ProbingSection"}
+    assert "probing" not in schema["required"]
+    jsonschema.validate(document, schema)
+    read = result_of(IdentifyResult, json.dumps(document))
+    assert document_of(read) == document
+    assert type(read.section("probing")).__name__ == "ProbingSection"
+    del document["probing"]["height"]
+    with pytest.raises(ValidationError):
+        result_of(IdentifyResult, json.dumps(document))
 
 
 @pytest.mark.usefixtures("kind")

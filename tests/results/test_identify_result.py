@@ -46,9 +46,9 @@ def test_the_noise_per_axis_is_a_key_of_fits_of_load_states_alone() -> None:
 
 
 def test_a_further_kind_of_experiment_has_a_key_of_its_own() -> None:
-    fit = replace(fit_of(), other_kinds={"probing": {"plates": 2}})
+    fit = replace(fit_of(), sections={"probing": {"plates": 2}})
     assert document_of(fit)["probing"] == {"plates": 2}
-    assert "other_kinds" not in document_of(fit)
+    assert "sections" not in document_of(fit)
 
 
 def test_a_key_is_read_as_in_version_0_1_with_a_warning() -> None:
