@@ -28,10 +28,11 @@ _ANGLE = {
     "arcsec": pi / 648_000.0,
     "rev": 2.0 * pi,
 }
-_FORCE = {"N": 1.0, "mN": 1e-3, "daN": 10.0, "kN": 1e3, "kgf": _STANDARD_GRAVITY, "lbf": _POUND_FORCE_N}
+_FORCE = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "daN": 10.0, "kN": 1e3, "kgf": _STANDARD_GRAVITY, "lbf": _POUND_FORCE_N}
 _MOMENT = {
     "N*m": 1.0,
     "mN*m": 1e-3,
+    "uN*m": 1e-6,
     "N*mm": 1e-3,
     "N*cm": 1e-2,
     "kN*m": 1e3,

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 READ_AS = {
     **dict.fromkeys(("deg", "rad", "mrad", "rev", "arcmin", "arcsec"), (180.0 / math.pi, "°")),
     **dict.fromkeys(("m", "mm", "um", "cm", "in", "inch"), (1e3, "mm")),
-    **dict.fromkeys(("N", "kN", "mN", "daN", "kgf", "lbf"), (1.0, "N")),
+    **dict.fromkeys(("N", "kN", "mN", "uN", "daN", "kgf", "lbf"), (1.0, "N")),
     **dict.fromkeys(("N*m", "N*mm", "kN*m"), (1.0, "N·m")),
     **dict.fromkeys(("degC", "degF"), (1.0, "°C")),
     **dict.fromkeys(("deg/s", "rad/s", "mrad/s", "rev/s", "rpm"), (1.0, "rad/s")),

@@ -17,7 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.files import open_regular
 from stiffcal.mechanics.chain import Chain
-from stiffcal.propose.column_roles import Roles, recognise
+from stiffcal.propose.column_roles import Role, Roles, recognise
 from stiffcal.propose.explained import explained
 from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, Question
@@ -69,6 +69,9 @@ FRAMES: dict[str, tuple[ProposedLine, ...]] = {
 _NUMBER = r"[^0-9\n]{0,30}([0-9]{1,30}(?:[.,][0-9]{1,30})?)"
 _LARGEST_FORCE = 1e5
 _COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORECASE)
+# Counts per N and per N·m of which each is a unit of its own.
+_SMALL = {1e3: "m", 1e6: "u"}
+_SI_SENSOR = re.compile(r"Force Units?[^A-Za-z\n]{0,10}(?:N|Newtons?)\b")
 _NO_NAMES = "export it with one header line, one time column and names like A1 … A6, Fx, X"
 
 
@@ -179,6 +182,7 @@ def _kinds(
     """
     unnamed = are_numbered([column.header for column in table.columns])
     roles = roles_by_values(table.columns, chain) if unnamed else recognise(table.columns, joints_of(table.columns))
+    roles = _in_units_of_counts(roles, text)
     headers = tuple(column.header for column in table.columns)
     parts = [part for part in by_rows(roles) if signal_lines(part, names)]
     if not parts:
@@ -200,7 +204,7 @@ def _kinds(
             part,
             headers,
             tuple(explained([table], part)),
-            rows=rows_line(part),
+            rows=rows_line(part, len(parts) > 1),
         )
         for part in parts
     ]
@@ -211,14 +215,39 @@ def source_name(roles: Roles) -> str:
     return "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
 
 
+def _in_units_of_counts(roles: Roles, text: str) -> Roles:
+    """Return the roles with forces and moments in the unit that a count is, where the log's head states such a one."""
+    if not _are_counts(roles):
+        return roles
+    per_unit = {what.lower(): float(number.replace(",", ".")) for what, number in _COUNTS.findall(text)}
+    force, moment = (_SMALL.get(per_unit.get(what, 0.0)) for what in ("force", "torque"))
+    if not force or (roles.moment is not None and not moment) or not _SI_SENSOR.search(text):
+        return roles
+    return replace(roles, force=_counted(roles.force, f"{force}N"), moment=_counted(roles.moment, f"{moment}N*m"))
+
+
+def _counted(role: Role | None, unit: str) -> Role | None:
+    """Return a role with a unit for the columns that state none."""
+    if role is None:
+        return None
+    columns = (replace(column, unit=unit) if column.unit is None else column for column in role.columns)
+    return replace(role, columns=tuple(columns))
+
+
+def _are_counts(roles: Roles) -> bool:
+    """Return whether forces without a unit are as large as counts of a sensor's electronics."""
+    columns = () if roles.force is None else roles.force.columns
+    return any(column.size > _LARGEST_FORCE and column.unit is None for column in columns)
+
+
 def _counts_lines(roles: Roles, text: str) -> list[ProposedLine]:
-    """Return a question where forces are as large as counts of a sensor's electronics."""
-    counts = _COUNTS.search(text)
-    force = max((column.size for column in roles.force.columns), default=0.0) if roles.force is not None else 0.0
-    if force <= _LARGEST_FORCE:
+    """Return a question where forces are counts, and the head of the log states no unit that one of them is."""
+    if roles.force is None or not _are_counts(roles):
         return []
+    counts = _COUNTS.search(text)
     per_unit = f", {counts[2]} per unit" if counts is not None else ""
-    return [ProposedLine("", f"up to {force:.3g}: counts{per_unit}? Log or write units, not counts")]
+    largest = max(column.size for column in roles.force.columns)
+    return [ProposedLine("", f"up to {largest:.3g}: counts{per_unit}? Log or write units, not counts")]
 
 
 def with_doubt(line: ProposedLine, names: FrameNames) -> ProposedLine:

@@ -36,12 +36,11 @@ def by_rows(roles: Roles) -> tuple[Roles, ...]:
         if not held:
             continue
         rows = _rows(held[0])
-        own = next((group for group in groups if not (rows - group[1] and group[1] - rows)), None)
+        own = next((group for group in groups if group[1] == rows), None)
         if own is None:
             groups.append((set(names), rows))
         else:
             own[0].update(names)
-            own[1].update(rows)
     if len(groups) < 2:
         return (roles,)
     every = {name for names in _DEVICES for name in names}
@@ -53,12 +52,13 @@ def _without(roles: Roles, names: set[str]) -> Roles:
     return replace(roles, targets=(), **nothing)  # type: ignore[arg-type]
 
 
-def rows_line(roles: Roles) -> ProposedLine | None:
+def rows_line(roles: Roles, of_several: bool = False) -> ProposedLine | None:
     """Return the line that keeps the rows in which there is a reading; None where every row has one.
 
     Parameters
     ----------
     roles : of one device.
+    of_several : whether the table holds rows of other devices: then further down may stand rows without a reading.
     """
     held = [role for names in _DEVICES for name in names if (role := _role(roles, name)) is not None]
     conditions: list[str] = []
@@ -68,12 +68,15 @@ def rows_line(roles: Roles) -> ProposedLine | None:
         if len(column.values) < len(column.has_reading) and not conditions:
             conditions.append(condition_text(column.header, "!=", ""))
             without = len(column.has_reading) - len(column.values)
+    if of_several and held and not conditions:
+        conditions.append(condition_text(held[0].columns[0].header, "!=", ""))
     lost = _zeros(roles.position) if roles.position is not None else 0
     if lost and roles.position is not None:
         conditions.append(condition_text(roles.position.columns[0].header, "!=", 0))
     if not conditions:
         return None
-    doubt = f"{without + lost} of the rows looked at have no reading and are left out"
+    left_out = without + lost
+    doubt = f"{left_out} of the rows looked at have no reading and are left out" if left_out else None
     return ProposedLine(toml_text.pair("rows", " and ".join(conditions)), doubt)
 
 
