@@ -1,7 +1,8 @@
 """Other ways to count joint angles than stated: units, columns, directions, angles counted together.
 
 On FANUC's and some other controllers the angle of joint 3 stands still while joint 2 moves the forearm: it is the sum
-of two angles of the robot file, or the difference. Such axes are parallel; `logged` of robot.toml states the sum.
+of two angles of the robot file, or the difference. So are angles of motors of a wrist, whose gears lie one in another.
+`logged` of robot.toml states the sum.
 """
 
 from __future__ import annotations
@@ -15,17 +16,11 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import jacobians
-
-# Of the sine of the angle between two axes: what the lengths and angles of a robot file leave.
-_PARALLEL = 1e-3
-
 
 # Where the search for a joint's zero begins, rad: the whole circle lies within half a quarter of one of them.
 QUARTERS = (0.0, np.pi / 2, np.pi, -np.pi / 2)
-# Of the joint before it: counted against it, not at all, or together with it.
+# Of a joint before it: counted against it, not at all, or together with it.
 _COUNTED = (-1.0, 0.0, 1.0)
 
 
@@ -72,22 +67,16 @@ def counted_otherwise(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
 
 
 def coupled_angles(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
-    """Yield the angles with each joint counted otherwise together with the one before it, where axes are parallel.
+    """Yield the angles with each turning joint counted otherwise together with one before it.
 
     Parameters
     ----------
     joints : (n, L) logged, rad. chain : the robot.
     """
-    if len(joints) == 0 or len(chain.joint_names) != joints.shape[1]:
+    if len(chain.joint_names) != joints.shape[1]:
         return
-    flange = Attachment(chain.n_joints + 1, np.eye(4))
-    axes = jacobians(chain, chain.model_angles(joints[:1]), flange)[0, 3:]
-    for second in range(1, joints.shape[1]):
-        first = second - 1
-        if chain.prismatic[[first, second]].any() or second >= axes.shape[1]:
-            continue
-        if np.linalg.norm(np.cross(axes[:, first], axes[:, second])) > _PARALLEL:
-            continue
+    turning = [joint for joint in range(min(joints.shape[1], chain.n_joints)) if not chain.prismatic[joint]]
+    for first, second in combinations(turning, 2):
         one, other = chain.joint_names[first], chain.joint_names[second]
         stated = float(chain.coupling[second, first] / chain.coupling[second, second])
         for counted in _COUNTED:
@@ -109,7 +98,7 @@ def _mend(one: str, other: str, stated: float, counted: float, mechanical: bool)
     """Return what to write where a robot file counts joint ``other`` with ``stated`` times joint ``one`` before it."""
     if not stated:
         return (
-            f"the controller counts {other} together with {one}, as against the horizontal: write "
+            f"the table counts {other} together with {one}, as controllers do against the horizontal: write "
             f"{toml_text.pair('logged', {one: int(counted), other: 1})} for joint {other} in the robot file"
         )
     if counted:

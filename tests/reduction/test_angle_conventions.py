@@ -33,8 +33,19 @@ ROBOTS = Path(stiffcal.propose.__file__).parent / "robots"
 SIGNS = {1: "logged = { A2 = 1, A3 = 1 }", -1: "logged = { A2 = -1, A3 = 1 }"}
 
 
-def test_parallel_axes_alone_are_counted_together() -> None:
-    assert {coupled.place for coupled in coupled_angles(np.zeros((1, 6)), six_axes())} == {"joints A2 and A3"}
+def test_every_joint_can_be_counted_together_with_one_before_it() -> None:
+    pairs = {f"joints A{first} and A{second}" for second in range(2, 7) for first in range(1, second)}
+    assert {coupled.place for coupled in coupled_angles(np.zeros((1, 6)), six_axes())} == pairs
+
+
+@pytest.mark.parametrize(("first", "second"), [(1, 2), (1, 3), (2, 4), (3, 5), (4, 5), (4, 6), (5, 6)])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_axes_that_are_not_parallel_counted_together(first: int, second: int, sign: float, tmp_path: Path) -> None:
+    """As the motors of a wrist are: neither another zero nor a missing effect."""
+    columns = displacement_columns(12)
+    columns[f"A{second}"] += sign * columns[f"A{first}"]
+    fault = _place_named(write_displacement_campaign(tmp_path / "cell", columns))
+    assert fault.place.endswith(f"joints A{first} and A{second}")
 
 
 @pytest.mark.parametrize("rows", [8, 24])
