@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from stiffcal.escapes import terminal
+from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import mask
 
@@ -58,6 +59,8 @@ class Fault:
     """What to do about it."""
     names: tuple[str, ...] = ()
     """What of the manifest the reason is about (frames, sources, runs, columns), for who sorts faults."""
+    changes: tuple[InputChange, ...] = ()
+    """With which change of the input the data agree, the one that is named first; empty where none is known."""
 
     def __post_init__(self) -> None:
         for name in ("file", "place", "reason", "mend"):

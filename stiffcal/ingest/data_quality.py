@@ -24,7 +24,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.reduction.consistency import MEETS_M, check_kinematics, check_work, match_kinematics, miss_words
+from stiffcal.reduction.consistency import MEETS_M, check_kinematics, match_kinematics, miss_words
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.force_zero_faults import force_zero_faults
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
@@ -45,6 +45,7 @@ from stiffcal.reduction.rounded_copies import RoundedCopies
 from stiffcal.reduction.stopped_targets import stopped_targets
 from stiffcal.reduction.turned_sensor import turned_sensor
 from stiffcal.reduction.unit_slips import angles_like_radians, check_angle_convention, check_displacement_unit
+from stiffcal.reduction.work_of_load import check_work
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12

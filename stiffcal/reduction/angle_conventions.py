@@ -15,6 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.escapes import toml_text
+from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 
@@ -36,6 +37,8 @@ class CountedAngles:
     """What is tried, as in "with … they agree"."""
     mend: str
     """What to write."""
+    change: InputChange
+    """The same as values."""
     code: FaultCode = FaultCode.KINEMATICS_MISMATCH
     """Of the mistake."""
 
@@ -51,18 +54,23 @@ def counted_otherwise(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
     for unit, name, other in (("deg", "degrees", np.radians(joints)), ("rad", "radians", np.degrees(joints))):
         angles = np.where(chain.prismatic, joints, other)
         mend = f"write {toml_text.pair('units', {'position': unit})}"
-        yield CountedAngles(angles, "units.position", f"joint angles in {name}", mend, FaultCode.UNIT_IMPLAUSIBLE)
+        change = InputChange(ChangeKind.ANGLE_UNIT, value=unit)
+        yield CountedAngles(
+            angles, "units.position", f"joint angles in {name}", mend, change, FaultCode.UNIT_IMPLAUSIBLE
+        )
     for a, b in combinations(range(joints.shape[1]), 2):
         angles = joints.copy()
         angles[:, [a, b]] = joints[:, [b, a]]
         pair = f"{names[a]} and {names[b]}"
         words = f"joint columns {pair} interchanged"
-        yield CountedAngles(angles, f"joints {pair}", words, "name the joint columns from base to wrist")
+        change = InputChange(ChangeKind.JOINT_ORDER, (names[b], names[a]))
+        yield CountedAngles(angles, f"joints {pair}", words, "name the joint columns from base to wrist", change)
     for k, name in enumerate(names):
         angles = joints.copy()
         angles[:, k] = -angles[:, k]
         words = f"joint {name} with opposite direction"
-        yield CountedAngles(angles, f"joint {name}", words, f"write direction = -1 (or 1) for {name}")
+        mend, change = f"write direction = -1 (or 1) for {name}", InputChange(ChangeKind.DIRECTION, (name,))
+        yield CountedAngles(angles, f"joint {name}", words, mend, change)
     yield from coupled_angles(joints, chain)
 
 
@@ -91,6 +99,7 @@ def coupled_angles(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
                 f"joints {one} and {other}",
                 f"{other} {amount} in place of {other}",
                 _mend(one, other, stated, counted, bool(chain.mechanical[second])),
+                InputChange(ChangeKind.COUNTED_TOGETHER, (one, other), (share,)),
             )
 
 

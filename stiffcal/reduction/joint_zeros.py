@@ -13,10 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.angle_conventions import QUARTERS, CountedAngles
-from stiffcal.reduction.consistency import left_by_joints
+from stiffcal.reduction.work_of_load import left_by_joints
 
 # Of the numerical derivative; the longest step and the last one; rad.
 STEP, LONGEST, LAST = 1e-5, 0.5, 1e-4
@@ -33,13 +34,14 @@ def other_zeros(states: LoadStates, chain: Chain) -> Iterator[CountedAngles]:
     for joint, name in enumerate(chain.joint_names):
         if chain.prismatic[joint]:
             continue
-        turn = _best_turn(states, chain, joint)
-        degrees = f"{np.degrees((turn + np.pi) % (2.0 * np.pi) - np.pi):+.1f}°"
+        turn = (_best_turn(states, chain, joint) + np.pi) % (2.0 * np.pi) - np.pi
+        degrees = f"{np.degrees(turn):+.1f}°"
         yield CountedAngles(
             _turned(states.joints, joint, turn),
             f"joint {name}",
             f"{degrees} at joint {name}",
             f"correct theta_deg of joint {name} in the robot file by {degrees}, or the column of its angle",
+            InputChange(ChangeKind.ZERO, (name,), (turn,)),
         )
 
 

@@ -8,13 +8,14 @@ where many more readings than parameters are left, and what is left is raised by
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
@@ -40,12 +41,33 @@ class KinematicsCorrection:
     """Median distance that is left, raised by the share of the readings that the parameters take."""
     n_parameters: int
     """How many numbers were fitted."""
-    words: str
-    """What was changed, with its size: "the tracker frame rotated by 1.7°"."""
-    mend: str
-    """What to correct."""
-    parts: frozenset[str]
-    """What was fitted, by name: a correction that holds all parts of another one is no alternative to it."""
+    changes: tuple[InputChange, ...]
+    """What was changed, with its size."""
+    prismatic: frozenset[str] = frozenset()
+    """Names of joints whose zero is a length."""
+
+    @property
+    def parts(self) -> frozenset[tuple[ChangeKind, str]]:
+        """What was fitted: a correction that holds all parts of another one is no alternative to it."""
+        return frozenset(
+            (change.kind, name)
+            for change in self.changes
+            for name in (change.names if change.kind is ChangeKind.ZERO else [""])
+        )
+
+    @property
+    def words(self) -> str:
+        """What was changed, as in "the tracker frame rotated by 1.7°"."""
+        return " and ".join(_words(change, self.prismatic) for change in self.changes)
+
+    @property
+    def mend(self) -> str:
+        """What to correct."""
+        first = self.changes[0]
+        if first.kind is not ChangeKind.ZERO:
+            return MENDS[first.kind]
+        keys = sorted({"d_m" if name in self.prismatic else "theta_deg" for name in first.names}, reverse=True)
+        return f"correct {' and '.join(keys)} in robot.toml, or the zero of the controller"
 
 
 def corrections(states: LoadStates, chain: Chain, estimated: bool) -> list[KinematicsCorrection]:
@@ -64,27 +86,29 @@ def corrections(states: LoadStates, chain: Chain, estimated: bool) -> list[Kinem
     return sorted(as_good, key=lambda correction: correction.n_parameters) + candidates[len(as_good) :]
 
 
-def correcting_words(states: LoadStates, chain: Chain, estimated: bool, most_m: float) -> tuple[str, str]:
-    """Return which corrections make kinematics meet, in words, and the mend of the first.
+def meeting_corrections(states: LoadStates, chain: Chain, estimated: bool, most_m: float) -> list[KinematicsCorrection]:
+    """Return the corrections that make kinematics meet, the one to name first, then those that do as well.
 
     Parameters
     ----------
     states, chain, estimated : as of `corrections`. most_m : a correction that leaves more, m, is none.
-
-    Returns
-    -------
-    words, mend : "" where no correction explains the distance.
     """
     meeting = [correction for correction in corrections(states, chain, estimated) if correction.left_m <= most_m]
-    if not meeting:
-        return "", ""
-    first = meeting[0]
-    words, mentioned = f"; with {first.words} they agree within {1e3 * first.left_m:.1f} mm", [first]
+    named = meeting[:1]
     for other in meeting[1:]:
-        if other.left_m <= AS_GOOD * first.left_m and not any(other.parts >= one.parts for one in mentioned):
-            words += f"; or with {other.words}, within {1e3 * other.left_m:.1f} mm"
-            mentioned.append(other)
-    return words, first.mend
+        if other.left_m <= AS_GOOD * named[0].left_m and not any(other.parts >= one.parts for one in named):
+            named.append(other)
+    return named
+
+
+def correcting_words(meeting: Sequence[KinematicsCorrection]) -> str:
+    """Return which corrections make kinematics meet, in words; "" where none does."""
+    return "".join(
+        f"; with {one.words} they agree within {1e3 * one.left_m:.1f} mm"
+        if one is meeting[0]
+        else f"; or with {one.words}, within {1e3 * one.left_m:.1f} mm"
+        for one in meeting
+    )
 
 
 def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Iterator[KinematicsCorrection]:
@@ -94,25 +118,26 @@ def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Itera
     frame, target, zeros = list(range(6)), [6, 7, 8], list(range(9, 9 + n_joints))
     always = frame if estimated else []
     if not estimated:
-        yield from problem.corrections(frame, {"frame"}, lambda x: (_frame_words(x[:6]), FRAME_MEND))
-    yield from problem.corrections(always + target, {"target"}, lambda x: (_target_words(x[6:9]), TARGET_MEND))
+        yield from problem.corrections(frame, lambda x: (_frame(x),))
+    yield from problem.corrections(always + target, lambda x: (_target(x),))
     for joint in range(n_joints):
         # a zero of the first joint turns all poses about the base: not identifiable where the frame is fitted too
-        words = partial(_zero_words, chain, [joint])
         for start in (0.0,) if chain.prismatic[joint] else QUARTERS:
-            yield from problem.corrections([*always, 9 + joint], {f"zero {joint}"}, words, start)
+            yield from problem.corrections([*always, 9 + joint], partial(_zeros, chain, [joint]), start)
     if not estimated:
-        yield from problem.corrections(
-            frame + target,
-            {"frame", "target"},
-            lambda x: (f"{_frame_words(x[:6])} and {_target_words(x[6:9])}", FRAME_MEND),
-        )
-    words = partial(_zero_words, chain, list(range(n_joints)))
-    yield from problem.corrections(always + zeros, {f"zero {joint}" for joint in range(n_joints)}, words)
+        yield from problem.corrections(frame + target, lambda x: (_frame(x), _target(x)))
+    yield from problem.corrections(always + zeros, partial(_zeros, chain, list(range(n_joints))))
 
 
-FRAME_MEND = "correct the tracker's frame, or write estimate = true there to estimate it from these poses"
-TARGET_MEND = "correct the target's frame, or write estimate = true there to estimate it from these poses"
+MENDS = {
+    ChangeKind.TRACKER_FRAME: (
+        "correct the tracker's frame, or write estimate = true there to estimate it from these poses"
+    ),
+    ChangeKind.TARGET: "correct the target's frame, or write estimate = true there to estimate it from these poses",
+    ChangeKind.POSE_ORDER: (
+        "joint angles and positions of different poses are combined: use the same order of rows or files"
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -133,7 +158,7 @@ class _Problem:
         return np.asarray(turned - place - np.einsum("nij,j->ni", rotation, x[6:9]))
 
     def corrections(
-        self, free: list[int], parts: set[str], words: Callable[[Floats], tuple[str, str]], start: float = 0.0
+        self, free: list[int], changes: Callable[[Floats], tuple[InputChange, ...]], start: float = 0.0
     ) -> Iterator[KinematicsCorrection]:
         """Yield the correction with these parameters free, the last of them from a start; none if they stay open."""
         n_readings = 3 * len(self.states)
@@ -156,7 +181,8 @@ class _Problem:
             return
         away = np.linalg.norm(self.residual(x), axis=1)
         remaining_m = float(np.median(away)) * np.sqrt(n_readings / (n_readings - len(free)))
-        yield KinematicsCorrection(remaining_m, len(free), *words(x), frozenset(parts))
+        slides = frozenset(name for k, name in enumerate(_names(self.chain, x.size - 9)) if self.chain.prismatic[k])
+        yield KinematicsCorrection(remaining_m, len(free), changes(x), slides)
 
 
 def _order_corrections(states: LoadStates, chain: Chain) -> Iterator[KinematicsCorrection]:
@@ -173,41 +199,57 @@ def _order_corrections(states: LoadStates, chain: Chain) -> Iterator[KinematicsC
         return
     names = [states.runs[run].name for run in states.run]
     left = float(np.median(away[np.arange(len(order)), order]))
-    pairs = ", ".join(f"“{names[k]}” has the position of “{names[order[k]]}”" for k in moved[:4])
-    suffix = f" and {len(moved) - 4} more" if len(moved) > 4 else ""
-    yield KinematicsCorrection(
-        left, len(moved), f"the poses in another order ({pairs}{suffix})",
-        "joint angles and positions of different poses are combined: use the same order of rows or files",
-        frozenset({"order"}),
-    )  # fmt: skip
+    change = InputChange(ChangeKind.POSE_ORDER, tuple(name for k in moved for name in (names[k], names[order[k]])))
+    yield KinematicsCorrection(left, len(moved), (change,))
 
 
-def _frame_words(x: Floats) -> str:
-    angle = np.degrees(np.linalg.norm(x[:3]))
-    axis = x[:3] / max(float(np.linalg.norm(x[:3])), 1e-12)
-    about = ", ".join(f"{part:.2f}" for part in axis)
-    translation = ", ".join(f"{1e3 * part:.1f}" for part in x[3:6])
-    return (
-        f"the tracker frame rotated by {angle:.2g}° about ({about}) through the centre of the positions and moved by "
-        f"({translation}) mm in base axes"
-    )
+def _frame(x: Floats) -> InputChange:
+    return InputChange(ChangeKind.TRACKER_FRAME, sizes=tuple(x[:6].tolist()))
 
 
-def _target_words(x: Floats) -> str:
-    return f"the target moved by ({', '.join(f'{1e3 * part:.1f}' for part in x)}) mm in its own axes"
+def _target(x: Floats) -> InputChange:
+    return InputChange(ChangeKind.TARGET, sizes=tuple(x[6:9].tolist()))
 
 
-def _zero_words(chain: Chain, joints: list[int], x: Floats) -> tuple[str, str]:
-    names = chain.joint_names
+def _zeros(chain: Chain, joints: list[int], x: Floats) -> tuple[InputChange, ...]:
+    names = _names(chain, x.size - 9)
+    sizes = [float(x[9 + k]) if chain.prismatic[k] else _wrap_angle(x[9 + k]) for k in joints]
+    return (InputChange(ChangeKind.ZERO, tuple(names[k] for k in joints), tuple(sizes)),)
+
+
+def _names(chain: Chain, n_joints: int) -> tuple[str, ...]:
+    return (*chain.joint_names, *(str(k + 1) for k in range(len(chain.joint_names), n_joints)))
+
+
+def _words(change: InputChange, prismatic: frozenset[str]) -> str:
+    """Return a fitted change in words, with its size."""
+    x = np.array(change.sizes)
+    if change.kind is ChangeKind.TRACKER_FRAME:
+        angle = np.degrees(np.linalg.norm(x[:3]))
+        axis = x[:3] / max(float(np.linalg.norm(x[:3])), 1e-12)
+        about = ", ".join(f"{part:.2f}" for part in axis)
+        return (
+            f"the tracker frame rotated by {angle:.2g}° about ({about}) through the centre of the positions and moved "
+            f"by ({_millimetres(x[3:])}) mm in base axes"
+        )
+    if change.kind is ChangeKind.TARGET:
+        return f"the target moved by ({_millimetres(x)}) mm in its own axes"
+    if change.kind is ChangeKind.POSE_ORDER:
+        pairs = [
+            f"“{own}” has the position of “{other}”"
+            for own, other in zip(change.names[::2], change.names[1::2], strict=True)
+        ]
+        suffix = f" and {len(pairs) - 4} more" if len(pairs) > 4 else ""
+        return f"the poses in another order ({', '.join(pairs[:4])}{suffix})"
     parts = [
-        f"{1e3 * x[9 + k]:+.2f} mm at joint {names[k]}"
-        if chain.prismatic[k]
-        else f"{np.degrees(_wrap_angle(x[9 + k])):+.2f}° at joint {names[k] if k < len(names) else k + 1}"
-        for k in joints
+        f"{1e3 * size:+.2f} mm at joint {name}" if name in prismatic else f"{np.degrees(size):+.2f}° at joint {name}"
+        for name, size in zip(change.names, change.sizes, strict=True)
     ]
-    text = "other zeros of the joint angles: " + ", ".join(parts)
-    keys = sorted({"d_m" if chain.prismatic[k] else "theta_deg" for k in joints}, reverse=True)
-    return text, f"correct {' and '.join(keys)} in robot.toml, or the zero of the controller"
+    return "other zeros of the joint angles: " + ", ".join(parts)
+
+
+def _millimetres(lengths: Floats) -> str:
+    return ", ".join(f"{1e3 * part:.1f}" for part in lengths)
 
 
 def _wrap_angle(angle: float) -> float:

@@ -18,6 +18,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.escapes import toml_text
+from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
@@ -37,7 +38,7 @@ LENGTH_FACTORS = {
 # Of some rows, the unit that the others have.
 OTHER_UNIT = {25.4: " where the others are in millimetres", 1.0 / 25.4: " where the others are in inches"}
 # The factor, the unit that the angles are in, the unit that the others are in.
-ANGLE_FACTORS = ((np.pi / 180.0, "degrees", "radians"), (180.0 / np.pi, "radians", "degrees"))
+ANGLE_FACTORS = ((np.pi / 180.0, "degrees", "radians", "deg"), (180.0 / np.pi, "radians", "degrees", "rad"))
 # What is added to the logged angle, and by how much that is then too large.
 TURNS = {np.pi / 2: ("90°", "90° too small"), -np.pi / 2: ("−90°", "90° too large"), np.pi: ("180°", "off by 180°")}
 AXES = "XYZ"
@@ -68,6 +69,8 @@ class PlaceChange:
     """Whether all rows can have the mistake: what frames and targets take up can be that of some rows alone."""
     file: Literal["table", "manifest", "robot"] = "table"
     """In which file the place is, where all rows have the mistake."""
+    change: InputChange | None = None
+    """The same as values; None where it is no change of a joint's angles or of the order of rows."""
 
 
 def changes_of_rows(states: LoadStates, chain: Chain, places: MeasuredPlaces) -> Iterator[PlaceChange]:
@@ -134,6 +137,7 @@ def moved_positions(places: MeasuredPlaces) -> Iterator[PlaceChange]:
             yield PlaceChange(
                 code, replace(places, measured=moved), place, f"all places moved {direction} by {rows}",
                 f"move the columns of the places {direction} by {rows} against those of the joint angles",
+                change=InputChange(ChangeKind.POSE_ORDER, sizes=(float(n if direction == "down" else -n),)),
             )  # fmt: skip
     yield PlaceChange(
         code, replace(places, measured=places.measured[::-1]), place, "the order of the positions reversed",
@@ -197,6 +201,7 @@ def _angles(states: LoadStates, chain: Chain) -> Iterator[PlaceChange]:
             code, with_joint(joint, -1.0, 0.0), f"joint {name}", f"the sign of joint {name} changed",
             f"change the sign of direction of joint {name} in robot.toml, or of the column of its {what}",
             f"the {what} of joint {name} has the wrong sign", of_angles=True,
+            change=InputChange(ChangeKind.DIRECTION, (name,)),
         )  # fmt: skip
         for factor in (1e3, 1e-3) if slides[joint] else ():
             yield PlaceChange(
@@ -211,13 +216,15 @@ def _angles(states: LoadStates, chain: Chain) -> Iterator[PlaceChange]:
                 code, with_joint(joint, 1.0, turn), f"joint {name}", f"the zero of joint {name} moved by {words}",
                 f"correct theta_deg of joint {name} in robot.toml by {words}, or the column of its angle",
                 f"the angle of joint {name} is {off}", of_angles=True,
+                change=InputChange(ChangeKind.ZERO, (name,), (turn,)),
             )  # fmt: skip
-    for factor, words, others in ANGLE_FACTORS:
+    for factor, words, others, unit in ANGLE_FACTORS:
         turned = np.where(slides, 1.0, factor) * states.joints
         yield PlaceChange(
             FaultCode.UNIT_IMPLAUSIBLE, with_angles(turned), "joints.units.position",
             f"joint angles read as {words}", f"all joint angles are in {words}: correct units of the joints",
             f"joint angles are in {words} where the others are in {others}", of_angles=True, file="manifest",
+            change=InputChange(ChangeKind.ANGLE_UNIT, value=unit),
         )  # fmt: skip
         for joint, name in turning:
             yield PlaceChange(
@@ -225,11 +232,13 @@ def _angles(states: LoadStates, chain: Chain) -> Iterator[PlaceChange]:
                 f"the angle of joint {name} read as {words}",
                 f"the angles of joint {name} are in {words}: correct their column",
                 f"the angle of joint {name} is in {words} where the others are in {others}", of_angles=True,
+                change=InputChange(ChangeKind.ANGLE_UNIT, (name,), value=unit),
             )  # fmt: skip
     for coupled in coupled_angles(states.joints, chain):
         yield PlaceChange(
             code, with_angles(coupled.joints), coupled.place, coupled.words, coupled.mend,
             f"the angles of {coupled.place} are counted together where those of the others are not", of_angles=True,
+            change=coupled.change,
         )  # fmt: skip
     for first, second in combinations(range(len(names)), 2):
         joints = states.joints.copy()
@@ -238,7 +247,7 @@ def _angles(states: LoadStates, chain: Chain) -> Iterator[PlaceChange]:
         yield PlaceChange(
             code, with_angles(joints), f"joints {pair}", f"the angles of joints {pair} interchanged",
             f"interchange the columns of joints {pair}", f"the angles of joints {pair} are interchanged",
-            of_angles=True,
+            of_angles=True, change=InputChange(ChangeKind.JOINT_ORDER, (names[second], names[first])),
         )  # fmt: skip
     yield PlaceChange(
         code, with_angles(states.joints[:, ::-1]), "joints", "the order of the joints reversed",

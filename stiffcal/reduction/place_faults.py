@@ -169,7 +169,8 @@ def _of_the_table(table: TableRows, places: MeasuredPlaces, usual: float) -> Fau
     reason = f"{missed}, and with {change.words} by {1e3 * distance:.2g} mm{also}"
     files = {"robot": campaign.manifest.robot, "manifest": MANIFEST_FILE}
     file = files.get(change.file) or table.file(of_angles=change.of_angles)
-    return Fault(change.code, file, change.place, reason, change.mend)
+    mending = () if change.change is None else (change.change,)
+    return Fault(change.code, file, change.place, reason, change.mend, changes=mending)
 
 
 def _spread(places: MeasuredPlaces) -> float:

@@ -20,8 +20,9 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.quantities import unit
 from stiffcal.reduction.angle_conventions import counted_otherwise
-from stiffcal.reduction.consistency import FOLLOWS, MISSES_M, TURNED_RAD, explained_by_joints
+from stiffcal.reduction.consistency import MISSES_M, TURNED_RAD
 from stiffcal.reduction.joint_zeros import other_zeros
+from stiffcal.reduction.work_of_load import FOLLOWS, explained_by_joints, left_by_joints
 
 # Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
 # shows is looked at, so that a stiff direction of a single pose is no matter.
@@ -141,12 +142,14 @@ def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: s
     ratio = max(1.0 - explained, NOTHING_LEFT) / max(1.0 - share, NOTHING_LEFT)
     if float(fdtrc(free, free - 1, ratio)) * len(tried) > BY_CHANCE:
         return []
+    left, measured = left_by_joints(some, chain)
+    rms_m = float(np.sqrt(np.mean(left**2)))
     reason = (
-        f"joint springs explain {100.0 * explained:.3g} % of the deflection, and {100.0 * share:.3g} % with "
-        f"{best.words}: {np.sqrt(ratio):.3g} times as much is left as declared"
+        f"joint springs leave {1e3 * rms_m:.3g} of {1e3 * float(np.sqrt(np.mean(measured**2))):.3g} mm of the "
+        f"deflections, and {1e3 * rms_m / np.sqrt(ratio):.3g} mm with {best.words}"
     )
     at = "." if best.code is FaultCode.UNIT_IMPLAUSIBLE else ": "  # a key of the manifest, or joints
-    return [Fault(best.code, file, f"{place}{at}{best.place}", reason, best.mend)]
+    return [Fault(best.code, file, f"{place}{at}{best.place}", reason, best.mend, changes=(best.change,))]
 
 
 def _moves_the_target(states: LoadStates, joints: Floats, chain: Chain) -> bool:

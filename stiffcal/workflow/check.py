@@ -335,7 +335,7 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReadRun
     """Return the summaries of the runs that give load states."""
     import numpy as np
 
-    from stiffcal.reduction.consistency import work_of_runs
+    from stiffcal.reduction.work_of_load import work_of_runs
 
     clocks = {run.id: run.clocks for run in reduced}
     set_aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]

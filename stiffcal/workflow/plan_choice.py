@@ -10,7 +10,8 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
-from stiffcal.errors import InputError
+from stiffcal.errors import Fault, InputError
+from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.plan_candidates import Candidates, refined_around
 from stiffcal.workflow.plan_goals import LOOK_ALIKES, STIFFNESS, PredictedArea, WantedGoal
@@ -85,7 +86,11 @@ def chosen_runs(
         # of those that differ each as often as all of the runs need
         repeats = plan.repeats * -(-purpose.n_runs // error.found)
         mend = f"plan {error.found} runs, widen limits_deg, allow more directions, or write repeats = {repeats}"
-        raise InputError.at(FaultCode.POSE_UNREACHABLE, PLAN_FILE, "runs", reason, mend) from None
+        changes = (
+            InputChange(ChangeKind.RUNS, sizes=(float(error.found),)),
+            InputChange(ChangeKind.REPEATS, sizes=(float(repeats),)),
+        )
+        raise InputError(Fault(FaultCode.POSE_UNREACHABLE, PLAN_FILE, "runs", reason, mend, changes=changes)) from None
 
 
 def _refined(

@@ -25,9 +25,9 @@ SOLVERS = {
     "diagnosis/normal_equations.py",  # folds and candidates, from inner products
     "experiments/clamped/state_noise.py",
     "propose/unnamed_states.py",  # the load at rest
-    "reduction/consistency.py",  # zero offsets of instruments
     "reduction/excitation.py",  # loads that a person chose
     "reduction/turned_sensor.py",  # turns of a force sensor, against springs
+    "reduction/work_of_load.py",  # springs that cannot be negative, of loads and deflections as read
 }
 
 # Reads bounds or a prior of a law's parameter.

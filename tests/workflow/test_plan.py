@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import re
 import shutil
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import load_plan
 from stiffcal.errors import InputError
+from stiffcal.fault_changes import ChangeKind
 from stiffcal.fault_codes import FaultCode
 from stiffcal.planning.design import information
 from stiffcal.planning.information import information_of_runs
@@ -234,10 +234,10 @@ def test_what_is_offered_where_runs_would_be_near_copies_makes_the_plan(irb4400:
     with pytest.raises(InputError) as raised:
         plan_campaign(with_plan(irb4400, "runs = 20\n" + text))
     (fault,) = raised.value.faults
-    (repeats,) = re.findall(r"repeats = \d+", fault.mend)
-    assert len(plan_campaign(with_plan(irb4400, f"runs = 20\n{repeats}\n" + text)).runs) == 20
-    (fewer,) = re.findall(r"plan (\d+) runs", fault.mend)
-    assert len(plan_campaign(with_plan(irb4400, f"runs = {fewer}\n" + text)).runs) == int(fewer)
+    offered = {change.kind: int(*change.sizes) for change in fault.changes}
+    repeats, fewer = offered[ChangeKind.REPEATS], offered[ChangeKind.RUNS]
+    assert len(plan_campaign(with_plan(irb4400, f"runs = 20\nrepeats = {repeats}\n" + text)).runs) == 20
+    assert len(plan_campaign(with_plan(irb4400, f"runs = {fewer}\n" + text)).runs) == fewer
 
 
 def test_the_load_of_a_plan_is_more_than_the_springs_hold(irb4400: Path) -> None:
