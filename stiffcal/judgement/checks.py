@@ -17,6 +17,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.judge import f_tail
 from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.rows_off import off_mask
 
 
 class CheckKind(Enum):
@@ -58,7 +59,7 @@ class _LeftOver:
     run: Integers
     """(n,) number of each state's run."""
     off: Booleans
-    """(n,) True for states of runs that are off: they follow no model."""
+    """(n,) True for states that are off, or of runs that are: they follow no model."""
 
     @classmethod
     def of(cls, judged: Judged) -> _LeftOver:
@@ -84,7 +85,7 @@ class _LeftOver:
         taken = np.sum(basis[: rows.shape[1]] ** 2, axis=1)
         free = np.where(ground.space.data.measured_mask, 1.0 - ground.space.offsets.leverage(), 0.0)
         runs = ground.space.data.run
-        off = np.isin(runs, [run for one in members for run in one.runs])
+        off = off_mask(runs, ground.space.data.index, (off for one in members for off in one.off))
         return cls((left**2).reshape(shape), free - taken.reshape(shape), runs, off)
 
     def against_noise(self, judged: Judged) -> Iterator[Check]:

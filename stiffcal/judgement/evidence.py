@@ -241,11 +241,11 @@ class SetEvidence:
         bounded = np.concatenate([self.members[i].bounded for i in chosen])
         sizes = np.stack([self._first_sizes(i, t) for i in chosen], axis=1)
         lines: list[Floats] = [np.zeros((t, 0))] * len(chosen)
-        others: list[Integers | None] = [None] * len(chosen)
+        others: list[Integers] = [np.zeros(0, dtype=np.int64)] * len(chosen)
         for _ in range(SWEEPS):
             for j, i in enumerate(chosen):
                 now = np.delete(sizes, j, axis=1)
-                if others[j] is None or not np.array_equal(others[j], now):
+                if not np.array_equal(others[j], now):
                     lines[j] = self._line(own, chosen, sizes, j, bounded) + self.members[i].log_weights
                     sizes[:, j], others[j] = np.argmax(lines[j], axis=1), now
             if all(np.array_equal(others[j], np.delete(sizes, j, axis=1)) for j in range(len(chosen))):

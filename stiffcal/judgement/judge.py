@@ -20,17 +20,19 @@ from stiffcal.identification.weights import residual_noise
 from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import NoiseScale, Shared
 from stiffcal.judgement.ground import Ground, columns_of
-from stiffcal.judgement.members import Member, list_members, run_columns, unlisted_columns
+from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.priors import (
-    DOUBTED_RUN,
+    ALONE,
     JOINT_SPRING,
     OF_LOADS,
     OF_TIME,
     STATED_NOISE_DOF,
     MemberKind,
     RobotScale,
+    log_odds_of_doubt,
 )
 from stiffcal.judgement.rivals import with_rivals_refitted
+from stiffcal.judgement.rows_off import Off, off_mask, rows_off
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
 from stiffcal.judgement.weight import WeightOfLinks, shown
@@ -61,8 +63,8 @@ class Judged:
     """… and the set of them, with the unlisted laws of the best set."""
     rounds: int
     """Models about which members were compared."""
-    aside: Mapping[int, float] = field(default_factory=dict)
-    """Runs that took no part, as they are off, with the probability of that about the last model."""
+    aside: Mapping[Off, float] = field(default_factory=dict)
+    """Runs and states that took no part, as they are off, with the probability of that about the last model."""
 
     @property
     def at_bound(self) -> bool:
@@ -113,17 +115,17 @@ def judge_states(
     fit = fit_observations(fit_problem(states, robot), robot, settings)
     campaign = _Campaign.of(states, fit, catalogue, settings)
     chosen = frozenset(_name_of(placed) for placed in fit.robot.placed if _is_member(placed))
-    aside = frozenset[int]()
+    aside = frozenset[Off]()
     tried = {(chosen, aside)}
     for number in range(1, ROUNDS + 1):
         judged = campaign.judged(fit, chosen, number)
         effects, without = _next_model(judged, aside)
         if (_names(effects), without) in tried:
-            judged = campaign.with_rivals(judged)
+            judged = campaign.with_rivals(judged, aside)
             effects, without = _next_model(judged, aside)
         if (_names(effects), without) in tried:
             judged = replace(judged, aside=campaign.asked_again(judged, aside))
-            without = frozenset(run for run, p in judged.aside.items() if p >= SET_ASIDE)
+            without = frozenset(off for off, p in judged.aside.items() if p >= SET_ASIDE)
         if (_names(effects), without) in tried:
             break
         try:
@@ -137,13 +139,13 @@ def judge_states(
     return judged
 
 
-def _next_model(judged: Judged, aside: frozenset[int]) -> tuple[list[Member], frozenset[int]]:
+def _next_model(judged: Judged, aside: frozenset[Off]) -> tuple[list[Member], frozenset[Off]]:
     """Return the effects of the model that is fitted next, and the runs that take no part in it.
 
     A run in another unit spoils the fit that all columns are about, and what was prepared with it is of another robot:
     it is set aside first, and effects are compared anew.
     """
-    off = {run for one in judged.best for run in one.runs}
+    off = {off for one in judged.best for off in one.off}
     effects = [one for one in judged.best if one.kind is MemberKind.EFFECT and (not off or one.name in judged.chosen)]
     return effects, aside | off
 
@@ -197,7 +199,7 @@ class _Campaign:
         geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
         return cls(states, fit.data, springs, candidates, scale, geometry, weight, settings)
 
-    def fit(self, chosen: Sequence[Member], aside: frozenset[int]) -> Fit:
+    def fit(self, chosen: Sequence[Member], aside: frozenset[Off]) -> Fit:
         """Return the fit of the model with some effects; runs that are off take no part."""
         added = tuple(
             PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape))
@@ -205,13 +207,12 @@ class _Campaign:
             if one.candidate is not None
         )
         robot = replace(self.springs, placed=(*self.springs.placed, *added))
-        kept = ~np.isin(self.states.run, sorted(aside)) if aside else None
+        kept = ~off_mask(self.states.run, np.arange(len(self.states)), aside) if aside else None
         return fit_observations(fit_problem(self.states, robot, kept), robot, self.settings)
 
-    def with_rivals(self, judged: Judged) -> Judged:
-        """Return a judgement with the nearest rivals of its set refitted."""
+    def with_rivals(self, judged: Judged, aside: frozenset[Off]) -> Judged:
+        """Return a judgement with the nearest rivals of its set refitted, what is off left out."""
         noise = _noise_of(judged.fit)
-        aside = frozenset(np.unique(self.states.run).tolist()) - frozenset(np.unique(self.data.run).tolist())
         weighed = with_rivals_refitted(
             judged.weighed,
             judged.own,
@@ -221,8 +222,8 @@ class _Campaign:
         )
         return replace(judged, weighed=weighed)
 
-    def asked_again(self, judged: Judged, aside: frozenset[int]) -> dict[int, float]:
-        """Return of each run that was set aside the probability that it is off, about the last model."""
+    def asked_again(self, judged: Judged, aside: frozenset[Off]) -> dict[Off, float]:
+        """Return of each run and state that was set aside the probability that it is off, about the last model."""
         if not aside:
             return {}
         fit = judged.fit
@@ -234,15 +235,17 @@ class _Campaign:
             for one in ground.present
         ]
         columns += [unlisted_columns(ground, laws[one.name].columns) for one in judged.best if one.name in laws]
-        runs = [(run, rows) for run, rows in ground.runs_off() if run in aside]
+        off = [(Off(run), off_columns(rows)) for run, rows in ground.runs_off() if Off(run) in aside]
+        states = frozenset(one.state for one in aside if one.state is not None)
+        off += [(one, off_columns(rows, ALONE)) for one, rows in rows_off(ground, states)]
         first = len(columns)
-        evidence = ground.evidence([*columns, *(run_columns(rows) for _, rows in runs)])
-        every = evidence.of_set(range(first + len(runs)))
+        evidence = ground.evidence([*columns, *(rows for _, rows in off)])
+        every = evidence.of_set(range(first + len(off)))
         found = {}
-        for number, (run, _) in enumerate(runs, start=first):
-            sound = evidence.of_set([i for i in range(first + len(runs)) if i != number])
-            odds = every - sound + np.log(DOUBTED_RUN / (1.0 - DOUBTED_RUN))
-            found[run] = float(1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0))))
+        for number, (one, _) in enumerate(off, start=first):
+            sound = evidence.of_set([i for i in range(first + len(off)) if i != number])
+            odds = every - sound + log_odds_of_doubt(one.state is not None)
+            found[one] = float(1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0))))
         return found
 
     def judged(self, fit: Fit, chosen: frozenset[str], number: int) -> Judged:

@@ -16,6 +16,7 @@ from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.exchanged import Exchange, ExchangedPart, exchanges
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.priors import (
+    ALONE,
     RUN_SIZES,
     UNLISTED_SIZES,
     MemberKind,
@@ -24,6 +25,7 @@ from stiffcal.judgement.priors import (
     log_odds,
     where,
 )
+from stiffcal.judgement.rows_off import Off, rows_off
 from stiffcal.judgement.shapes import shapes_of
 from stiffcal.judgement.unlisted import UnlistedLaw
 
@@ -47,8 +49,8 @@ class Member:
     log_prior: float = 0.0
     """Log odds of the member in this shape, before any reading."""
 
-    runs: tuple[int, ...] = ()
-    """Numbers of the runs that are off or exchanged."""
+    off: tuple[Off, ...] = ()
+    """Runs and states that are off or exchanged."""
 
     @property
     def kind(self) -> MemberKind:
@@ -82,6 +84,7 @@ def list_members(
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
     for run, rows in ground.runs_off():
         found.append(_run_off(run, rows))
+    found += [_row_off(off, rows) for off, rows in rows_off(ground)]
     found += [_exchanged(ground, one) for one in exchanges(ground)]
     names = {member.name: member.share for member in found}
     odds = dict(zip(names, log_odds(list(names.values())), strict=True))
@@ -96,16 +99,28 @@ def unlisted_columns(ground: Ground, columns: Floats) -> MemberColumns:
     return MemberColumns(rows / max(size, 1e-300), np.zeros(len(rows), dtype=np.bool_), UNLISTED_SIZES, even)
 
 
-def run_columns(rows: Floats) -> MemberColumns:
-    """Return the columns by which a run is off, in any way and without bound; rows (q, r) of rms one over the run."""
+def off_columns(rows: Floats, alone: float = 0.0) -> MemberColumns:
+    """Return the columns by which a run or a state is off, in any way and without bound.
+
+    Parameters
+    ----------
+    rows : (q, r) of rms one over the run, or of one noise each.
+    alone : probability that it is off in one component alone.
+    """
     even = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES))
-    return MemberColumns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even)
+    return MemberColumns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even, alone if len(rows) > 1 else 0.0)
 
 
 def _run_off(run: int, rows: Floats) -> Member:
-    """Return the member by which a run is off; rows as of `run_columns`."""
+    """Return the member by which a run is off; rows as of `off_columns`."""
     share = Share(f"run {run}", "off", MemberKind.MISTAKE, False)
-    return Member(f"run {run} off", share, None, {}, 0.0, run_columns(rows), runs=(run,))
+    return Member(f"run {run} off", share, None, {}, 0.0, off_columns(rows), off=(Off(run),))
+
+
+def _row_off(off: Off, rows: Floats) -> Member:
+    """Return the member by which a state is off; rows of one noise each."""
+    share = Share(f"state {off.state}", "off", MemberKind.ROW, False)
+    return Member(f"state {off.state} off", share, None, {}, 0.0, off_columns(rows, ALONE), off=(off,))
 
 
 def _exchanged(ground: Ground, one: Exchange) -> Member:
@@ -113,4 +128,4 @@ def _exchanged(ground: Ground, one: Exchange) -> Member:
     share = Share(f"runs {one.runs[0]} and {one.runs[1]}", one.part.value, MemberKind.MISTAKE, False)
     columns = MemberColumns(ground.space.rows(one.column[None]), np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
     of_all = -float(np.log(len(ExchangedPart) * max(len(ground.of_loads.runs) - 1, 1)))
-    return Member(one.name, share, None, {}, of_all, columns, runs=one.runs)
+    return Member(one.name, share, None, {}, of_all, columns, off=tuple(map(Off, one.runs)))

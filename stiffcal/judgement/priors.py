@@ -38,8 +38,10 @@ UNLISTED_SIZES = np.geomspace(0.05, 50.0, 7)
 """Grid of the rms over all readings that an unlisted law makes, in noises; each alike (log-uniform)."""
 DOUBTED_RUN = 0.01
 """Probability that a run is off: mislabelled, knocked, in another unit …"""
+DOUBTED_ROW = 0.001
+"""… and that a single reading is …"""
 RUN_SIZES = np.geomspace(2.0, 5000.0, 7)
-"""… and grid of the rms over its readings by which it is, in noises; each alike (log-uniform)."""
+"""… and grid of the rms by which they are, in noises; each alike (log-uniform)."""
 DISCREPANCIES = np.array([0.05, 0.14, 0.4, 1.1, 3.2, 9.0])
 """Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform) …"""
 NO_DISCREPANCY, OF_LOADS, OF_TIME = 0.5, 0.35, 0.15
@@ -72,6 +74,7 @@ class MemberKind(Enum):
     EFFECT = "effect"
     UNLISTED = "unlisted law"
     MISTAKE = "mistake in the data"
+    ROW = "reading that is off"
 
 
 @dataclass(frozen=True)
@@ -94,10 +97,16 @@ def log_odds(shares: Sequence[Share]) -> Floats:
     Of effects and laws: places alike, families within a place, forms within a family; a form or a shape more moves no
     other place.
     """
-    odds = np.full(len(shares), np.log(DOUBTED_RUN / (1.0 - DOUBTED_RUN)))
-    laws = [k for k, share in enumerate(shares) if share.kind is not MemberKind.MISTAKE]
+    odds = np.array([log_odds_of_doubt(share.kind is MemberKind.ROW) for share in shares])
+    laws = [k for k, share in enumerate(shares) if share.kind in (MemberKind.EFFECT, MemberKind.UNLISTED)]
     odds[laws] = _of_laws([shares[k] for k in laws])
     return odds
+
+
+def log_odds_of_doubt(row: bool) -> float:
+    """Return the log odds that a run, or a row of it, is off."""
+    p = DOUBTED_ROW if row else DOUBTED_RUN
+    return float(np.log(p / (1.0 - p)))
 
 
 def _of_laws(shares: Sequence[Share]) -> Floats:

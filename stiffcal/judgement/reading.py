@@ -13,6 +13,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.judgement.checks import Check, checks_of
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
+from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.sets import Key
 
@@ -52,8 +53,8 @@ class WhatIsMissing:
 
     groups: tuple[AlikeEffects, ...]
     """Those with a probability of a half and more."""
-    doubted: tuple[tuple[int, float], ...]
-    """Numbers of runs that are off, with a probability of a half and more."""
+    doubted: tuple[tuple[Off, float], ...]
+    """Runs and states that are off, with a probability of a half and more."""
     p_nothing: float
     """Probability that nothing shows more than half of the noise."""
     p_unknown: float
@@ -105,11 +106,11 @@ def read_off(judged: Judged) -> WhatIsMissing:
         ranked = sorted(shares.items(), key=lambda item: -item[1])
         groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm))
     unlisted = sum(value for key, value in sets.items() if any(members[i].kind is MemberKind.UNLISTED for i in key))
-    runs = _sums({key: frozenset(run for i in key for run in members[i].runs) for key in sets}, sets)
+    off = _sums({key: frozenset(one for i in key for one in members[i].off) for key in sets}, sets)
     shows = float(np.sum(weighed.of_discrepancy()[1:].reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
-    runs |= judged.aside
-    doubted = tuple((run, min(p, 1.0)) for run, p in sorted(runs.items()) if p >= NAMED)
+    off |= judged.aside
+    doubted = tuple((one, min(p, 1.0)) for one, p in sorted(off.items(), key=str) if p >= NAMED)
     return WhatIsMissing(
         tuple(groups),
         doubted,

@@ -33,7 +33,11 @@ def varied(judged: Judged) -> Iterator[Mapping[Key, float]]:
 def _odds_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
     """Vary how many effects are expected, how many laws that nobody has written down, and how many runs are off."""
     more = float(np.log(factor))
-    for kinds in ({MemberKind.EFFECT, MemberKind.UNLISTED}, {MemberKind.UNLISTED}, {MemberKind.MISTAKE}):
+    for kinds in (
+        {MemberKind.EFFECT, MemberKind.UNLISTED},
+        {MemberKind.UNLISTED},
+        {MemberKind.MISTAKE, MemberKind.ROW},
+    ):
         yield normalised(
             {
                 key: value + more * sum(judged.members[i].kind in kinds for i in key)

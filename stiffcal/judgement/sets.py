@@ -16,7 +16,7 @@ WITHIN = 9.0
 """Nats behind the best set up to which a set is enlarged."""
 CLOSE = 12
 """Additions to a set that are weighed exactly: those that gain most next to it."""
-MOST_NEW = {MemberKind.EFFECT: 2, MemberKind.UNLISTED: 1, MemberKind.MISTAKE: 3}
+MOST_NEW = {MemberKind.EFFECT: 2, MemberKind.UNLISTED: 1, MemberKind.MISTAKE: 3, MemberKind.ROW: 6}
 """Members of a set beyond those of the model: columns are straight lines, and next to what is large others bend."""
 MOST_EXPANDED = 14
 """Sets that are enlarged."""

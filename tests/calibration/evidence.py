@@ -28,6 +28,6 @@ def judge(campaign: FieldCampaign) -> Answer:
             if reached >= ALTERNATIVES:
                 break
         named.append(Named(tuple(names), group.probability, tuple(shares), group.firm))
-    doubted = tuple(run for run, _ in reading.doubted)
+    doubted = tuple(off.run for off, _ in reading.doubted if off.state is None)
     seconds = time.process_time() - start
     return Answer(tuple(named), reading.unexplained, doubted, reading.p_nothing, reading.p_unknown, seconds)

@@ -40,6 +40,7 @@ DOUBLED: Mapping[str, Mapping[str, Any]] = {
     "discrepancy.WAVES": {"WAVES": 40},
     "discrepancy.MOST_OF_RUN": {"MOST_OF_RUN": 84},
     "exchanged.KEPT": {"KEPT": 6},
+    "rows_off.KEPT": {"KEPT": 24},
     "priors.SIZES": {"SIZES": np.exp(np.log(5.0) * _SPREAD), "SIZE_WEIGHTS": np.exp(-0.5 * _SPREAD**2)},
     "priors.UNLISTED_SIZES": {"UNLISTED_SIZES": _finer(np.geomspace(0.05, 50.0, 7))},
     "priors.RUN_SIZES": {"RUN_SIZES": _finer(np.geomspace(2.0, 5000.0, 7))},
@@ -76,7 +77,7 @@ def probabilities(judged: Judged) -> dict[str, float]:
             names.add("an unlisted law")
         for name in names:
             found[name] = found.get(name, 0.0) + p
-    return found | {f"run {run}": p for run, p in judged.aside.items()}
+    return found | {f"run {off.run}, state {off.state}": p for off, p in judged.aside.items()}
 
 
 def table(seed: int, first: int, count: int) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from stiffcal.judgement.judge import Judged, judge_states
 from stiffcal.judgement.reading import read_off
+from stiffcal.judgement.rows_off import Off
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect
@@ -109,9 +111,38 @@ def test_a_run_in_another_unit_is_set_aside_before_effects_are_compared() -> Non
     judged = judge_states(campaign.states, campaign.model, built_in_effects())
     found = read_off(judged)
     assert campaign.runs == (ITS_RUN,)
-    ((run, probability),) = found.doubted
-    assert run == ITS_RUN
+    ((off, probability),) = found.doubted
+    assert off == Off(ITS_RUN)
     assert probability > 0.999
     assert found.groups == ()
     assert not found.unexplained
     assert ITS_RUN not in judged.fit.data.run
+
+
+EXCHANGED_SEED, EXCHANGED = 5, 156
+"""A campaign with nothing hidden, the angles of two runs exchanged."""
+
+
+def test_two_runs_with_exchanged_angles_are_set_aside_together() -> None:
+    """Either alone explains half: about a fit with both, three effects were named for them."""
+    campaign = draw_campaign(EXCHANGED_SEED, EXCHANGED)
+    found = read_off(judge_states(campaign.states, campaign.model, built_in_effects()))
+    assert {off for off, _ in found.doubted} == {Off(run) for run in campaign.runs}
+    assert found.groups == ()
+    assert not found.unexplained
+
+
+def test_a_single_reading_that_is_off_is_no_step() -> None:
+    """The first state of a run, eight noises off: a step between it and the others explains it as well."""
+    campaign = draw_campaign(SEED, NOTHING)
+    states = campaign.states
+    run = int(states.run[len(states) // 2])
+    first = int(np.flatnonzero(states.run == run)[0])
+    position = states.position.copy()
+    plain = judge_states(states, campaign.model, built_in_effects())
+    assert plain.fit.noise is not None
+    position[first, :, 0] += 8.0 * plain.fit.noise.translation
+    found = read_off(judge_states(replace(states, position=position), campaign.model, built_in_effects()))
+    assert [off for off, _ in found.doubted] == [Off(run, first)]
+    assert found.groups == ()
+    assert found.p_nothing > 0.9
