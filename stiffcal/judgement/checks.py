@@ -19,6 +19,9 @@ from stiffcal.diagnosis.judge import f_tail
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.rows_off import off_mask
 
+CHANCE = 0.003
+"""Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
+
 
 class CheckKind(Enum):
     """What is compared."""
@@ -40,6 +43,11 @@ class Check:
     """Probability of so large a ratio by chance; of several runs, of the largest of so many."""
     run: int | None = None
     """The run that scatters most."""
+
+    @property
+    def failed(self) -> bool:
+        """Whether what is left is no chance."""
+        return self.p_value < CHANCE
 
 
 def checks_of(judged: Judged) -> tuple[Check, ...]:

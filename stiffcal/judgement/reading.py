@@ -31,8 +31,6 @@ SHARED = 0.5
 """Share of an effect's squares that an unlisted law makes, from which it can be in its place."""
 SHOWS = 0.5
 """Of the noise: what shows less is nothing."""
-CHANCE = 0.003
-"""Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +63,7 @@ class WhatIsMissing:
     @property
     def failed(self) -> tuple[Check, ...]:
         """The checks that the best set does not pass."""
-        return tuple(check for check in self.checks if check.p_value < CHANCE)
+        return tuple(check for check in self.checks if check.failed)
 
     @property
     def unexplained(self) -> bool:
@@ -78,6 +76,9 @@ def read_off(judged: Judged) -> WhatIsMissing:
     weighed, members = judged.weighed, judged.members
     sets, straight = weighed.probabilities(), weighed.without_discrepancy()
     names = {key: frozenset(members[i].name for i in key) for key in sets}
+    checks = checks_of(judged)
+    # what is left shows that no hypothesis describes the readings: how they compare is then no certainty
+    failed = any(check.failed for check in checks)
     groups, taken = [], set[str]()
     every: list[Mapping[Key, float]] = []
     listed = {one.name for one in members if one.kind is MemberKind.EFFECT}
@@ -98,7 +99,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
         plain_shares = _within(own, others, straight, names)
         first = max(shares, key=lambda name: shares[name])
         sure = min(p, plain, shares[first], plain_shares.get(first, 0.0)) >= FIRM
-        firm = sure and not judged.at_bound and _unlisted_in_place(judged, leader, sets, names) < DOUBT
+        firm = sure and not failed and not judged.at_bound and _unlisted_in_place(judged, leader, sets, names) < DOUBT
         if firm:
             every = every or list(varied(judged))
             firm = all(_sure(first, own, others, one, names) >= STILL_FIRM for one in every)
@@ -116,7 +117,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
         doubted,
         float(max(small * (1.0 - shows), 0.0)),
         float(1.0 - (1.0 - unlisted) * (1.0 - shows)),
-        checks_of(judged),
+        checks,
     )
 
 
