@@ -178,8 +178,9 @@ def _joints(columns: list[SniffedColumn]) -> Role | None:
 def _triples(columns: list[SniffedColumn], body: str) -> dict[str, Role]:
     """Find the groups of three columns x, y and z; of several bodies that with an orientation, else the first."""
     groups: dict[tuple[Reading, str, frozenset[str], str], dict[int, tuple[SniffedColumn, Component]]] = {}
+    of_arrays = _components_of_arrays(columns)
     for column in columns:
-        found = component_of(column.name, column.unit)
+        found = component_of(of_arrays.get(column, column.name), column.unit)
         if found is not None:
             groups.setdefault((found.reading, found.stem, found.places, found.body), {})[found.axis] = column, found
     complete = [(key[0], group) for key, group in groups.items() if len(group) == 3]
@@ -196,6 +197,25 @@ def _triples(columns: list[SniffedColumn], body: str) -> dict[str, Role]:
         doubt = _DOUBTS.get(chosen.columns[0].name.lower()[:1], "") if unclear else ""
         roles[reading] = replace(chosen, others=others, doubt=doubt)
     return roles
+
+
+_ELEMENT = re.compile(r"(.{1,200})\[([0-9])\]")
+_WRENCHES = ("wrench", "ft", "forcetorque", "force")
+
+
+def _components_of_arrays(columns: list[SniffedColumn]) -> dict[SniffedColumn, str]:
+    """Return the names x, y, z of the elements of arrays: three of one kind, or three forces before three moments."""
+    elements: dict[str, dict[int, SniffedColumn]] = {}
+    for column in columns:
+        if (match := _ELEMENT.fullmatch(column.name)) is not None:
+            elements.setdefault(match[1], {})[int(match[2])] = column
+    names: dict[SniffedColumn, str] = {}
+    for stem, array in elements.items():
+        if sorted(array) == [0, 1, 2]:
+            names |= {array[k]: f"{stem} {axis}" for k, axis in enumerate("xyz")}
+        elif sorted(array) == list(range(6)) and "".join(re.split(r"[\W_]+", stem.lower())).endswith(_WRENCHES):
+            names |= {array[k]: f"{'force' if k < 3 else 'torque'} {'xyz'[k % 3]}" for k in range(6)}
+    return names
 
 
 # A displacement under load is smaller, in the unit that makes most of it: what is larger is a place.

@@ -261,9 +261,10 @@ def _delimiter(lines: Sequence[str], wanted: Collection[str], skip_rows: int | N
 def _merit(
     judged: Sequence[str], below: Sequence[str], delimiter: str, wanted: Collection[str], decimal: str | None
 ) -> tuple[bool, float, int, int]:
-    """Return what speaks for a delimiter: wanted names, share of cells that are numbers, a header as wide, cells.
+    """Return what speaks for a delimiter: wanted names, share of the text that is numbers, a header as wide, cells.
 
     A header of just as many names speaks for it more than a wider one: blanks cut dates into two, and units off names.
+    Text rather than cells: a date that blanks cut into two would count twice.
     """
     rows, _ = rows_of_lines(below, delimiter)
     names, _ = rows_of_lines(judged[: _LINES_JUDGED + 1], delimiter)
@@ -273,8 +274,8 @@ def _merit(
     counts = Counter(len(row) for row in rows if any(is_reading(cell, mark, thousands) for cell in row))
     width = max(counts, key=lambda own: (counts[own], own)) if counts else max(map(len, rows), default=0)
     filled = [cell for row in rows if len(row) == width for cell in row if cell]
-    numbers = sum(is_reading(cell, mark, thousands) or is_gap(cell) for cell in filled)
-    share = numbers / max(1, sum(1 for row in rows for cell in row if cell))
+    numbers = sum(len(cell) for cell in filled if is_reading(cell, mark, thousands) or is_gap(cell))
+    share = numbers / max(1, sum(len(cell) for row in rows for cell in row))
     of_words = [row for row in names if not any(is_reading(cell, mark, thousands) for cell in row)]
     as_wide = max((1 + (len(row) == width) for row in of_words if len(row) >= width), default=0)
     return held, round(share, 2), as_wide, width

@@ -367,6 +367,7 @@ def _kinematics(campaign: Campaign, states: LoadStates) -> CheckedKinematics:
 
 def _joints(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint], list[str]]:
     """Return the torques of the loads on each joint, and what is missing to identify it."""
+    from stiffcal.campaign.signals import DeadWeight, Wrench
     from stiffcal.reduction.excitation import joint_excitation
 
     if states.clamped.all():
@@ -383,4 +384,8 @@ def _joints(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint],
         )
         for entry in entries
     ]
+    if not any(isinstance(signal, Wrench | DeadWeight) for _, _, signal in campaign.manifest.signals()):
+        return joints, [
+            "no source of campaign.toml reads a load: add wrench to the one that logs forces, or mass to a table"
+        ]
     return joints, [f"joint {entry.name}: {entry.verdict}" for entry in entries if not entry.identifiable]

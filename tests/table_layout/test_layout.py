@@ -156,3 +156,10 @@ def test_a_header_that_is_known_counts_whatever_else_is_there() -> None:
     rows = [["A", "B"], ["t", "Fx"], ["0", "1"], ["1", "2"]]
     assert layout_of_rows(rows, header_row=0).first_data_row == 1
     assert layout_of_rows(rows, wanted=("t", "Fx")).header_row == 1
+
+
+def test_a_date_does_not_count_twice_where_blanks_would_cut_it() -> None:
+    """With a column of words a tab cuts a smaller share of the cells into numbers than blanks do."""
+    rows = [f"21.11.2026 10:15:0{k},000\t862,06{k}\t75,47\t391,83\tok" for k in range(9)]
+    found = text_layout("\n".join(["Zeitpunkt\tX / mm\tY / mm\tZ / mm\tStatus", *rows, ""]), "utf-8")
+    assert (found.delimiter, found.columns) == ("\t", ("Zeitpunkt", "X / mm", "Y / mm", "Z / mm", "Status"))

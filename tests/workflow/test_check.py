@@ -89,6 +89,17 @@ def test_a_joint_that_sees_no_torque_is_named(tmp_path: Path) -> None:
     assert any("A1" in line and "no torque" in line for line in document["missing"])
 
 
+def test_sources_without_a_load_are_one_thing_that_is_missing(tmp_path: Path) -> None:
+    """Not one for each joint: what the instruments log lies in files that nothing reads."""
+    folder = first_run_alone(tmp_path)
+    without = re.sub(
+        r"(?ms)^\[sources\.ft\.wrench\].*?(?=^\[|\Z)", "", (folder / "campaign.toml").read_text(encoding="utf-8")
+    )
+    without = re.sub(r"(?ms)^\[sources\.ft\].*?(?=^\[)", "", without)
+    (folder / "campaign.toml").write_text(re.sub(r'\bft = "[^"]*", ', "", without), encoding="utf-8")
+    assert len(check_campaign(folder).missing) == 1
+
+
 def test_a_fault_of_the_table_has_line_and_column(tmp_path: Path) -> None:
     folder = folder_of(tmp_path, MANIFEST)
     edit(folder / "raw/table.csv", ("0,-30,30,0,0.2", "0,-30,30,0,oops"))
