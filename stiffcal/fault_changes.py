@@ -26,6 +26,8 @@ class ChangeKind(StrEnum):
     ACTS_ON = "acts-on"
     SENSOR_AXES = "sensor-axes"
     WRENCH_COLUMNS = "wrench-columns"
+    WRENCH_SIGN = "wrench-sign"
+    DISPLACEMENT_AXES = "displacement-axes"
     RUNS = "runs"
     REPEATS = "repeats"
 

@@ -44,7 +44,12 @@ from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.rounded_copies import RoundedCopies
 from stiffcal.reduction.stopped_targets import stopped_targets
 from stiffcal.reduction.turned_sensor import turned_sensor
-from stiffcal.reduction.unit_slips import angles_like_radians, check_angle_convention, check_displacement_unit
+from stiffcal.reduction.unit_slips import (
+    angles_like_radians,
+    check_angle_convention,
+    check_displacement_unit,
+    loads_like_thousands,
+)
 from stiffcal.reduction.work_of_load import check_work
 
 # States below which rods are not judged: a quick look has one of each run.
@@ -296,6 +301,8 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
         place = f"sources.{source}.{name}.units"
         if isinstance(signal, Deflection):
             faults += check_displacement_unit(states, signal.unit_of("translation").name, f"{place}.translation")
+        elif isinstance(signal, Wrench):
+            warnings += loads_like_thousands(states, f"{place}.force")
         elif isinstance(signal, JointSignals):
             faults = faults or check_angle_convention(states, campaign.chain, f"sources.{source}.{name}")
             if not faults and signal.units.position == "deg":

@@ -27,6 +27,8 @@ from stiffcal.reduction.work_of_load import FOLLOWS, explained_by_joints, left_b
 # Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
 # shows is looked at, so that a stiff direction of a single pose is no matter.
 STIFFEST_N_PER_M = 2e7
+# Light arms begin near 5 N/mm. What a campaign shows with its larger loads, in its stiffest direction.
+SOFTEST_N_PER_M = 2e3
 USUAL_N_PER_M = (5e4, 1e7)
 # Below this the sensor's own noise may be all there is.
 LEAST_LOAD_N = 50.0
@@ -87,6 +89,31 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
             f"write {toml_text.pair('units', {'translation': fitting[0]})} if that is what was logged",
         )
     ]
+
+
+def loads_like_thousands(states: LoadStates, place: str, file: str = "campaign.toml") -> list[str]:
+    """Return a warning where deflections are too large for any robot under the loads: kN or tonnes called N.
+
+    Parameters
+    ----------
+    states : load states with given deflections; others are let pass.
+    place : the key of the load's unit in the manifest.
+    """
+    if not states.deflection_given or len(states) == 0:
+        return []
+    force = np.linalg.norm(states.wrench[:, :3], axis=1)
+    distance = np.nanmax(np.linalg.norm(states.deflection[:, :, :3], axis=2), axis=1, initial=0.0)
+    large = (force > 0.5 * force.max()) & (distance > 0.0)
+    if not large.any():
+        return []
+    stiffest = float((force[large] / distance[large]).max())
+    if stiffest >= SOFTEST_N_PER_M:
+        return []
+    reason = (
+        f"{1e3 * float(distance.max()):.3g} mm under up to {float(force.max()):.3g} N: at most "
+        f"{1e-3 * stiffest:.3g} N/mm, robots have 100 to 5000 N/mm at the tool"
+    )
+    return [f"{file}: {place}: {reason}; if the log holds kN, write {toml_text.pair('units', {'force': 'kN'})}"]
 
 
 def angles_like_radians(states: LoadStates, place: str, file: str = "campaign.toml") -> list[str]:

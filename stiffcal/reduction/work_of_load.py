@@ -7,7 +7,7 @@ change of it that fits is looked for and named (physics, section 0); nothing is 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 
@@ -150,13 +150,16 @@ def check_work(
     if swapped:
         reason, mend, change = swapped
         return [Fault(FaultCode.WRENCH_MISMATCH, file, f"{place}.columns", reason, mend, changes=(change,))]
-    if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
-        return []
     turns = {axis: np.diag([1.0 if k == axis else -1.0 for k in range(3)]) for axis in range(3)}
     against = explained_by_joints(chosen, chain, sign=-1.0)
     by_axis = {axis: explained_by_joints(chosen, chain, flip) for axis, flip in turns.items()}
     axis = max(by_axis, key=lambda number: by_axis[number])
     best = max(against, by_axis[axis])
+    mirrored = _mirrored_axes(chosen, chain, sign.explained, best, columns)
+    if mirrored is not None:
+        return [replace(mirrored, file=file)]
+    if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
+        return []
     if best > FOLLOWS and best > sign.explained + 0.25:
         if against == best:
             opposite = "robot" if acts_on == "environment" else "environment"
@@ -179,6 +182,46 @@ def check_work(
             )
         ]
     return []
+
+
+def _mirrored_axes(
+    states: LoadStates, chain: Chain, explained: float, turned: float, columns: tuple[str, ...]
+) -> Fault | None:
+    """Return the fault of one force with another sign, or of a displacement's axes in another order or sign.
+
+    No turn of a sensor makes the first, and no frame the second: all of a table's displacements follow the loads then.
+
+    Parameters
+    ----------
+    explained : share that springs explain as declared. turned : with the load turned. columns : of the wrench.
+    """
+    if not states.deflection_given or len(np.unique(states.run)) < LEAST_POSES or _count_loads(states) < LEAST_POSES:
+        return None
+    tried: list[tuple[float, InputChange]] = []
+    for k, name in enumerate(columns[:3]):
+        wrench = states.wrench * np.where(np.arange(6) == k, -1.0, 1.0)
+        share = explained_by_joints(replace(states, wrench=wrench), chain)
+        tried.append((share, InputChange(ChangeKind.WRENCH_SIGN, (name,))))
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            # nothing is changed, or all of the load acts the other way
+            if order == (0, 1, 2) and abs(sum(signs)) == 3.0:
+                continue
+            deflection = states.deflection.copy()
+            deflection[:, :, :3] = deflection[:, :, order] * np.array(signs)
+            axes = tuple(f"{'-' if sign < 0.0 else ''}{'XYZ'[k]}" for k, sign in zip(order, signs, strict=True))
+            share = explained_by_joints(replace(states, deflection=deflection), chain)
+            tried.append((share, InputChange(ChangeKind.DISPLACEMENT_AXES, axes)))
+    share, change = max(tried, key=lambda entry: entry[0])
+    if share < max(ORDER_EXPLAINS, explained + 0.25, turned):
+        return None
+    if change.kind is ChangeKind.WRENCH_SIGN:
+        place, words, mend = f"column {change.names[0]}", "the other sign", "correct its sign in the log"
+    else:
+        place, words = "displacements", f"their axes as ({', '.join(change.names)})"
+        mend = "correct the order and the signs of their columns, or their axes"
+    reason = f"joint springs explain {100 * explained:.0f} % of the deflection, and {100 * share:.0f} % with {words}"
+    return Fault(FaultCode.WRENCH_MISMATCH, "", place, reason, mend, changes=(change,))
 
 
 def _count_distinct(states: LoadStates) -> int:

@@ -1,0 +1,50 @@
+"""Tables of displacements with one axis of a reading wrong: named, where it seemed that poses were too few."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError, no_progress
+from stiffcal.fault_changes import ChangeKind, InputChange
+from stiffcal.fault_codes import FaultCode
+from stiffcal.ingest.reducing import reduce_campaign
+from tests.laboratory.displacement_table import Columns, displacement_columns, write_displacement_campaign
+
+
+def changes_named(folder: Path, change: Callable[[Columns], None]) -> tuple[InputChange, ...]:
+    """Return what is named of a table with a mistake."""
+    columns = displacement_columns(12)
+    change(columns)
+    with pytest.raises(InputError) as refused:
+        reduce_campaign(load_campaign(write_displacement_campaign(folder / "cell", columns)), no_progress)
+    (fault,) = refused.value.faults
+    assert fault.code is FaultCode.WRENCH_MISMATCH
+    return fault.changes
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_one_force_with_the_other_sign(axis: str, tmp_path: Path) -> None:
+    def turned(columns: Columns) -> None:
+        columns[f"F{axis}"] = -columns[f"F{axis}"]
+
+    assert changes_named(tmp_path, turned) == (InputChange(ChangeKind.WRENCH_SIGN, (f"F{axis}",)),)
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_one_displacement_with_the_other_sign(axis: str, tmp_path: Path) -> None:
+    def turned(columns: Columns) -> None:
+        columns[f"d{axis}"] = -columns[f"d{axis}"]
+
+    axes = tuple(f"-{other}" if other == axis.upper() else other for other in "XYZ")
+    assert changes_named(tmp_path, turned) == (InputChange(ChangeKind.DISPLACEMENT_AXES, axes),)
+
+
+def test_displacements_in_another_order(tmp_path: Path) -> None:
+    def turned(columns: Columns) -> None:
+        columns["dx"], columns["dy"], columns["dz"] = columns["dz"], columns["dx"], columns["dy"]
+
+    assert changes_named(tmp_path, turned) == (InputChange(ChangeKind.DISPLACEMENT_AXES, ("Y", "Z", "X")),)
