@@ -31,6 +31,9 @@ class KnownKind(Protocol):
     def default_model(self) -> Path | None:
         """The model file of campaigns of this kind alone that have none; None: compliant drives."""
 
+    def state_kind(self) -> object:
+        """Return what its load states are, a `stiffcal.identification.state_kinds.StateKind`."""
+
     def simulation(self) -> object | None:
         """Return the simulation of its runs, a `stiffcal.simulation.kinds.RunSimulation`; None: load cycles."""
 

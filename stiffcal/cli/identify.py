@@ -169,10 +169,11 @@ def _conditioning(result: IdentifyResult) -> str:
 
 def _show_agreement(console: Console, agreement: Agreement) -> None:
     """Draw what two kinds of experiment determine, each alone, and whether they agree."""
-    from stiffcal.results.agreement_words import KINDS, rows, verdict
+    from stiffcal.results.agreement_words import rows, runs_of_kinds, verdict
 
+    first, second = runs_of_kinds(agreement)
     table = plain_table(
-        "parameter", f"{KINDS[agreement.first]} alone, ± 95 %>", f"{KINDS[agreement.second]} alone, ± 95 %>", "",
+        "parameter", f"{first} alone, ± 95 %>", f"{second} alone, ± 95 %>", "",
         "standard errors>",
     )  # fmt: skip
     for row in rows(agreement):

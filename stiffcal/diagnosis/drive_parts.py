@@ -13,6 +13,8 @@ import numpy as np
 
 from stiffcal.arrays import Booleans
 from stiffcal.diagnosis.candidates import driven_joint_of_state
+from stiffcal.identification.search_subject import SearchSubject
+from stiffcal.identification.state_kinds import kinds_of_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 
@@ -27,10 +29,12 @@ class DrivePart:
     """(n,) True for its states."""
     robot: CompliantRobot
     """The model's effects at this joint and of the set-up; those of other joints in the background."""
+    subject: SearchSubject
+    """What is searched, in words."""
 
 
 def drive_parts(states: LoadStates, robot: CompliantRobot, values: Mapping[str, float]) -> list[DrivePart]:
-    """Return the parts of a campaign; none where other runs than clamped ones are in it, or one joint alone was driven.
+    """Return the parts of a campaign; none where states of another kind are in it, or one joint alone was driven.
 
     Parameters
     ----------
@@ -38,7 +42,9 @@ def drive_parts(states: LoadStates, robot: CompliantRobot, values: Mapping[str, 
     robot : the model.
     values : identified values by full name, with which other joints act.
     """
-    if not len(states) or not states.clamped.all():
+    subjects = {kind.subject for kind, _ in kinds_of_states(states)}
+    subject = subjects.pop() if len(subjects) == 1 else None
+    if subject is None:
         return []
     driven = driven_joint_of_state(states, robot.chain)
     joints = np.unique(driven).tolist()
@@ -57,6 +63,7 @@ def drive_parts(states: LoadStates, robot: CompliantRobot, values: Mapping[str, 
                     placed=tuple(placed for placed, is_own in zip(robot.placed, own, strict=True) if is_own),
                     background=tuple(placed for placed, is_own in zip(known.placed, own, strict=True) if not is_own),
                 ),
+                subject,
             )
         )
     return parts

@@ -31,7 +31,7 @@ from stiffcal.model.effect import Place
 from stiffcal.model.no_balance import NoBalanceError
 from stiffcal.model.summary import Where
 from stiffcal.validation.distances import squared_distances, standard_errors_of_fall, summary_of
-from stiffcal.validation.heldout import left_out_residuals, pose_folds
+from stiffcal.validation.heldout import left_out_residuals, search_folds
 from stiffcal.validation.region_folds import random_folds, region_folds
 
 LEAST_JOINTS = 2
@@ -118,7 +118,7 @@ def _error_left_out(before: Fit, after: Fit, folds: Integers) -> ErrorLeftOut:
     return ErrorLeftOut(
         before=0.0 if means[0] is None else means[0].mean,
         after=0.0 if means[1] is None else means[1].mean,
-        standard_errors=standard_errors_of_fall(squares[0], squares[1], pose_folds(before.data)),
+        standard_errors=standard_errors_of_fall(squares[0], squares[1], search_folds(before.data)),
     )
 
 

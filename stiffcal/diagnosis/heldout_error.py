@@ -13,13 +13,13 @@ from stiffcal.diagnosis.scoring import Score
 from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import amplitudes, with_estimates
 from stiffcal.identification.fit import Fit
-from stiffcal.measurements.experiment import Experiment
+from stiffcal.identification.state_kinds import measured_kinds
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.validation.heldout import corrected_for_freedom, heldout_residuals
 from stiffcal.validation.schemes import LEAVE_ONE_POSE_OUT
-from stiffcal.validation.validate import experiments_of, rms_of
+from stiffcal.validation.validate import rms_of
 
 
 def _own_columns(scan: LoadScan, n_columns: int) -> Floats:
@@ -157,22 +157,21 @@ def poses_helped(scan: LoadScan, trial: Trial) -> int:
 
 def errors_by_experiment(scan: LoadScan, trial: Trial) -> list[ErrorInExperiment]:
     """Return the errors in what is left out, by kind of experiment; empty where the scan is of one kind."""
-    states = experiments_of(scan.fit.data)
-    if len(states) < 2:
+    kinds = measured_kinds(scan.fit.data)
+    if len(kinds) < 2:
         return []
     folds = members_of(scan.fold_of_state)
     fell = trial.score.heldout < scan.base.heldout
     before, after = left_out_residual(scan, None), left_out_residual(scan, trial)
     errors = []
-    for kind, members in states.items():
+    for kind, members in kinds:
         own = scan.fit.data.subset(members)
-        measure = "motor_angle" if kind is Experiment.CLAMPED else "translation"
         of_kind = np.array([members[states_of_fold].any() for states_of_fold in folds], dtype=np.bool_)
         errors.append(
             ErrorInExperiment(
-                experiment=kind,
-                before=rms_of(before[:, members], own)[measure],
-                after=rms_of(after[:, members], own)[measure],
+                experiment=kind.name,
+                before=rms_of(before[:, members], own)[kind.measure],
+                after=rms_of(after[:, members], own)[kind.measure],
                 n_fell=int(np.count_nonzero(fell[of_kind])),
                 n_folds=int(np.count_nonzero(of_kind)),
             )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stiffcal.documents import Number
-from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
 
 
@@ -13,7 +12,7 @@ from stiffcal.measurements.rms import Rms
 class ErrorInExperiment:
     """What an effect does to the held-out error of one kind of experiment."""
 
-    experiment: Experiment
+    experiment: str
     """The kind."""
     before: Number
     """Rms without it: m, rad of clamped runs; null where nothing of the kind was read."""

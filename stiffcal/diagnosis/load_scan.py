@@ -27,7 +27,7 @@ from stiffcal.identification.observation import Observations
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, RegressorSource
 from stiffcal.measurements.load_states import members_of
-from stiffcal.validation.heldout import pose_folds
+from stiffcal.validation.heldout import search_folds
 
 # A picometre, a picoradian: a fit that misses by less misses by rounding.
 LEAST_RMS = 1e-12
@@ -157,7 +157,7 @@ class LoadGround:
         state = source.state()
         about = fit.linearised(weights_of(fit) if whitening is None else whitening, state)
         space, base_columns, residual = about.space, about.derivative, about.residual
-        fold = pose_folds(data)
+        fold = search_folds(data)
         folds = fold_rows(data, fold)
         low, high = about.steps_within
         outside = about.prior

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from math import sqrt
 
 from stiffcal.diagnosis.explained import Explained
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UntestableEffect
+from stiffcal.identification.search_subject import SearchSubject
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt
 
-
-class Subject(Enum):
-    """What a search is of."""
-
-    LOADS = "loads"
-    CLAMPED = "clamped"
-    MOTION = "motion"
+# The search of all load states together, in answers.
+ALL_STATES = "loads"
 
 
 @dataclass(frozen=True)
@@ -34,24 +29,16 @@ class PartialDiagnosis:
     """Readings that it rests on."""
     joints: tuple[int, ...] = ()
     """The joints that it is of, from 1; empty where all states are searched together."""
-    subject: Subject = Subject.LOADS
-    """What is searched."""
+    subject: SearchSubject | None = None
+    """What is searched; None: all load states together."""
     explained: Explained | None = None
     """How much of its avoidable error goes with what is missing; None where nothing is missing, or it is not known."""
 
     @property
     def name(self) -> str:
         """The search, as `ProposedEffect.searched_in` has it."""
-        return "-".join((self.subject.value, *(f"j{joint}" for joint in self.joints)))
-
-    @property
-    def summary(self) -> str:
-        """The answer, with what it is of."""
-        text = self.result.summary
-        if self.subject is not Subject.CLAMPED:
-            return text
-        joints = ", ".join(str(joint) for joint in self.joints)
-        return f"{_TORQUE_OVER[self.subject]} of joint {joints}: {text[:1].lower()}{text[1:]}"
+        subject = ALL_STATES if self.subject is None else self.subject.name
+        return "-".join((subject, *(f"j{joint}" for joint in self.joints)))
 
     @property
     def complete(self) -> bool:
@@ -170,20 +157,16 @@ def _explained(parts: Sequence[PartialDiagnosis]) -> Explained | None:
     return Explained(share, max(0.0, share - below), min(1.0, share + above), total)
 
 
-_HELD_OUT = {Subject.CLAMPED: "in held-out data", Subject.MOTION: "at held-out speeds"}
-_TORQUE_OVER = {Subject.CLAMPED: "Torque over angle", Subject.MOTION: "Torque over motion"}
-
-
 def _summaries(parts: Sequence[PartialDiagnosis]) -> list[str]:
     """Return the answers, those of joints at which nothing is missing as one."""
-    texts = [part.summary for part in parts if not part.complete]
-    for subject, held_out in _HELD_OUT.items():
-        complete = sorted(joint for part in parts if part.complete and part.subject is subject for joint in part.joints)
+    texts = [part.result.summary for part in parts if not part.complete]
+    for subject in dict.fromkeys(part.subject for part in parts if part.subject is not None):
+        complete = sorted(joint for part in parts if part.complete and part.subject == subject for joint in part.joints)
         if complete:
             joints = ", ".join(str(joint) for joint in complete)
             plural = "s" if len(complete) > 1 else ""
-            text = f"nothing is missing: the error is that of the instruments {held_out}."
-            texts.append(f"{_TORQUE_OVER[subject]} of joint{plural} {joints}: {text}")
+            text = f"nothing is missing: the error is that of the instruments {subject.left_out}."
+            texts.append(f"{subject.title} of joint{plural} {joints}: {text}")
     return texts
 
 

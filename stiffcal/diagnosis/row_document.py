@@ -200,7 +200,7 @@ def _explain(
     first, second = (dict(rms.items()).get(problem.measure) or 0.0 for rms in (before, after))
     seen = (
         f"At {place_in_words(trial.candidate.place)}: {effect.fingerprint or effect.summary}, by "
-        f"{_size(scan, trial):.2g} {problem.unit} rms; with it the error {problem.left_out} decreases from "
+        f"{_size(scan, trial):.2g} {problem.unit} rms; with it the error {problem.subject.left_out} decreases from "
         f"{first:.3g} to {second:.3g} {problem.unit}, at {helped} of {n_folds} {problem.folds_in_words}."
     )
     names = " and ".join(candidate_in_words(candidate) for candidate in alike)
@@ -268,13 +268,13 @@ def _time_would_do(context: RowSearchContext, search: RowSearch, candidate: Cand
 
 def _who(problem: RowProblem) -> str:
     joints = problem.joints
-    return f"Torque over motion of joint{'s' if len(joints) > 1 else ''} {', '.join(str(joint) for joint in joints)}"
+    return f"{problem.subject.title} of joint{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))}"
 
 
 def _summary(context: RowSearchContext, search: RowSearch, follows: list[str], before: Rms, noise: Rms | None) -> str:
     """Return the answer in one or two sentences."""
     problem = context.problem
-    against = f"{_number(before, problem)} {problem.unit} {problem.left_out}"
+    against = f"{_number(before, problem)} {problem.unit} {problem.subject.left_out}"
     if noise is not None:
         against += f", noise {_number(noise, problem)} {problem.unit}"
     remainder = ""

@@ -56,8 +56,8 @@ def what_rows_follow(scan: RowScan, problem: RowProblem) -> list[ResidualDepende
         share = float(np.clip((total - score.heldout.sum()) / max(total - floor, 1e-12), 0.0, 1.0))
         if share > LEAST_SHARE:
             words = (
-                f"{covariate.words}; {problem.left_out} the error decreases in {100.0 * in_draws:.3g} % of {DRAWS} "
-                f"resamplings of whole {problem.folds_in_words}"
+                f"{covariate.words}; {problem.subject.left_out} the error decreases in {100.0 * in_draws:.3g} % of "
+                f"{DRAWS} resamplings of whole {problem.folds_in_words}"
             )
             found.append(ResidualDependence(follows=covariate.name, share=share, seen=words, in_resamplings=in_draws))
     return sorted(found, key=lambda dependence: -(dependence.share or 0.0))

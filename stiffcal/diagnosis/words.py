@@ -12,7 +12,7 @@ from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy, PatternAlternative
 from stiffcal.diagnosis.results import AgreementWithPlaces, Explanation
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.measurements.experiment import Experiment
+from stiffcal.identification.state_kinds import StateKind, measured_kinds
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
 from stiffcal.model.summary import EffectAt
@@ -135,7 +135,9 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
     kinds = errors_by_experiment(scan, trial)
     errors = [dict(rms.items()).get(measure) for rms in (before, after)]
     if kinds:
-        effect_text += f"; with it the error decreases {' and '.join(_in_experiment(kind) for kind in kinds)}."
+        by_name = {kind.name: kind for kind, _ in measured_kinds(scan.fit.data)}
+        parts = [_in_experiment(by_name[error.experiment], error) for error in kinds]
+        effect_text += f"; with it the error decreases {' and '.join(parts)}."
     elif errors[0] is not None and errors[1] is not None:
         first, last = (error_in_words(error or 0.0, measure) for error in errors)
         effect_text += f"; with it the error in held-out poses decreases from {first} to {last}"
@@ -157,18 +159,12 @@ def _logs_temperature(scan: LoadScan) -> bool:
     return scan.fit.data.order.logs_temperature
 
 
-def _in_experiment(error: ErrorInExperiment) -> str:
+def _in_experiment(kind: StateKind, error: ErrorInExperiment) -> str:
     """Return what an effect does to the held-out error of one kind of experiment, in words."""
-    where = {
-        Experiment.LOADS: "poses of the loads",
-        Experiment.CLAMPED: "positions or cycles of clamped runs",
-        Experiment.ABSOLUTE: "absolute poses",
-    }[error.experiment]
-    text = f"in {error.n_fell} of {error.n_folds} held-out {where}"
+    text = f"in {error.n_fell} of {error.n_folds} held-out {kind.left_out}"
     if error.before is None or error.after is None:
         return text
-    measure = "motor_angle" if error.experiment is Experiment.CLAMPED else "translation"
-    first, last = error_in_words(error.before, measure), error_in_words(error.after, measure)
+    first, last = error_in_words(error.before, kind.measure), error_in_words(error.after, kind.measure)
     return f"{text} (from {first} to {last})"
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
+from stiffcal.campaign.experiment_kinds import KnownKind, experiment_kind, kind_names
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.experiments.presentation import Table
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.experiments.row_search import RowProblem
+    from stiffcal.identification.state_kinds import StateKind
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.model.effect import Effect
@@ -71,6 +72,10 @@ class ExperimentKind:
     def simulation(self) -> RunSimulation[Any] | None:
         """Return the simulation of the runs of this kind; None where these are load cycles."""
         return None
+
+    def state_kind(self) -> StateKind:
+        """Return what is to be known of load states that runs of this kind make; those of load runs by default."""
+        return cast("StateKind", cast(KnownKind, experiment_kind("load")).state_kind())
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
         """Return the part of ``identify`` for the runs of this kind; None where the campaign holds none.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.identification.regressors import Regressor, RegressorMaker
+from stiffcal.identification.search_subject import SearchSubject
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, Place
 
@@ -75,8 +76,8 @@ class RowProblem(ABC):
     """What is measured, as in `Rms`: "torque"."""
     unit: str
     """SI, of the measure."""
-    left_out: str
-    """Where models are judged: "at held-out speeds"."""
+    subject: SearchSubject
+    """What is searched, in words."""
     folds_in_words: str
     """What is left out in turn: "speeds"."""
     index: Integers

@@ -20,7 +20,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import with_geometry
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.not_fitted import is_not_fitted
-from stiffcal.measurements.experiment import Experiment, states_of_experiments
+from stiffcal.identification.state_kinds import kinds_of_states
 from stiffcal.measurements.load_states import LoadStates
 
 LEAST_P = 1e-3
@@ -36,10 +36,10 @@ def agreement_of_experiments(states: LoadStates, fit: Fit, settings: Settings) -
     fit : of all of them together, where each fit begins.
     settings : how it was made.
     """
-    masks = states_of_experiments(states)
-    if len(masks) < 2:
+    kinds = [(kind, mask) for kind, mask in kinds_of_states(states) if np.any(mask & states.used)]
+    if len(kinds) < 2:
         return []
-    fits = {kind: _fit_alone(states, mask, fit, settings) for kind, mask in masks.items()}
+    fits = {kind.name: _fit_alone(states, mask, fit, settings) for kind, mask in kinds}
     pairs = [
         _agreement((first, one), (second, other))
         for (first, one), (second, other) in combinations(fits.items(), 2)
@@ -60,7 +60,7 @@ def _fit_alone(states: LoadStates, mask: Booleans, fit: Fit, settings: Settings)
         return None
 
 
-def _agreement(first: tuple[Experiment, Fit], second: tuple[Experiment, Fit]) -> Agreement | None:
+def _agreement(first: tuple[str, Fit], second: tuple[str, Fit]) -> Agreement | None:
     from scipy.special import chdtrc
 
     (kind, fit), (other_kind, other) = first, second

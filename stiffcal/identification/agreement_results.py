@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stiffcal.documents import Number
-from stiffcal.measurements.experiment import Experiment
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,9 +31,9 @@ class CommonParameter:
 class Agreement:
     """How two kinds of experiment agree on what both determine."""
 
-    first: Experiment
-    """A kind of experiment."""
-    second: Experiment
+    first: str
+    """A kind of experiment, as `StateKind.name`: "loads", "clamped", "absolute"."""
+    second: str
     """Another one."""
     parameters: list[CommonParameter]
     """What both determine, in the model's order."""

@@ -94,6 +94,8 @@ class Observations:
     """(n,) which of the set-up's trackers reads each state; None: there is one."""
     run_names: tuple[str, ...] = ()
     """Of the campaign's runs, by run number."""
+    run_kinds: tuple[str, ...] = ()
+    """Their kinds of experiment, as the manifest names them; load runs where not given."""
     absolute: Booleans = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     """(n,) True where a place was measured: the displacement is counted from the robot file's undeformed robot. Nowhere
     if not given.
@@ -263,6 +265,7 @@ def observe(states: LoadStates, chain: Chain) -> Observations:
         absolute=states.absolute[keep],
         spread=None if spread is None else spread.subset(keep),
         run_names=tuple(run.name for run in states.runs),
+        run_kinds=tuple(run.experiment for run in states.runs),
         joint_torque=np.ascontiguousarray(states.joint_torque[keep].T),
         prismatic=chain.prismatic,
         clamped=_clamped_sigma(states, keep),

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from stiffcal.identification.agreement_results import Agreement
-from stiffcal.measurements.experiment import Experiment
+from stiffcal.identification.state_kinds import state_kinds
 from stiffcal.printed_units import printed_unit
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import count, plus_minus, significant
 
-KINDS = {
-    Experiment.LOADS: "load runs",
-    Experiment.CLAMPED: "clamped runs",
-    Experiment.ABSOLUTE: "absolute poses",
-}
+
+def runs_of_kinds(agreement: Agreement) -> tuple[str, str]:
+    """Return what the runs of both kinds are called; of a kind that is not installed here its name."""
+    called = {name: kind.runs for name, kind in state_kinds().items()}
+    return called.get(agreement.first, agreement.first), called.get(agreement.second, agreement.second)
 
 
 def verdict(agreement: Agreement) -> str:
     """Return whether two kinds of experiment agree, in one sentence."""
-    kinds = f"{KINDS[agreement.first]} and {KINDS[agreement.second]}"
+    kinds = " and ".join(runs_of_kinds(agreement))
     number = count(agreement.dof, "parameter")
     test = f"χ² {significant(agreement.statistic)} of {agreement.dof}, p {significant(agreement.p_value, 2)}"
     if agreement.agree:

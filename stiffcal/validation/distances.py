@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,8 +14,9 @@ from stiffcal.identification.noise import rms_length
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.row_layout import TRANSLATION
 from stiffcal.mechanics.chain import Chain
-from stiffcal.validation.heldout import left_out_residuals, with_load_folds
+from stiffcal.validation.heldout import joined_folds, left_out_residuals
 from stiffcal.validation.region_folds import random_folds, region_folds
+from stiffcal.validation.schemes import BY_REGION
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,14 +155,19 @@ def distances_of(fit: Fit) -> Distances | None:
     heldout: list[DistanceSummary | None] = []
     regions: list[RegionDistance] = []
     for folds_of_places in (random_folds, region_folds):
-        fold = with_load_folds(fit.data, folds_of_places)
-        single = int(fold[fit.data.absolute].max(initial=0)) == 0
+        fold = _folds(fit.data, folds_of_places)
+        single = len(np.unique(fold[fit.data.absolute])) == 1
         residual = np.zeros(0) if single else left_out_residuals(fit, fold).residual
         heldout.append(None if single else summary_of(residual, fit.data))
         if folds_of_places is region_folds and not single:
             regions = list(_by_region(residual, fit, fold))
     of_fit = summary_of(fit.residual, fit.data)
     return None if of_fit is None else Distances(of_fit, heldout[0], heldout[1], regions, _noise_of(fit))
+
+
+def _folds(data: Observations, folds_of_places: Callable[[Observations], Integers]) -> Integers:
+    """Return (n,) fold numbers of all states, of places as ``folds_of_places`` has them."""
+    return joined_folds(data, lambda kind: folds_of_places if kind.scheme == BY_REGION else kind.folds)
 
 
 def _noise_of(fit: Fit) -> NoiseDistance | None:
@@ -173,12 +179,12 @@ def _noise_of(fit: Fit) -> NoiseDistance | None:
 
 def _by_region(residual: Floats, fit: Fit, fold: Integers) -> Iterator[RegionDistance]:
     data = fit.data
-    for number in np.unique(fold[data.absolute]):
+    for region, number in enumerate(np.unique(fold[data.absolute]), start=1):
         members = np.flatnonzero((fold == number) & data.absolute)
         summary = summary_of(residual[:, members], data.subset(members))
         if summary is not None:
             yield RegionDistance(
-                int(number) + 1, summary.mean, summary.median, summary.p95, summary.max, summary.rms, summary.n,
+                region, summary.mean, summary.median, summary.p95, summary.max, summary.rms, summary.n,
                 _middle(fit.robot.chain, data.angles[:, members]),
             )  # fmt: skip
 

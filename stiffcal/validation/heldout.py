@@ -21,14 +21,10 @@ from stiffcal.identification.identify import Problem, fit_problem, raw_whitening
 from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Whitening
 from stiffcal.identification.observation import Observations
+from stiffcal.identification.state_kinds import StateKind, kinds_of_observations
 from stiffcal.identification.weights import without_offsets
 from stiffcal.measurements.load_states import LoadStates, members_of
-from stiffcal.mechanics.like_poses import pose_groups
-from stiffcal.validation.clamped_folds import with_clamped_folds
-from stiffcal.validation.region_folds import region_folds
-from stiffcal.validation.schemes import BY_REGION, BY_REGION_AND_POSE, HOLDOUT_RUNS, LEAVE_ONE_POSE_OUT
-
-SAME_POSE = np.radians(1.0)
+from stiffcal.validation.schemes import HOLDOUT_RUNS, LEAVE_ONE_POSE_OUT
 
 
 @dataclass(frozen=True)
@@ -47,40 +43,37 @@ class HeldoutResiduals:
     """(n,) number of the pose."""
 
 
-def pose_folds(data: Observations) -> Integers:
-    """Return (n,) fold numbers: runs whose joints agree within 1° share one.
+def joined_folds(data: Observations, folds_of: Callable[[StateKind], Callable[[Observations], Integers]]) -> Integers:
+    """Return (n,) fold numbers of all states: those of each kind of experiment after those of the kind before.
 
-    Clamped runs have their own, and so have absolute places: what a load moves is not what a place is off by.
-    """
-    edges = stretches(data.run)
-    fold_of_run = pose_groups(data.angles[:, edges].T, SAME_POSE)
-    if data.absolute.any() and not data.absolute.all():
-        _, fold_of_run = np.unique(2 * fold_of_run + data.absolute[edges], return_inverse=True)
-    counts = np.diff(np.append(edges, data.n_states))
-    return with_clamped_folds(data, np.asarray(np.repeat(fold_of_run, counts), dtype=np.int64))
-
-
-def with_load_folds(data: Observations, folds_of_places: Callable[[Observations], Integers]) -> Integers:
-    """Return (n,) fold numbers of a campaign with absolute places: theirs, and the poses of loads where there are some.
+    What a load moves is not what a place is off by: no fold holds states of two kinds.
 
     Parameters
     ----------
-    folds_of_places : of observations of absolute places alone.
+    folds_of : of a kind how its states are left out.
     """
-    absolute = data.absolute
-    fold = np.zeros(data.n_states, dtype=np.int64)
-    fold[absolute] = folds_of_places(data.subset(absolute))
-    if not absolute.all():
-        fold[~absolute] = fold[absolute].max(initial=-1) + 1 + pose_folds(data.subset(~absolute))
+    fold, first = np.zeros(data.n_states, dtype=np.int64), 0
+    for kind, members in kinds_of_observations(data):
+        own = folds_of(kind)(data if members.all() else data.subset(members))
+        fold[members] = first + own
+        first += int(own.max(initial=-1)) + 1
     return fold
 
 
+def search_folds(data: Observations) -> Integers:
+    """Return (n,) the folds over which effects are compared, numbered in the order of their first states.
+
+    That order is the campaign's: resamplings draw by these numbers, whatever the kinds are called.
+    """
+    fold = joined_folds(data, lambda kind: kind.search_folds)
+    _, first, number = np.unique(fold, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[number], dtype=np.int64)
+
+
 def validation_folds(data: Observations) -> tuple[str, Integers]:
-    """Return the scheme by which a campaign is validated, and (n,) its folds: regions of places, each pose of loads."""
-    if not data.absolute.any():
-        return LEAVE_ONE_POSE_OUT, pose_folds(data)
-    scheme = BY_REGION if data.absolute.all() else BY_REGION_AND_POSE
-    return scheme, with_load_folds(data, region_folds)
+    """Return the scheme by which a campaign is validated, and (n,) its folds: each kind's own."""
+    schemes = sorted({kind.scheme for kind, _ in kinds_of_observations(data)}, reverse=True)
+    return "; ".join(schemes), joined_folds(data, lambda kind: kind.folds)
 
 
 def heldout_residuals(states: LoadStates, fit: Fit) -> HeldoutResiduals:
@@ -123,7 +116,7 @@ def _of_other(scheme: str, fit: Fit, data: Observations) -> HeldoutResiduals:
         corrected_for_freedom(residual, data),
         _without_model(data, space.whitening),
         data,
-        pose_folds(data),
+        search_folds(data),
     )
 
 
@@ -200,7 +193,8 @@ __all__ = [
     "estimates_without_each",
     "heldout_residuals",
     "holdout_run_residuals",
+    "joined_folds",
     "left_out_residuals",
-    "pose_folds",
+    "search_folds",
     "validation_folds",
 ]

@@ -11,8 +11,8 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.readings import Observations
 from stiffcal.mechanics.like_poses import pose_groups
+from stiffcal.validation.pose_folds import SAME_POSE
 
-SAME_POSE = float(np.radians(1.0))
 REGIONS = 6
 _SEED = 20260
 _STARTS = 10

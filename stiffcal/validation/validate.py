@@ -12,8 +12,8 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.noise import reading_rows, rms_by_measure
 from stiffcal.identification.readings import Observations
-from stiffcal.identification.row_layout import MEASURES, MOTOR, ROTATION, TRANSLATION
-from stiffcal.measurements.experiment import Experiment
+from stiffcal.identification.row_layout import MEASURES, ROTATION, TRANSLATION
+from stiffcal.identification.state_kinds import measured_kinds
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.mechanics.chain import Chain
@@ -66,17 +66,6 @@ def lengths(values: Floats, data: Observations, measure: str = "translation") ->
         squares = np.sum(np.where(data.measured_mask[rows], values[rows] ** 2, 0.0), axis=0)
         longest = np.fmax(longest, np.where(data.measured_mask[rows].any(axis=0), np.sqrt(squares), np.nan))
     return longest
-
-
-def experiments_of(data: Observations) -> dict[Experiment, Booleans]:
-    """Return (n,) which states are of each kind of experiment that was measured."""
-    clamped = np.asarray(data.measured_mask[data.rows_of(MOTOR)].any(axis=0), dtype=np.bool_)
-    masks = {
-        Experiment.LOADS: ~clamped & ~data.absolute,
-        Experiment.CLAMPED: clamped,
-        Experiment.ABSOLUTE: data.absolute & ~clamped,
-    }
-    return {kind: mask for kind, mask in masks.items() if data.measured_mask[:, mask].any()}
 
 
 def rms_of(values: Floats, data: Observations) -> dict[str, float | None]:
@@ -136,9 +125,9 @@ def validate_fit(states: LoadStates, fit: Fit, heldout: HeldoutResiduals | None 
     }
     if len(data.setup.targets) > 1:
         by["body"] = _by_body(residuals)
-    experiments = experiments_of(data)
-    if len(experiments) > 1:
-        by["experiment"] = [_slice(kind.value, members, residuals) for kind, members in experiments.items()]
+    kinds = measured_kinds(data)
+    if len(kinds) > 1:
+        by["experiment"] = [_slice(kind.name, members, residuals) for kind, members in kinds]
     return Validation(
         heldout=residuals,
         rms=Rms.of(rms),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from stiffcal.diagnosis.merging import PartialDiagnosis, Subject
+from stiffcal.diagnosis.merging import PartialDiagnosis
 from stiffcal.diagnosis.refits import RefitSummary, refits_of
 from stiffcal.workflow.evidence import Columns, evidence_of, refit_columns
 from stiffcal.workflow.load_search import diagnosis_of, search_now
@@ -78,12 +78,14 @@ def _diagnose_drive(data: Ingested, drive: DrivePart, n_searches: int, index: In
     evidence["state"] = chosen[np.asarray(evidence["state"], dtype=np.int64)]
     refits = list(refits_of(search, diagnosis))
     observations = search.first.fit.data
+    subject, text = drive.subject, diagnosis.summary
+    in_words = f"{subject.title} of joint {drive.joint}: {text[:1].lower()}{text[1:]}"
     part = PartialDiagnosis(
-        replace(diagnosis, evidence=summaries),
+        replace(diagnosis, evidence=summaries, summary=in_words),
         tuple(missing.judgement.fall for missing in search.found),
         len(own.states),
         (drive.joint,),
-        Subject.CLAMPED,
+        subject,
         search.explained if search.tried else None,
     )
     columns = refit_columns(own.states, observations, refits, index[chosen][observations.index])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from stiffcal.diagnosis.merging import PartialDiagnosis, Subject
+from stiffcal.diagnosis.merging import PartialDiagnosis
 from stiffcal.workflow.evidence import row_refit_columns
 from stiffcal.workflow.experiments import measured_runs
 from stiffcal.workflow.steps import Ingested, RunContext
@@ -59,14 +59,14 @@ def diagnose_rows(data: Ingested, context: RunContext) -> RowDiagnoses:
         fit = problem.fit(problem.robot)
         refused = too_few_folds(problem, fit)
         if refused is not None:
-            answers.parts.append(PartialDiagnosis(refused, (), len(fit.residual), problem.joints, Subject.MOTION))
+            answers.parts.append(PartialDiagnosis(refused, (), len(fit.residual), problem.joints, problem.subject))
             continue
         bench = RowSearchContext(problem, catalogue, len(problems), basic=frozenset(kind.basic_effects()))
         search: RowSearch = search_in(bench, problem.robot, context.progress)
         redundant = redundant_effects(bench, search.first.fit, kind.basic_effects())
         result = replace(row_diagnosis(bench, search), superfluous=[effect_at(candidate) for candidate in redundant])
         falls = tuple(missing.judgement.fall for missing in search.found)
-        answers.parts.append(PartialDiagnosis(result, falls, len(fit.residual), problem.joints, Subject.MOTION))
+        answers.parts.append(PartialDiagnosis(result, falls, len(fit.residual), problem.joints, problem.subject))
         refits = list(row_refits_of(search, problem, result))
         answers.refits += refits
         answers.index += [problem.index] * len(refits)

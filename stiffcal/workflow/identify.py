@@ -11,7 +11,6 @@ from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.model.campaign_effects import placed_robot
@@ -295,42 +294,19 @@ def _entry(result: IdentifyResult, data: Ingested) -> Document:
 
 def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     """Return the error to expect in new poses: the numbers, and one sentence."""
+    from stiffcal.identification.state_kinds import measured_kinds
     from stiffcal.validation.heldout import heldout_residuals
-    from stiffcal.validation.validate import experiments_of, rms_of
-    from stiffcal.wording import angle, length, significant
+    from stiffcal.validation.validate import rms_of
 
     heldout = heldout_residuals(data.states, fit)
     if heldout.scheme == "none":
         return None, "the error in new poses cannot be estimated from a single pose: measure more poses"
-    rms, deflection = rms_of(heldout.residual, heldout.data), rms_of(heldout.displacement, heldout.data)
-    error, whole = rms["translation"], deflection["translation"]
-    if error is None or not whole:
-        motor = rms.get("motor_angle")
-        if motor is None:
-            return Rms.of(rms), "no displacement was measured: no error can be estimated"
-        text = f"expected error in positions or cycles that were not measured: {angle(motor, significant)} rms"
-        return Rms.of(rms), f"{text} of the motor's angle"
     if fit.data.absolute.any() and fit.dof <= 0:
-        text = "as many parameters as coordinates: no error can be estimated; measure more poses"
-        return None, text
-    if fit.data.absolute.any():
-        noise = fit.noise_length["translation"]
-        against = "" if noise is None else f"; noise of the instruments {length(noise, significant)} rms"
-        by_kind = {
-            kind: rms_of(heldout.residual[:, members], heldout.data.subset(members))["translation"]
-            for kind, members in experiments_of(heldout.data).items()
-        }
-        of_loads = by_kind.get(Experiment.LOADS)
-        of_places = by_kind.get(Experiment.ABSOLUTE)
-        if of_loads is not None and of_places is not None:
-            places, loads = length(of_places, significant), length(of_loads, significant)
-            return Rms.of(rms), (
-                f"expected error in regions that were not measured (held-out regions): {places} rms "
-                f"for absolute positions; for the displacement under load in new poses: {loads} rms{against}"
-            )
-        text = f"expected error in regions that were not measured (held-out regions): {length(error, significant)} rms"
-        return Rms.of(rms), f"{text}{against}"
-    return Rms.of(rms), (
-        f"expected error in new poses of this kind: {length(error, significant)} rms, "
-        f"{100.0 * error / whole:.3g} % of the deflection under such loads"
-    )
+        return None, "as many parameters as coordinates: no error can be estimated; measure more poses"
+    texts = []
+    for kind, members in measured_kinds(heldout.data):
+        own = heldout.data.subset(members)
+        error, whole = (Rms.of(rms_of(values[:, members], own)) for values in (heldout.residual, heldout.displacement))
+        texts.append(kind.expected_error(error, whole, Rms.of(fit.noise_length)))
+    rms = Rms.of(rms_of(heldout.residual, heldout.data))
+    return rms, "; ".join(filter(None, texts)) or "no displacement was measured: no error can be estimated"

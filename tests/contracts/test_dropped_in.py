@@ -327,6 +327,54 @@ def test_without_its_folder_the_kind_is_refused(tmp_path: Path, capsys: pytest.C
     assert lines[1].startswith('campaign.toml: runs[1] (pose1).probing: unknown key "probing"')
 
 
+# ---- a kind of experiment whose runs make load states ---------------------------------------------------------------
+
+
+# as its folder calls its runs
+HANGING = "runs of a rope"
+
+
+@pytest.fixture
+def hanging(tmp_path: Path) -> Iterator[Path]:
+    """A small campaign of which the weights of two poses hang on a rope."""
+    with dropped_in("load_experiments"):
+        folder = write_small_campaign(tmp_path / "c")
+        kinds = ("hanging", "hanging", "load", "load")
+        runs = "".join(f'[[runs]]\nid = "pose{k}"\nexperiment = "{kind}"\n' for k, kind in enumerate(kinds, start=1))
+        (folder / "campaign.toml").write_text(CAMPAIGN + runs, encoding="utf-8")
+        yield folder
+
+
+def test_load_states_of_a_new_kind_are_fitted_with_others_and_judged_in_its_own_way(
+    hanging: Path, command: Command
+) -> None:
+    """Both kinds were measured on one robot with one model: they agree, and each has its folds, words and errors."""
+    identified = command("identify", hanging)
+    (agreement,) = identified["agreement"]
+    assert (agreement["first"], agreement["second"], agreement["agree"]) == ("loads", "hanging", True)
+    assert "under another rope" in identified["expected_error"]
+    validated = command("validate", hanging)
+    assert validated["scheme"] == "leave-one-pose-out; each rope left out in turn"
+    assert [part["label"] for part in validated["by_experiment"]] == ["loads", "hanging"]
+    assert validated["n_poses"] == 4
+    assert command("diagnose", hanging)["missing"] == []
+
+
+def test_the_terminal_and_the_report_call_a_new_kind_as_it_says(
+    hanging: Path, command: Command, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command("identify", hanging)
+    with pytest.raises(SystemExit):
+        main(["identify", str(hanging)])
+    assert HANGING in capsys.readouterr().out
+    kept = [module for module in all_sections() if module.__name__.endswith(".common_parameters")]
+    monkeypatch.setattr(building, "all_sections", lambda: kept)  # the others take long to draw
+    output = hanging.parent / "report.pdf"
+    command("report", hanging, "-o", output)
+    text = re.sub(r"\s+", " ", " ".join(page.extract_text() for page in PdfReader(output).pages))
+    assert HANGING in text
+
+
 # ---- a section of the report ----------------------------------------------------------------------------------------
 
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stiffcal.diagnosis.explained import Explained
-from stiffcal.diagnosis.merging import PartialDiagnosis, Subject, merged_diagnosis
+from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UndecidedEffect, UntestableEffect
+from stiffcal.identification.search_subject import SearchSubject
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
 
+MOTION = SearchSubject("motion", "Torque over motion", "at held-out speeds")
+CLAMPED = SearchSubject("clamped", "Torque over angle", "in held-out data")
 PACE = SearchPace(models=1, candidates=2, signatures=3, seconds=0.5, candidates_per_second=4.0)
 EMPTY = DiagnoseResult(
     warnings=[], adequate=True, noise=Rms(None, None, torque=1.0), rms=Rms(None, None, torque=1.0), lack_of_fit=None,
@@ -56,8 +59,10 @@ def test_adequate_where_all_are() -> None:
 
 
 def test_joints_in_which_nothing_is_missing_share_a_sentence() -> None:
-    parts = [PartialDiagnosis(EMPTY, (), 1, (joint,), Subject.MOTION) for joint in (3, 1)]
+    # each search has words of its own, which are the same
+    parts = [PartialDiagnosis(EMPTY, (), 1, (joint,), replace(MOTION)) for joint in (3, 1)]
     assert merged_diagnosis(parts).summary.count(".") == 1
+    assert "1, 3" in merged_diagnosis(parts).summary
 
 
 def test_an_effect_carries_the_search_that_found_it() -> None:
@@ -65,7 +70,7 @@ def test_an_effect_carries_the_search_that_found_it() -> None:
     plate = ProposedEffect(effect="fixture-compliance", where=Where(), alternatives=[])
     results = [replace(EMPTY, adequate=False, missing=[proposed("backlash", joint), plate]) for joint in (2, 5)]
     parts = [
-        PartialDiagnosis(result, (fall, 0.1), 10, (joint,), Subject.CLAMPED)
+        PartialDiagnosis(result, (fall, 0.1), 10, (joint,), CLAMPED)
         for result, joint, fall in zip(results, (2, 5), (1.0, 3.0), strict=True)
     ]
     merged = merged_diagnosis(parts)
@@ -92,7 +97,7 @@ def test_what_the_set_up_needs_anywhere_stays() -> None:
 def test_shares_count_by_what_is_avoidable() -> None:
     shares = (Explained(1.0, 0.9, 1.0, 300.0), Explained(0.5, 0.4, 0.6, 100.0))
     parts = [
-        PartialDiagnosis(replace(EMPTY, explained_by_missing=0.0), (), 10, (k,), Subject.CLAMPED, share)
+        PartialDiagnosis(replace(EMPTY, explained_by_missing=0.0), (), 10, (k,), CLAMPED, share)
         for k, share in enumerate(shares, start=1)
     ]
     merged = merged_diagnosis(parts)
@@ -107,8 +112,8 @@ def test_what_one_search_tried_or_the_model_holds_is_not_called_untried() -> Non
 
     clamped = lacking(("friction-load", "friction runs"), ("joint-friction", "friction runs"), ("creep", "times"))
     parts = [
-        PartialDiagnosis(replace(EMPTY, not_tried=clamped), (), 1, (1,), Subject.CLAMPED),
-        PartialDiagnosis(replace(EMPTY, not_tried=lacking(("friction-load", "masses"))), (), 1, (1,), Subject.MOTION),
+        PartialDiagnosis(replace(EMPTY, not_tried=clamped), (), 1, (1,), CLAMPED),
+        PartialDiagnosis(replace(EMPTY, not_tried=lacking(("friction-load", "masses"))), (), 1, (1,), MOTION),
     ]
     merged = merged_diagnosis(parts, in_model=["joint-friction"])
     assert merged.not_tried == lacking(("friction-load", "masses"), ("creep", "times"))

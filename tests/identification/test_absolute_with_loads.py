@@ -14,8 +14,8 @@ from stiffcal.identification.projection import Projection
 from stiffcal.identification.run_offsets import run_offsets
 from stiffcal.identification.weights import huber_whitening
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
-from stiffcal.validation.heldout import pose_folds, with_load_folds
-from stiffcal.validation.region_folds import region_folds
+from stiffcal.validation.heldout import search_folds, validation_folds
+from stiffcal.validation.schemes import BY_REGION_AND_POSE
 from tests.laboratory.simulated_states import medium_robot, played
 
 NOISE = Noise(2e-5, 1e-5, 0.7, 0.2, "manifest", np.inf)
@@ -101,10 +101,11 @@ def test_places_and_loads_are_left_out_apart() -> None:
     states = places_and_loads()
     states = replace(states, joints=np.where(states.run[:, None] == 3, states.joints[[0]], states.joints))
     data = observe(states, medium_robot().chain)
-    fold = pose_folds(data)
+    fold = search_folds(data)
     # the same pose, but a place and a displacement
     assert fold[0] != fold[data.run == 3][0]
-    by_region = with_load_folds(data, region_folds)
+    scheme, by_region = validation_folds(data)
+    assert scheme == BY_REGION_AND_POSE
     assert set(by_region[:2].tolist()).isdisjoint(by_region[2:].tolist())
     assert sorted(set(by_region.tolist())) == list(range(5))
 
@@ -114,7 +115,7 @@ def test_the_place_of_one_pose_is_not_left_out_with_the_loads_of_another() -> No
     # the loads of run 2 in the pose of the first place
     states = replace(states, joints=np.where(states.run[:, None] == 2, states.joints[[0]], states.joints))
     data = observe(states, medium_robot().chain)
-    fold = pose_folds(data)
+    fold = search_folds(data)
     assert len(np.unique(fold)) == len(np.unique(data.run)) == 5
 
 

@@ -9,7 +9,6 @@ import pytest
 from stiffcal.identification.agreement import _agreement
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.measurements.experiment import Experiment
 from stiffcal.measurements.load_states import Sigma
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import bending_swing, six_axes_with_beams, with_effect
@@ -33,7 +32,7 @@ def fit_of(stiffness: float, softness: float, seed: int) -> Fit:
 def test_a_second_value_that_is_larger_is_so_by_positive_standard_errors() -> None:
     """Of a compliance, and of a stiffness, whose amplitude is one over the value."""
     first, second = fit_of(1.0, 1.0, 1), fit_of(1.5, 1.5, 2)
-    agreement = _agreement((Experiment.LOADS, first), (Experiment.CLAMPED, second))
+    agreement = _agreement(("loads", first), ("clamped", second))
     assert agreement is not None
     assert not agreement.agree
     assert {common.name.rpartition(".")[2] for common in agreement.parameters} == {"c", "EI2", "EI3"}
@@ -43,7 +42,7 @@ def test_a_second_value_that_is_larger_is_so_by_positive_standard_errors() -> No
 
 
 def test_two_measurements_of_one_robot_agree() -> None:
-    agreement = _agreement((Experiment.LOADS, fit_of(1.0, 1.0, 1)), (Experiment.CLAMPED, fit_of(1.0, 1.0, 2)))
+    agreement = _agreement(("loads", fit_of(1.0, 1.0, 1)), ("clamped", fit_of(1.0, 1.0, 2)))
     assert agreement is not None
     assert agreement.agree
     assert agreement.statistic == pytest.approx(agreement.dof, abs=5.0 * (2.0 * agreement.dof) ** 0.5)

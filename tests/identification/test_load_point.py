@@ -18,7 +18,7 @@ from stiffcal.identification.identify import identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.measured_frames import placed_load_point
-from stiffcal.validation.heldout import left_out_residuals, pose_folds
+from stiffcal.validation.heldout import left_out_residuals, search_folds
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, shifted, six_axes
 
@@ -66,7 +66,7 @@ def test_a_light_payload_leaves_what_was_stated() -> None:
         assert parameter.std == pytest.approx(STATED, rel=0.01)
         assert abs(parameter.value or 0.0) < 0.2 * STATED
     # what was known before counts with each fold that is left out
-    left_out = left_out_residuals(fit, pose_folds(fit.data)).residual
+    left_out = left_out_residuals(fit, search_folds(fit.data)).residual
     assert np.sqrt(np.mean(left_out**2)) < 1.2 * np.sqrt(np.mean(fit.residual**2))
 
 

@@ -14,7 +14,7 @@ from stiffcal.identification.identify import fit_problem
 from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.reduction.registration_poses import different_poses
-from stiffcal.validation.heldout import pose_folds
+from stiffcal.validation.heldout import search_folds
 from tests.laboratory.simulated_states import medium_robot, played
 
 DEGREE = float(np.radians(1.0))
@@ -53,7 +53,7 @@ def test_runs_of_a_campaign_fall_into_these_poses() -> None:
     data = fit_problem(played(robot, runs=7), robot).data
     first = [members[0] for members in members_of(data.run)]
     expected = compared_with_all(data.angles[:, first].T, DEGREE)
-    assert np.array_equal(pose_folds(data), np.repeat(expected, np.bincount(data.run)))
+    assert np.array_equal(search_folds(data), np.repeat(expected, np.bincount(data.run)))
 
 
 @pytest.mark.parametrize("count", [pose_groups, lambda angles, _: different_poses(angles)])

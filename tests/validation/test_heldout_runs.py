@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.validation.heldout import heldout_residuals, pose_folds
+from stiffcal.validation.heldout import heldout_residuals, search_folds
 from stiffcal.validation.validate import rms_of, validate_fit
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
@@ -53,7 +53,7 @@ def test_runs_of_one_pose_are_left_out_together() -> None:
     joints = states.joints.copy()
     joints[states.run == 3] = joints[states.run == 1][0] + np.radians(0.4)
     fit = identify_parameters(replace(states, joints=joints), joint_springs(six_axes()))
-    fold = pose_folds(fit.data)
+    fold = search_folds(fit.data)
     assert sorted(set(fold)) == [0, 1, 2]
     assert fold[fit.data.run == 1][0] == fold[fit.data.run == 3][0]
 

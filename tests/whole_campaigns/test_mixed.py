@@ -9,7 +9,6 @@ import pytest
 from scipy.stats import chi2
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.measurements.experiment import Experiment
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
@@ -39,7 +38,7 @@ def begun(folder: Path) -> IdentifyResult:
 
 def test_without_the_play_loads_and_clamped_runs_disagree(begun: IdentifyResult) -> None:
     (agreement,) = begun.agreement or []
-    assert (agreement.first, agreement.second) == (Experiment.LOADS, Experiment.CLAMPED)
+    assert (agreement.first, agreement.second) == ("loads", "clamped")
     (parameter,) = agreement.parameters
     assert parameter.name == "joint-compliance.j6.c"
     assert not agreement.agree
@@ -55,8 +54,8 @@ def test_both_hidden_effects_are_named_and_no_others(folder: Path, begun: Identi
     assert finding.effect == "backlash"
     # the effect that the bench shows is tried on the tracker's data as well
     assert {kind.experiment: (kind.n_fell, kind.n_folds) for kind in finding.by_experiment or []} == {
-        Experiment.LOADS: (8, 8),
-        Experiment.CLAMPED: (15, 15),
+        "loads": (8, 8),
+        "clamped": (15, 15),
     }
     for kind in finding.by_experiment or []:
         assert (kind.after or 0.0) < 0.85 * (kind.before or 0.0)

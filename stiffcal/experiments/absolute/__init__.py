@@ -12,6 +12,7 @@ from stiffcal.experiments import ExperimentKind
 
 if TYPE_CHECKING:
     from stiffcal.experiments.absolute.simulation_settings import AbsolutePoses
+    from stiffcal.identification.state_kinds import StateKind
     from stiffcal.simulation.kinds import RunSimulation
 
 
@@ -23,6 +24,12 @@ class AbsoluteKind(ExperimentKind):
         from stiffcal.experiments.absolute.simulation import AbsoluteSimulation
 
         return AbsoluteSimulation()
+
+    def state_kind(self) -> StateKind:
+        """Return places, left out by region."""
+        from stiffcal.experiments.absolute.state_kind import AbsoluteStateKind
+
+        return AbsoluteStateKind()
 
 
 KIND = AbsoluteKind("absolute", default_model=Path(__file__).with_name("default_model.toml"))

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from stiffcal.experiments.presentation import Overview, Page, Plot, Table
     from stiffcal.experiments.reduction import RunsReduction
     from stiffcal.experiments.results import ExperimentFit, ExperimentValidation, IdentifiedModel
+    from stiffcal.identification.state_kinds import StateKind
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.simulation.kinds import RunSimulation
 
@@ -58,6 +59,12 @@ class ClampedKind(ExperimentKind):
         from stiffcal.experiments.clamped.parts import clamped_validation
 
         return clamped_validation(data)
+
+    def state_kind(self) -> StateKind:
+        """Return motor angles, left out by run or cycle."""
+        from stiffcal.experiments.clamped.state_kind import ClampedStateKind
+
+        return ClampedStateKind()
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return play, friction and reversal error joint by joint."""

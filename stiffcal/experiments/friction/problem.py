@@ -16,6 +16,7 @@ from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind, togeth
 from stiffcal.experiments.friction.starting import grid_shapes
 from stiffcal.experiments.row_search import RowCovariate, RowFit, RowNoise, RowProblem
 from stiffcal.identification.regressors import Regressor
+from stiffcal.identification.search_subject import SearchSubject
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
@@ -65,7 +66,9 @@ class FrictionProblem(RowProblem):
         self._robot = CompliantRobot(chain, placed)
         self.joints = tuple(sorted(set(rows.joint.tolist())))
         steady = bool(rows.steady.all())
-        self.left_out = "at held-out speeds" if steady else "in held-out seconds of motion"
+        self.subject = SearchSubject(
+            "motion", "Torque over motion", "at held-out speeds" if steady else "in held-out seconds of motion"
+        )
         self.folds_in_words = "speeds" if steady else "seconds of motion"
 
     @property

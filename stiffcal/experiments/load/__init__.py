@@ -2,6 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from stiffcal.experiments import ExperimentKind
 
-KIND = ExperimentKind("load")
+if TYPE_CHECKING:
+    from stiffcal.identification.state_kinds import StateKind
+
+
+class LoadKind(ExperimentKind):
+    """Displacements under loads that a person puts on the robot."""
+
+    def state_kind(self) -> StateKind:
+        """Return poses, and displacements in them."""
+        from stiffcal.experiments.load.state_kind import LoadStateKind
+
+        return LoadStateKind()
+
+
+KIND = LoadKind("load")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Paragraph, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
-from stiffcal.results.agreement_words import KINDS, rows, verdict
+from stiffcal.results.agreement_words import rows, runs_of_kinds, verdict
 
 ORDER = 45
 _TITLE = "Agreement between instruments"
@@ -18,7 +18,7 @@ def section(content: ReportContent) -> ReportSection | None:
         return None
     blocks: list[Block] = []
     for agreement in agreements:
-        first, second = KINDS[agreement.first], KINDS[agreement.second]
+        first, second = runs_of_kinds(agreement)
         columns = (
             TableColumn("parameter", align="left", mono=True), TableColumn(f"{first} alone"),
             TableColumn(f"{second} alone"), TableColumn("unit", align="left"),

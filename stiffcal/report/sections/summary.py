@@ -7,6 +7,7 @@ from functools import partial
 
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.identification.before_after import BeforeAfter
+from stiffcal.identification.state_kinds import state_kinds
 from stiffcal.reduction.registered_frames import RegistrationSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, PictureBlock, ReportSection
@@ -242,7 +243,8 @@ def _heldout_readings(validation: ValidateResult) -> list[str]:
     measure = next((name for name in measured if wording.part(validation.rms, name) is not None), None)
     if measure is None:
         return ["It cannot be validated: each joint was driven in only one usable pose."]
-    where = f"data ({validation.scheme})" if measure == "torque" else "positions or cycles of clamped runs"
+    of_states = (kind.left_out for kind in state_kinds().values() if kind.measure == measure)
+    where = next(of_states, f"data ({validation.scheme})")
     sentences = [f"Error in held-out {where}: {wording.measure_text(validation.rms)} rms"]
     sentences[0] += f", without a model {wording.measure_text(validation.zero_model)}"
     left = wording.part(validation.relative, measure)

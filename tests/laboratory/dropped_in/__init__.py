@@ -18,6 +18,7 @@ PACKAGES = {
     "readers": "stiffcal.readers",
     "effects": "stiffcal.effects",
     "experiments": "stiffcal.experiments",
+    "load_experiments": "stiffcal.experiments",
     "sections": "stiffcal.report.sections",
 }
 

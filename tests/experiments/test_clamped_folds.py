@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Booleans
+from stiffcal.experiments.clamped.folds import LEAST_POSITIONS, cycles
 from stiffcal.identification.observation import Observations, observe
 from stiffcal.identification.readings import WrenchCorrection
 from stiffcal.identification.row_layout import MOTOR
 from stiffcal.measurements.load_states import members_of
-from stiffcal.validation.clamped_folds import LEAST_POSITIONS, cycles, with_clamped_folds
-from stiffcal.validation.heldout import pose_folds
+from stiffcal.validation.heldout import search_folds, validation_folds
 from tests.laboratory.clamped_bench import CYCLE, clamped_bench
 from tests.laboratory.robots import six_axes, six_axis_joints
 
@@ -34,7 +34,7 @@ def motor_rows(data: Observations) -> Booleans:
 
 def of_runs(data: Observations) -> list[list[int]]:
     """Return the folds of each run, in order of their first state."""
-    fold = pose_folds(data)
+    fold = search_folds(data)
     return [list(dict.fromkeys(fold[members].tolist())) for members in members_of(data.run)]
 
 
@@ -68,15 +68,16 @@ def test_positions_count_by_joint() -> None:
     assert [len(run) for run in of_runs(data)] == [1, 3] * 4 + [1]
 
 
-def test_load_runs_keep_their_folds() -> None:
-    """Folds of clamped runs begin after those by pose, and no number is left out."""
+def test_no_fold_holds_states_of_clamped_and_of_load_runs() -> None:
+    """All are in one pose; folds are numbered without a gap, those of loads first."""
     data = observed(2, (2,))
     first = data.run == data.run[0]
-    as_loads = replace(data, measured_mask=data.measured_mask & ~(first & motor_rows(data)))
-    by_pose = np.where(first, 0, 1)
-    fold = with_clamped_folds(as_loads, by_pose)
+    kinds = ["load" if number == data.run[0] else "clamped" for number in range(int(data.run.max()) + 1)]
+    data = replace(data, run_kinds=tuple(kinds))
+    fold = search_folds(data)
     assert set(fold[first]) == {0}
     assert sorted(set(fold.tolist())) == [0, 1, 2, 3]
+    assert validation_folds(data)[1].tolist() == fold.tolist()
 
 
 def test_correcting_wrenches_for_a_model_leaves_the_folds() -> None:
@@ -87,14 +88,7 @@ def test_correcting_wrenches_for_a_model_leaves_the_folds() -> None:
     none = np.zeros(data.n_states)
     corrected = data.corrected(WrenchCorrection(np.zeros_like(data.wrench), rows, none, none))
     assert not np.array_equal(corrected.measured, data.measured)
-    assert pose_folds(corrected).tolist() == pose_folds(data).tolist()
-
-
-def test_without_clamped_runs_folds_are_as_given() -> None:
-    data = observed(2, (2,))
-    none = replace(data, measured_mask=data.measured_mask & ~motor_rows(data))
-    given = np.arange(data.n_states) % 7
-    assert with_clamped_folds(none, given) is given
+    assert search_folds(corrected).tolist() == search_folds(data).tolist()
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -15,20 +15,11 @@ LEAST_POSITIONS = 5
 TURN_SHARE = 0.35
 
 
-def with_clamped_folds(data: Observations, fold: Integers) -> Integers:
-    """Return fold numbers (n,) in which clamped runs have folds of their own.
-
-    Parameters
-    ----------
-    data : the observations, n states.
-    fold : (n,) folds by pose.
-    """
+def clamped_folds(data: Observations) -> Integers:
+    """Return (n,) fold numbers of states of clamped runs, from 0."""
     motors = data.rows_of(MOTOR)
-    clamped = np.asarray(data.measured_mask[motors].any(axis=0), dtype=np.bool_)
-    if not clamped.any():
-        return fold
-    result, following = fold.copy(), int(fold.max(initial=-1)) + 1
-    runs = [members for members in members_of(data.run) if clamped[members].any()]
+    fold, following = np.zeros(data.n_states, dtype=np.int64), 0
+    runs = members_of(data.run)
     # not as corrected for a model: models are compared over the same folds
     angles = [data.as_read[np.ix_(motors, members)] for members in runs]
     joints = [int(np.argmax(np.ptp(angle, axis=1))) for angle in angles]
@@ -36,9 +27,9 @@ def with_clamped_folds(data: Observations, fold: Integers) -> Integers:
         cycle = np.zeros(len(members), dtype=np.int64)
         if joints.count(joint) < LEAST_POSITIONS:
             cycle = cycles(angle[joint])
-        result[members] = following + cycle
+        fold[members] = following + cycle
         following += int(cycle.max(initial=0)) + 1
-    return np.asarray(np.unique(result, return_inverse=True)[1], dtype=np.int64)
+    return fold
 
 
 def cycles(angle: Floats) -> Integers:
