@@ -13,8 +13,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from stiffcal.cli.console import AnswerConsole
     from stiffcal.workflow.doctor import DoctorResult
 
 
@@ -39,7 +38,7 @@ def doctor(as_json: AsJson = False) -> int:
     return OK if result.complete else NOT_HELD
 
 
-def show_doctor(console: Console, result: DoctorResult) -> None:
+def show_doctor(console: AnswerConsole, result: DoctorResult) -> None:
     """Write the table of libraries, then what is missing, each with the command that installs it."""
     console.print(f"stiffcal {result.version}, Python {result.python}, {result.platform}")
     table = plain_table("library", "version", "works with", "for")
@@ -49,6 +48,7 @@ def show_doctor(console: Console, result: DoctorResult) -> None:
     console.print(
         f"reads logs of the formats {', '.join(result.formats)}", soft_wrap=True, markup=False, highlight=False
     )
+    console.show_warnings(result.warnings)
     missing = [library for library in result.libraries if library.version is None]
     for command in dict.fromkeys(library.install for library in missing):
         names = ", ".join(library.name for library in missing if library.install == command)

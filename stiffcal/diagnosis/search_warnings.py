@@ -5,16 +5,16 @@ from __future__ import annotations
 from stiffcal.diagnosis.search_results import Search
 from stiffcal.diagnosis.thresholds import REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, places_in_words
-from stiffcal.identification.document import overstated_noise_in_words, wrong_geometry_in_words
+from stiffcal.identification.document import noise_not_known, overstated_noise_in_words, wrong_geometry_in_words
 
 
 def search_warnings(search: Search) -> list[str]:
     """Return the warnings on a search, as sentences."""
     texts = []
     if search.before is None and (search.tried or search.unexplained):
-        texts.append("no repeats and no stated sigma: the share of noise in the error is unknown")
+        texts.append(noise_not_known("the share of noise in the error is unknown"))
     elif search.before is None:
-        texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
+        texts.append(noise_not_known("whether the model is good enough cannot be judged"))
     if len(search.first.folds) < 6:
         texts.append(f"only {len(search.first.folds)} poses: the error in held-out poses is poorly determined")
     if search.without_balance:

@@ -187,7 +187,7 @@ def fit_warnings(fit: Fit) -> list[str]:
     if geometry is not None and geometry.contradicted(fit.robot.chain.masses_known):
         texts.append(wrong_geometry_in_words(geometry.misfit or 0.0, fit.robot))
     if fit.noise is None:
-        texts.append("no repeats and no stated sigma: whether the model is good enough cannot be judged")
+        texts.append(noise_not_known("whether the model is good enough cannot be judged"))
     if fit.scaled:
         texts.append("standard uncertainties are scaled by the reduced χ² of the fit")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > MOST_CHI2:
@@ -213,6 +213,14 @@ def fit_warnings(fit: Fit) -> list[str]:
             share_percent = 100.0 * NORMAL_95 * (parameter.std or 0.0) / abs(parameter.value or 1.0)
             texts.append(f"{parameter.name} is poorly determined: ± {share_percent:.0f} %")
     return texts
+
+
+def noise_not_known(consequence: str) -> str:
+    """Return that nothing shows the instruments' noise, what follows from that, and what would show it."""
+    return (
+        f"no repeats and no stated sigma: {consequence}; measure some loads twice in the same pose, or state the "
+        "instrument's sigma next to its columns in campaign.toml"
+    )
 
 
 def overstated_noise_in_words(noise: Noise, reduced_chi2: float, dof: float) -> list[str]:

@@ -7,11 +7,13 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
+from pathlib import Path
 from typing import Literal
 
 from stiffcal import __version__
 from stiffcal.campaign.file_formats import format_names
 from stiffcal.documents import CommandResult
+from stiffcal.escapes.shell import escaped
 from stiffcal.trust.state import fault_of_place, state_folder
 
 PURPOSES = {
@@ -73,7 +75,14 @@ class DoctorResult(CommandResult):
 
 def examine_installation() -> DoctorResult:
     """Return what is installed and what is missing; nothing is imported for it."""
-    libraries = library_statuses(metadata.requires("stiffcal") or ())
+    warnings = []
+    try:
+        requirements = metadata.requires("stiffcal") or []
+    except metadata.PackageNotFoundError:
+        requirements = []
+        install = f"python -m pip install {escaped(str(Path(__file__).parents[2]))}"
+        warnings.append(f"stiffcal is not installed but run from its source: what it requires is not known; {install}")
+    libraries = library_statuses(requirements)
     folder = state_folder()
     points = (point for group in ENTRY_POINTS for point in metadata.entry_points(group=group))
     return DoctorResult(
@@ -86,7 +95,7 @@ def examine_installation() -> DoctorResult:
         plugins=sorted(f"{point.group.rpartition('.')[2]}: {point.name} ({point.value})" for point in points),
         state_folder=None if folder is None else str(folder),
         state_fault="" if folder is None or not folder.exists() else fault_of_place(folder),
-        warnings=[],
+        warnings=warnings,
     )
 
 

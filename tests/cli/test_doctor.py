@@ -37,6 +37,18 @@ def without(monkeypatch: pytest.MonkeyPatch, missing: str) -> None:
     monkeypatch.setattr(metadata, "version", version)
 
 
+def test_a_clone_that_is_not_installed_is_a_warning(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def requires(name: str) -> list[str]:
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "requires", requires)
+    out, code = answer(capsys, "--json")
+    assert code == 0
+    assert len(json.loads(out)["warnings"]) == 1
+
+
 def test_each_extra_has_a_purpose() -> None:
     extras = project()["optional-dependencies"]
     assert isinstance(extras, dict)
