@@ -204,17 +204,24 @@ _WRENCHES = ("wrench", "ft", "forcetorque", "force")
 
 
 def _components_of_arrays(columns: list[SniffedColumn]) -> dict[SniffedColumn, str]:
-    """Return the names x, y, z of the elements of arrays: three of one kind, or three forces before three moments."""
+    """Return the names x, y, z of the elements of arrays, numbered from 0 or from 1 (MATLAB).
+
+    They are three of one kind, or three forces before three moments.
+    """
     elements: dict[str, dict[int, SniffedColumn]] = {}
     for column in columns:
         if (match := _ELEMENT.fullmatch(column.name)) is not None:
             elements.setdefault(match[1], {})[int(match[2])] = column
     names: dict[SniffedColumn, str] = {}
-    for stem, array in elements.items():
-        if sorted(array) == [0, 1, 2]:
-            names |= {array[k]: f"{stem} {axis}" for k, axis in enumerate("xyz")}
-        elif sorted(array) == list(range(6)) and "".join(re.split(r"[\W_]+", stem.lower())).endswith(_WRENCHES):
-            names |= {array[k]: f"{'force' if k < 3 else 'torque'} {'xyz'[k % 3]}" for k in range(6)}
+    for stem, numbered in elements.items():
+        if sorted(numbered) not in (list(range(len(numbered))), list(range(1, len(numbered) + 1))):
+            continue
+        array = [numbered[k] for k in sorted(numbered)]
+        if len(array) == 3:
+            names |= {column: f"{stem} {axis}" for column, axis in zip(array, "xyz", strict=True)}
+        elif len(array) == 6 and "".join(re.split(r"[\W_]+", stem.lower())).endswith(_WRENCHES):
+            kinds = ("force", "torque")
+            names |= {column: f"{kinds[k // 3]} {'xyz'[k % 3]}" for k, column in enumerate(array)}
     return names
 
 

@@ -140,6 +140,7 @@ class _Kinds:
         self.used = [any(rows[k][c] for k in data) for c in range(self.width)]
         """Whether a column holds anything in rows of numbers."""
         self.n_rows = len(data)
+        self._begins_with_words = bool(data) and 2 * (filled[0] - numbers[0]) > len(data)
 
     def _first_below(self) -> int:
         """Return the first row below the last one that holds words only, above numbers."""
@@ -157,6 +158,11 @@ class _Kinds:
             return False
         own = [found[c] for c in range(self.width) if self.numeric[c] and row[c]]
         return bool(own) and sum(own) >= _MOSTLY * len(own)
+
+    def is_key_line(self, k: int) -> bool:
+        """Return whether row k names what its numbers are, as lines above a table do ("Delta_X", 0.02, 0.02)."""
+        row = self._rows[k]
+        return bool(row) and bool(row[0]) and not self._begins_with_words and not self._readings[k][0]
 
     def is_names(self, k: int) -> bool:
         """Return whether row k may hold names of the columns: it fills them, with words."""
@@ -201,7 +207,8 @@ def _names_row(rows: Sequence[Sequence[str]], kinds: _Kinds, wanted: Collection[
         for k, row in enumerate(rows):
             if set(wanted) <= set(without_comment_sign(row, kinds.width)):
                 # a header that is repeated below data is not theirs: the first line is said to lack the names
-                return next((i for i, own in enumerate(rows) if any(own)), k) if any(data[:k]) else k
+                above = any(own and not kinds.is_key_line(i) for i, own in enumerate(data[:k]))
+                return next((i for i, own in enumerate(rows) if any(own)), k) if above else k
     named = [not data[k] and kinds.is_names(k) for k in range(len(rows))]
     blocks: list[tuple[int, list[str], int | None]] = []  # rows of data, names, row of names
     count, block = 0, None

@@ -43,9 +43,11 @@ def test_counts_are_a_unit_where_they_can(force: int, torque: int, units: dict[s
     assert bool(questions) == (units["force"] == "N")
 
 
-def test_elements_of_arrays_are_components(tmp_path: Path) -> None:
+@pytest.mark.parametrize("first", [0, 1])
+def test_elements_of_arrays_are_components(first: int, tmp_path: Path) -> None:
     """As numpy, HDF5 and bags hold them: three of one kind; six of a wrench, three forces before three moments."""
-    names = [f"{stem}[{k}]" for stem, count in (("wrench", 6), ("position", 3), ("velocity", 3)) for k in range(count)]
+    arrays = {"wrench": 6, "position": 3, "velocity": 3}
+    names = [f"{stem}[{first + k}]" for stem, count in arrays.items() for k in range(count)]
     rows = "".join(f"{k / 10}," + ",".join(str(n + k / 7) for n in range(12)) + "\n" for k in range(9))
     roles = kind_of(tmp_path / "log.csv", f"t,{','.join(names)}\n{rows}").roles
     found = [

@@ -163,3 +163,20 @@ def test_a_date_does_not_count_twice_where_blanks_would_cut_it() -> None:
     rows = [f"21.11.2026 10:15:0{k},000\t862,06{k}\t75,47\t391,83\tok" for k in range(9)]
     found = text_layout("\n".join(["Zeitpunkt\tX / mm\tY / mm\tZ / mm\tStatus", *rows, ""]), "utf-8")
     assert (found.delimiter, found.columns) == ("\t", ("Zeitpunkt", "X / mm", "Y / mm", "Z / mm", "Status"))
+
+
+@pytest.mark.parametrize("time", ["0,0{k}", ""])
+def test_numbers_behind_a_key_are_no_data_above_the_names(time: str) -> None:
+    """LabVIEW, where lines leave the comment out: the step of each channel is as wide as a line of data."""
+    head = [
+        "LabVIEW Measurement",
+        "***End_of_Header***",
+        "Channels\t3",
+        "Delta_X\t0,02\t0,02\t0,02",
+        "***End_of_Header***",
+    ]
+    rows = [f"{time.format(k=k)}\t0,25\t-1,25\t0,2{k}" for k in range(9)]
+    text = "\n".join([*head, "X_Value\tFx\tFy\tFz\tComment", *rows, ""])
+    for wanted in ((), ("X_Value", "Fx", "Fy", "Fz")):
+        found = text_layout(text, "utf-8", wanted=wanted)
+        assert (found.columns[:4], found.first_data_line) == (("X_Value", "Fx", "Fy", "Fz"), 7)
