@@ -44,7 +44,7 @@ class CountedAngles:
 
 
 def counted_otherwise(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
-    """Yield the angles in the other unit, two columns interchanged, another direction of a joint, or counted together.
+    """Yield all or one in another unit, two columns interchanged, another direction of a joint, or counted together.
 
     Parameters
     ----------
@@ -58,6 +58,12 @@ def counted_otherwise(joints: Floats, chain: Chain) -> Iterator[CountedAngles]:
         yield CountedAngles(
             angles, "units.position", f"joint angles in {name}", mend, change, FaultCode.UNIT_IMPLAUSIBLE
         )
+    for k in np.flatnonzero(~chain.prismatic[: joints.shape[1]]).tolist():
+        angles = joints.copy()
+        angles[:, k] = np.degrees(joints[:, k])
+        words, mend = f"joint {names[k]} in radians", f"convert the column of {names[k]} to the unit of the others"
+        change = InputChange(ChangeKind.ANGLE_UNIT, (names[k],), value="rad")
+        yield CountedAngles(angles, f"joint {names[k]}", words, mend, change, FaultCode.UNIT_IMPLAUSIBLE)
     for a, b in combinations(range(joints.shape[1]), 2):
         angles = joints.copy()
         angles[:, [a, b]] = joints[:, [b, a]]

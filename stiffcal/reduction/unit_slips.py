@@ -175,7 +175,7 @@ def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: s
         f"joint springs leave {1e3 * rms_m:.3g} of {1e3 * float(np.sqrt(np.mean(measured**2))):.3g} mm of the "
         f"deflections, and {1e3 * rms_m / np.sqrt(ratio):.3g} mm with {best.words}"
     )
-    at = "." if best.code is FaultCode.UNIT_IMPLAUSIBLE else ": "  # a key of the manifest, or joints
+    at = ": " if best.change.names else "."  # joints, or a key of the manifest
     return [Fault(best.code, file, f"{place}{at}{best.place}", reason, best.mend, changes=(best.change,))]
 
 

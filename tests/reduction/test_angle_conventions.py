@@ -157,6 +157,14 @@ def test_radians_called_degrees_are_named_where_springs_explain_much_of_either(r
     assert fault.changes == (InputChange(ChangeKind.ANGLE_UNIT, value="rad"),)
 
 
+@pytest.mark.parametrize("joint", ["A2", "A3", "A5"])
+def test_one_joint_in_radians_is_named(joint: str, tmp_path: Path) -> None:
+    columns = displacement_columns(12)
+    columns[joint] = np.radians(columns[joint])
+    (fault,) = _faults_of(write_displacement_campaign(tmp_path / "cell", columns))
+    assert fault.changes == (InputChange(ChangeKind.ANGLE_UNIT, (joint,), value="rad"),)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_what_the_model_lacks_is_no_other_way_to_count(seed: int, tmp_path: Path) -> None:
     columns = displacement_columns(8, seed)
