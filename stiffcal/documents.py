@@ -24,8 +24,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, U
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.deprecated_names import ReadByKey
-
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, TypeAdapter
     from pydantic_core import CoreSchema
@@ -146,7 +144,7 @@ VectorWithGaps: TypeAlias = Annotated[NDArray[np.float64], ListsOf(1, gaps=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CommandResult(ReadByKey):
+class CommandResult:
     """What every command answers."""
 
     schema: str

@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.deprecated_names import old_names, take_old_methods, with_old_methods
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
@@ -47,7 +46,6 @@ from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 from stiffcal.model.state_order import StateOrder as StateOrder
 
 
-@with_old_methods
 class Effect(ABC):
     """A physical effect. Subclasses hold constants and pure functions; instances carry no state."""
 
@@ -95,11 +93,6 @@ class Effect(ABC):
     """Why the effect cannot act at a prismatic joint, where it cannot."""
     curve: ClassVar[tuple[str, ...]] = ()
     """Symbols of the law's curved form (`form`), where it has one in addition to the straight."""
-
-    def __init_subclass__(cls, **named: Any) -> None:
-        """Take methods that a plugin defines by the names they had before."""
-        super().__init_subclass__(**named)
-        take_old_methods(cls)
 
     def places(self, chain: Chain) -> list[Place]:
         """Return the places on this robot at which the effect can act."""
@@ -326,8 +319,3 @@ class DocumentedEffect(Effect):
         import inspect
 
         return inspect.getdoc(type(self)) or ""
-
-
-__getattr__ = old_names(
-    __name__, {"Driver": "Covariate", "Sort": "ParameterRole", "Evidence": "stiffcal.deprecated_names.Evidence"}
-)

@@ -9,7 +9,6 @@ from enum import Enum
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.deprecated_names import with_old_field
 
 Values = Mapping[str, float]
 
@@ -22,7 +21,6 @@ class ParameterRole(Enum):
     SETUP = "set-up"
 
 
-@with_old_field("sort", "role")
 @dataclass(frozen=True)
 class ParameterSpec:
     """One parameter of an effect."""

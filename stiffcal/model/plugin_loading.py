@@ -20,7 +20,6 @@ from importlib.machinery import ModuleSpec
 from types import CodeType, ModuleType
 from typing import Any
 
-from stiffcal.deprecated_names import check_plugin_import
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.plugin_code import PluginCode, PluginFile, path_without_local
@@ -173,7 +172,6 @@ class _Finder(MetaPathFinder, InspectLoader):
         """Import as Python does, with the set's modules first and no module of the current or the campaign's folder."""
         if level == 0 and name in self._files:
             return self.module(name)
-        check_plugin_import(name)
         before, installed = list(sys.path), path_without_local(self._code.folder)
         sys.path[:] = installed
         try:

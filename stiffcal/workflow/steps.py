@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
-from stiffcal.deprecated_names import old_names
 from stiffcal.documents import Document, Result
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.escapes.shell import command_line
@@ -389,6 +388,3 @@ def model_text(campaign: Campaign) -> str:
     """Return model.toml as it stands, "" where there is none and the default model holds."""
     path = campaign.folder / MODEL_FILE
     return read_regular(path, MODEL_FILE, limit=TOML).decode("utf-8") if path.exists() else ""
-
-
-__getattr__ = old_names(__name__, {"Means": "RunContext"})

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import pytest
-
 from stiffcal.documents import document_of
 from tests.laboratory.fits import fit_of, parameter
 
@@ -49,8 +47,3 @@ def test_a_further_kind_of_experiment_has_a_key_of_its_own() -> None:
     fit = replace(fit_of(), sections={"probing": {"plates": 2}})
     assert document_of(fit)["probing"] == {"plates": 2}
     assert "sections" not in document_of(fit)
-
-
-def test_a_key_is_read_as_in_version_0_1_with_a_warning() -> None:
-    with pytest.warns(DeprecationWarning, match="is no longer a dict"):
-        assert fit_of(fit_id="3")["fit_id"] == "3"  # type: ignore[index]
