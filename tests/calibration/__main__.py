@@ -2,7 +2,9 @@
 
     python -m tests.calibration today --seed 1 --count 300 --to build/calibration
 
-Judged campaigns are kept by judge, seed and number; a second call goes on where the first stopped. `self-check` judges
+Judged campaigns are kept by judge, seed and number; a second call goes on where the first stopped. With `--stress` the
+campaigns are of one class of `tests.calibration.stress.classes`, or of all, kept under the class's name; they are in no
+laboratory's proportions, so that no probability is held against them. `self-check` judges
 small problems drawn from the very priors, whose probabilities have to be right exactly; `numbers` doubles each number
 of the computation and reports the largest change of a probability.
 """
@@ -16,7 +18,9 @@ from functools import partial
 from pathlib import Path
 
 from tests.calibration import numbers, self_check
-from tests.calibration.judging import judged, read_line
+from tests.calibration.judging import JudgedCampaign, judged, read_line
+from tests.calibration.stress.classes import CLASSES
+from tests.calibration.stress.tables import stress_table
 from tests.calibration.tables import table
 from tests.rates.workers import one_thread_each
 
@@ -30,6 +34,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--stress", choices=[*CLASSES, "all"], metavar="CLASS")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--to", type=Path, default=Path("build/calibration"))
     chosen = parser.parse_args(arguments)
@@ -40,17 +45,28 @@ def main(arguments: Sequence[str]) -> int:
         print(numbers.table(chosen.seed, chosen.first, chosen.count))
         return 0
     chosen.to.mkdir(parents=True, exist_ok=True)
-    kept = chosen.to / f"{chosen.judge}-{chosen.seed}.jsonl"
-    known = [read_line(line) for line in kept.read_text(encoding="utf-8").splitlines()] if kept.exists() else []
     wanted = range(chosen.first, chosen.first + chosen.count)
-    left = sorted(set(wanted) - {record.number for record in known})
-    with one_thread_each(chosen.workers) as pool, kept.open("a", encoding="utf-8") as file:
-        for record in pool.map(partial(judged, chosen.judge, chosen.seed), left):
-            known.append(record)
-            file.write(record.line() + "\n")
-            file.flush()
-    print(table([record for record in known if record.number in wanted]))
+    if chosen.stress:
+        names = list(CLASSES) if chosen.stress == "all" else [chosen.stress]
+        print(stress_table({name: _judged_now(chosen, wanted, name) for name in names}))
+    else:
+        print(table(_judged_now(chosen, wanted)))
     return 0
+
+
+def _judged_now(chosen: argparse.Namespace, wanted: range, stress: str = "") -> list[JudgedCampaign]:
+    """Return the judged campaigns that are wanted; those that are not kept yet are judged and kept."""
+    kept = chosen.to / "-".join([chosen.judge, *([stress] if stress else []), f"{chosen.seed}.jsonl"])
+    known = [read_line(line) for line in kept.read_text(encoding="utf-8").splitlines()] if kept.exists() else []
+    left = sorted(set(wanted) - {record.number for record in known})
+    if left:
+        one = partial(judged, chosen.judge, chosen.seed, stress=stress)
+        with one_thread_each(chosen.workers) as pool, kept.open("a", encoding="utf-8") as file:
+            for record in pool.map(one, left):
+                known.append(record)
+                file.write(record.line() + "\n")
+                file.flush()
+    return [record for record in known if record.number in wanted]
 
 
 if __name__ == "__main__":

@@ -1,10 +1,13 @@
 """What a judge says of a campaign, in the form in which judges are compared, and when that is good.
 
-The table below was written before the first campaign was judged, but for one line: that a knock leaves a step in its
-run, and that the step is as right a name as the run, was added after the fifth set.
+The table below was written before the first campaign was judged, but for two lines: that a knock leaves a step in its
+run, and that the step is as right a name as the run, was added after the fifth set; what is good where an assumption
+can be seen to be broken was added before the first stress class was judged.
 
 ========= ====================================================================================================
 nothing   quiet: no effect named, nothing unexplained, no run doubted
+visible   an assumption is broken so that the readings can show it, nothing else is wrong: no effect named, no run
+          doubted; unexplained is as right as quiet
 one       the effect is in the first group that is named (leading, alike, or undecided); one that an oracle cannot
           find may also be left unnamed
 several   every group that is named holds one of them, and those that an oracle finds are in a group
@@ -94,7 +97,7 @@ def is_good(campaign: FieldCampaign, answer: Answer) -> bool:
     if answer.crash:
         return False
     if campaign.category == "nothing":
-        return answer.quiet
+        return answer.quiet or (campaign.visible and not answer.named and not answer.doubted)
     if campaign.category == "mistake":
         if min(campaign.sizes) < FAULT_FOUND:
             return not firm_wrong(campaign, answer)

@@ -71,6 +71,8 @@ class FieldCampaign:
     """Measured components."""
     settings: str
     """In words."""
+    visible: bool = False
+    """Whether an assumption of the judge is broken such that the readings can show it."""
 
 
 def draw_campaign(seed: int, number: int) -> FieldCampaign:
@@ -81,8 +83,8 @@ def draw_campaign(seed: int, number: int) -> FieldCampaign:
     RuntimeError : none of two hundred drawn robots found its balance.
     """
     rng = np.random.default_rng([seed, number])
-    category = _pick(rng, CATEGORIES)
-    noise_known = _pick(rng, NOISE_KNOWN)
+    category = pick(rng, CATEGORIES)
+    noise_known = pick(rng, NOISE_KNOWN)
     player: Player = "mujoco" if rng.uniform() < PLAYED_BY_MUJOCO else "balance"
     if category == "mistake":
         return _mistaken(rng, number, noise_known, player)
@@ -94,12 +96,14 @@ def draw_campaign(seed: int, number: int) -> FieldCampaign:
     raise RuntimeError("no campaign found its balance")
 
 
-def _pick(rng: np.random.Generator, shares: Mapping[T, float]) -> T:
+def pick(rng: np.random.Generator, shares: Mapping[T, float]) -> T:
+    """Draw a name by its share."""
     names = list(shares)
     return names[int(rng.choice(len(names), p=list(shares.values())))]
 
 
-def _size(rng: np.random.Generator) -> float:
+def draw_size(rng: np.random.Generator) -> float:
+    """Draw the rms of a hidden effect over the noise."""
     return float(np.exp(rng.uniform(*np.log(SIZES))))
 
 
@@ -109,7 +113,7 @@ def _mistaken(rng: np.random.Generator, number: int, noise_known: NoiseKnown, pl
     faults = [fault for fault in FAULTS if form == "rows" or fault != "bad row"]
     faulty = draw_faulty(rng, form, str(rng.choice(faults)), player=player)
     size = min(faulty.change, faulty.deflection)
-    readings = _readings(faulty.states, faulty.model)
+    readings = count_readings(faulty.states, faulty.model)
     return FieldCampaign(
         number, "mistake", noise_known, player, faulty.states, faulty.model, (), (size,), faulty.runs,
         faulty.fault, readings,
@@ -133,19 +137,20 @@ def _drawn(
         states, _ = bumped(rng, states)
     if rng.uniform() < ENCODER_NOISE:
         states = replace(states, joints=states.joints + ENCODER * rng.normal(size=states.joints.shape))
-    states = _stated(rng, noise_known, states, noise)
+    states = with_stated_noise(rng, noise_known, states, noise)
     masses = bool(rng.uniform() < MASSES_KNOWN) or any(one.effect.name in OF_TOTAL_TORQUE for one in hidden)
     off = bool(rng.uniform() < GEOMETRY_OFF)
-    model = _model(robot, masses)
+    model = model_under_test(robot, masses)
     words = [robot.family.name.split()[0], f"{len(states.runs)} poses", "pose" if full_pose else "position"]
     words += ["force only"] * force_only + ["masses unknown"] * (not masses) + ["geometry off"] * off
     return FieldCampaign(
         number, category, noise_known, player, reject_outliers(states), geometry_off(rng, model) if off else model,
-        hidden, sizes, (), "", _readings(states, model), ", ".join(words),
+        hidden, sizes, (), "", count_readings(states, model), ", ".join(words),
     )  # fmt: skip
 
 
-def _model(robot: DrawnRobot, masses: bool) -> CompliantRobot:
+def model_under_test(robot: DrawnRobot, masses: bool) -> CompliantRobot:
+    """Return the robot with joint springs without values, its masses known or not."""
     springs = joint_springs(robot)
     chain = robot.chain if masses else robot.without_masses()
     return CompliantRobot(chain, tuple(PlacedEffect(one.effect, one.place) for one in springs.placed))
@@ -157,13 +162,13 @@ def _hidden(
     if category == "nothing":
         return (), ()
     if category == "several":
-        return hide_several(rng, ruler, [_size(rng) for _ in range(2 if rng.uniform() < 0.7 else 3)])
+        return hide_several(rng, ruler, [draw_size(rng) for _ in range(2 if rng.uniform() < 0.7 else 3)])
     drawn = draw_outside(rng, ruler.state) if category == "outside" else draw_inside(rng, ruler.state)
-    size = _size(rng)
+    size = draw_size(rng)
     return (ruler.sized(drawn, size),), (size,)
 
 
-def _stated(
+def with_stated_noise(
     rng: np.random.Generator, noise_known: NoiseKnown, states: LoadStates, noise: tuple[float, float]
 ) -> LoadStates:
     """Return the states with what the manifest says of their noise."""
@@ -174,5 +179,6 @@ def _stated(
     return replace(states, setup=replace(states.setup, sigma=sigma))
 
 
-def _readings(states: LoadStates, model: CompliantRobot) -> int:
+def count_readings(states: LoadStates, model: CompliantRobot) -> int:
+    """Return how many components were measured."""
     return int(np.count_nonzero(observe(states, model.chain).measured_mask))

@@ -1,4 +1,4 @@
-"""One campaign of the field mix, drawn and judged."""
+"""One campaign of the field mix or of a stress class, drawn and judged."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 
 from tests.calibration.answers import Answer, firm_wrong, is_good, outcome, truth_of
 from tests.calibration.field_mix import Category, NoiseKnown, draw_campaign
+from tests.calibration.stress.classes import draw_stress
 from tests.rates.measuring import Player
 
 
@@ -57,9 +58,14 @@ def read_line(line: str) -> JudgedCampaign:
     return TypeAdapter(JudgedCampaign).validate_python(json.loads(line))
 
 
-def judged(judge: str, seed: int, number: int) -> JudgedCampaign:
-    """Draw one campaign and judge it; a crash is an answer too."""
-    campaign = draw_campaign(seed, number)
+def judged(judge: str, seed: int, number: int, stress: str = "") -> JudgedCampaign:
+    """Draw one campaign and judge it; a crash is an answer too.
+
+    Parameters
+    ----------
+    stress : a class of `tests.calibration.stress`; "" for the field mix.
+    """
+    campaign = draw_stress(stress, seed, number) if stress else draw_campaign(seed, number)
     try:
         answer: Answer = importlib.import_module(f"tests.calibration.{judge}").judge(campaign)
     except Exception:

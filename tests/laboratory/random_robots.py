@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,10 +39,12 @@ class Family:
     ----------
     rows, flange : modified Denavit-Hartenberg parameters, masses; m along the last axis.
     stiffness : (J,) N·m/rad.
-    centre, spread : (J,) deg, where poses are drawn.
+    centre, spread : (L,) of logged positions, deg, m of a prismatic joint, where poses are drawn.
     force : N, largest loads.
     translation, rotation : m and rad, tracker noise per state and axis.
-    links : names of links 2 and 3 (or 2 and 4).
+    prismatic : numbers of the joints that slide, from 1.
+    coupled : of joints that are not logged by themselves, by number, entries of the robot file (`logged`, `coupling`).
+    gravity : m/s², base axes.
     """
 
     name: str
@@ -53,6 +56,16 @@ class Family:
     force: float
     translation: float
     rotation: float
+    prismatic: tuple[int, ...] = ()
+    coupled: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+
+    def draw_joints(self, rng: np.random.Generator, poses: int) -> Floats:
+        """Draw (poses, L) logged positions, rad, m of a prismatic joint."""
+        n = len(self.centre)
+        drawn = np.array(self.centre) + np.array(self.spread) * rng.uniform(-1.0, 1.0, (poses, n))
+        slides = np.isin(np.arange(1, n + 1), self.prismatic)
+        return np.asarray(np.where(slides, drawn, np.radians(drawn)))
 
 
 FAMILIES = (
@@ -91,9 +104,9 @@ class DrawnRobot:
         return replace(self.chain, masses_known=False, link_mass=np.zeros_like(self.chain.link_mass))
 
 
-def draw_robot(rng: np.random.Generator) -> DrawnRobot:
+def draw_robot(rng: np.random.Generator, families: Sequence[Family] = FAMILIES) -> DrawnRobot:
     """Draw a family, then lengths by ±15 %, masses by ±20 %, stiffness by some 25 %."""
-    family = FAMILIES[int(rng.integers(len(FAMILIES)))]
+    family = families[int(rng.integers(len(families)))]
     names = [f"link{k + 1}" for k in range(len(family.rows))]
     names[1], names[2 if len(names) == 6 else 3] = "swing", "arm"
     joints: list[dict[str, Any]] = []
@@ -107,14 +120,16 @@ def draw_robot(rng: np.random.Generator) -> DrawnRobot:
                     "mass_kg": mass * rng.uniform(0.8, 1.2),
                     "com_m": [x * size for x in com],
                 },
+                **({"type": "prismatic", "limits_m": [-5.0, 5.0]} if number + 1 in family.prismatic else {}),
+                **family.coupled.get(number + 1, {}),
             }
         )  # fmt: skip
     flange = family.flange * rng.uniform(0.85, 1.15)
     robot = {
         "schema": "stiffcal/robot/1", "name": family.name, "convention": "modified-dh", "joints": joints,
-        "flange": {"xyz_m": [0.0, 0.0, flange]},
+        "flange": {"xyz_m": [0.0, 0.0, flange]}, "gravity_mps2": list(family.gravity),
     }  # fmt: skip
-    if len(family.rows) == 6 and rng.uniform() < 0.25:
+    if len(family.rows) == 6 and not family.prismatic and rng.uniform() < 0.25:
         # from behind and below joint 2 to a third up its link, as on heavy robots; a rate that is stated would count
         arm, drop = float(family.rows[2][0]) * rng.uniform(0.25, 0.4), rng.uniform(-0.3, -0.15)
         robot["gravity_compensator"] = {

@@ -113,7 +113,7 @@ def _drawn(rng: np.random.Generator, form: str, fault: str, hidden: str, player:
     if not fault:
         return Faulty(form, fault, states, model, (), (), 0.0, 0.0, words)
     faulty, runs, kinds, what = _with_fault(rng, states, fault)
-    deflection, change = _sizes(faulty, states, truth, runs, noise)
+    deflection, change = size_of_fault(faulty, states, truth, runs, noise)
     return Faulty(form, fault, reject_outliers(faulty), model, runs, kinds, deflection, change, f"{words}; {what}")
 
 
@@ -173,9 +173,7 @@ def _wrench_noise(robot: DrawnRobot) -> tuple[float, float]:
 def _table_plan(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, form: str) -> LoadStates:
     """Return the loads of 24 poses with two loads each, as rows of their own or with an unloaded state before them."""
     family = robot.family
-    angles = np.radians(
-        np.array(family.centre) + np.array(family.spread) * rng.uniform(-1.0, 1.0, (POSES, len(family.rows)))
-    )
+    angles = family.draw_joints(rng, POSES)
     point = np.array([0.02, 0.0, rng.uniform(0.1, 0.16)])
     setup = draw_setup(rng, robot.chain, point, force_only=False)
     direction = rng.normal(size=(POSES, LOADS, 3))
@@ -256,18 +254,18 @@ def _with_fault(
     other = int(rng.choice(unlike))
     there = members[other]
     if fault == "mislabelled":
-        return _exchanged(states, own, there, ("joints",)), (run, other), ("mislabelled",), f"angles {run} {other}"
+        return exchanged(states, own, there, ("joints",)), (run, other), ("mislabelled",), f"angles {run} {other}"
     if fault == "copied angles":
         joints = states.joints.copy()
         joints[own] = joints[there]
         return replace(states, joints=joints), (run,), ("mislabelled",), f"angles {run} are those of {other}"
     if fault == "exchanged loads":
-        return _exchanged(states, own, there, ("wrench",)), (run, other), ("exchanged",), f"loads {run} {other}"
+        return exchanged(states, own, there, ("wrench",)), (run, other), ("exchanged",), f"loads {run} {other}"
     if fault == "exchanged places":
         names = ("position", "rotation", "deflection")
         # Angles and loads of the one with places of the other: where the loads are alike, that is angles mixed up.
         right = ("exchanged", "mislabelled")
-        return _exchanged(states, own, there, names), (run, other), right, f"places {run} {other}"
+        return exchanged(states, own, there, names), (run, other), right, f"places {run} {other}"
     if fault == "sign":
         return _wrong_sign(rng, states, run, own)
     if fault == "unit":
@@ -277,10 +275,11 @@ def _with_fault(
     step = size * direction / np.linalg.norm(direction)
     first = own[0] if states.deflection_given else own[int(rng.integers(1, len(own)))]
     picked = own[own >= first] if fault == "bump" and not states.deflection_given else np.array([first])
-    return _moved(states, picked, step), (run,), ("bump", "unknown"), f"{fault} of {1e3 * size:.2f} mm in {run}"
+    return moved_by(states, picked, step), (run,), ("bump", "unknown"), f"{fault} of {1e3 * size:.2f} mm in {run}"
 
 
-def _exchanged(states: LoadStates, own: Integers, there: Integers, names: tuple[str, ...]) -> LoadStates:
+def exchanged(states: LoadStates, own: Integers, there: Integers, names: tuple[str, ...]) -> LoadStates:
+    """Return the states with fields (of `LoadStates`) of as many states here and there exchanged."""
     changed = {}
     for name in names:
         values = getattr(states, name).copy()
@@ -289,7 +288,8 @@ def _exchanged(states: LoadStates, own: Integers, there: Integers, names: tuple[
     return replace(states, **changed)
 
 
-def _moved(states: LoadStates, picked: Integers, step: Floats) -> LoadStates:
+def moved_by(states: LoadStates, picked: Integers, step: Floats) -> LoadStates:
+    """Return the states with the target of some moved by a step (3,), m, base axes."""
     if states.deflection_given:
         deflection = states.deflection.copy()
         deflection[picked, 0, :3] += step
@@ -336,7 +336,7 @@ def _wrong_unit(
     return replace(states, wrench=wrench), (run,), ("unit",), f"{unit} in {run}"
 
 
-def _sizes(
+def size_of_fault(
     faulty: LoadStates, right: LoadStates, truth: CompliantRobot, runs: tuple[int, ...], noise: tuple[float, float]
 ) -> tuple[float, float]:
     """Return rms of the faulty run's true displacement and of what the fault adds to its misfit, over the noise."""

@@ -197,9 +197,13 @@ def draw_inside(
                 raise NoBalanceError(f"{only} has no place on this robot")
             continue
         place = places[int(rng.integers(len(places)))]
-        values = {**names, **SENSOR}[name](rng, PlacedEffect(catalogue[name], place), state)
-        if values is not None:
-            return PlacedEffect(catalogue[name], place, values)
+        effect = catalogue[name].at(place, state.robot.chain)
+        values = {**names, **SENSOR}[name](rng, PlacedEffect(effect, place), state)
+        # across a prismatic axis an effect has fewer parameters
+        symbols = {spec.symbol for spec in effect.parameters}
+        values = {symbol: value for symbol, value in (values or {}).items() if symbol in symbols}
+        if values:
+            return PlacedEffect(effect, place, values)
 
 
 def draw_outside(rng: np.random.Generator, state: Linearised) -> PlacedEffect:

@@ -56,7 +56,7 @@ def move_by_mujoco(plan: LoadStates, whole: CompliantRobot) -> Motion:
     for one in whole.placed:
         if one.effect.name == "joint-compliance":
             drives[one.place.joints[0] - 1] = 1.0 / one.values["c"]
-        elif not (_is_played(one) or _is_of_instruments(one)):
+        elif not can_be_played(one):
             raise ValueError(f"{one.effect.name} is not modelled in MuJoCo")
     row, first, loads, runs = _with_references(plan, inputs.wrench.T)
     try:
@@ -181,6 +181,8 @@ LAWS: Mapping[str, Law] = {
     "cross-stiffness": lambda v, t, q, a, b: v["c"] * np.sin(v["order"] * q[a] + v["phase"]) * t[b],
     "torque-product": lambda v, t, q, a, b: v["c"] * abs(t[a]) * t[b],
     "quadratic-cross": lambda v, t, q, a, b: v["c"] * t[a] ** 2,
+    "hertz-contact": lambda v, t, q, a, b: v["c"] * float(np.sign(t[a]) * abs(t[a]) ** (2.0 / 3.0)),
+    "cable-bent": lambda v, t, q, a, b: -v["c"] * max(float(q[a]) - v["angle"], 0.0) * t[a],
     "loose-beyond": lambda v, t, q, a, b: v["c"] * t[b] * (q[a] > v["angle"]),
 }
 
@@ -224,6 +226,11 @@ INSTRUMENTS = (
     "thermal-drift", "tracker-frame", "wrench-frame", "target-offset", "load-point-offset", "wrench-scale",
     "wrench-origin", "seat-shift", "wander", "servo-deflection",
 )  # fmt: skip
+
+
+def can_be_played(one: PlacedEffect) -> bool:
+    """Return whether MuJoCo's robot can have an effect."""
+    return _is_played(one) or _is_of_instruments(one) or one.effect.name == "joint-compliance"
 
 
 def _is_played(one: PlacedEffect) -> bool:

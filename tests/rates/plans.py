@@ -17,9 +17,7 @@ def cycles(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, force_o
     poses, family = int(rng.integers(8, 15)), robot.family
     directions = int(rng.integers(2, 5))
     per_run = 1 + directions * 2 * len(ONE_CYCLE)
-    angles = np.radians(
-        np.array(family.centre) + np.array(family.spread) * rng.uniform(-1.0, 1.0, (poses, len(family.rows)))
-    )
+    angles = family.draw_joints(rng, poses)
     wrench = np.zeros((poses, per_run, 6))
     point = np.array([0.02, 0.0, rng.uniform(0.1, 0.16)])
     setup = draw_setup(rng, robot.chain, point, force_only)
@@ -41,9 +39,7 @@ def cycles(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, force_o
 def spreadsheet(rng: np.random.Generator, robot: DrawnRobot, full_pose: bool, force_only: bool) -> LoadStates:
     """Return 24 poses, each unloaded and under two loads of different directions, none of them twice."""
     poses, family = 24, robot.family
-    angles = np.radians(
-        np.array(family.centre) + np.array(family.spread) * rng.uniform(-1.0, 1.0, (poses, len(family.rows)))
-    )
+    angles = family.draw_joints(rng, poses)
     point = np.array([0.02, 0.0, rng.uniform(0.1, 0.16)])
     direction = rng.normal(size=(poses, 2, 3))
     direction /= np.linalg.norm(direction, axis=2, keepdims=True)

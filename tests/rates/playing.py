@@ -199,12 +199,13 @@ def geometry_off(rng: np.random.Generator, model: CompliantRobot) -> CompliantRo
 
 def joint_springs(robot: DrawnRobot) -> CompliantRobot:
     """Return the robot with its joint stiffness alone."""
-    effect = built_in_effects()["joint-compliance"]
+    effect, chain = built_in_effects()["joint-compliance"], robot.chain
+    places = [Place("joints", (k,)) for k in range(1, chain.n_joints + 1)]
     return CompliantRobot(
-        robot.chain,
+        chain,
         tuple(
-            PlacedEffect(effect, Place("joints", (k,)), {"c": 1.0 / stiffness})
-            for k, stiffness in enumerate(robot.stiffness, start=1)
+            PlacedEffect(effect.at(place, chain), place, {"c": 1.0 / stiffness})
+            for place, stiffness in zip(places, robot.stiffness, strict=True)
         ),
     )
 
