@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -30,7 +31,7 @@ class Discrepancy:
     """Directions in whitened rows into which the poses' own responses move the readings."""
 
     runs: tuple[int, ...]
-    """Numbers of the runs."""
+    """Numbers of the runs, or groups of states."""
     n_rows: int
     """Whitened rows of all."""
     of_run: tuple[tuple[Integers, Floats], ...]
@@ -40,25 +41,37 @@ class Discrepancy:
 
     @classmethod
     def of_loads(cls, space: Projection) -> Discrepancy:
-        """Return each run's own response to its loads; ``space`` has weights and runs of load states."""
-        return cls._of(space, _unit_loads(space.data.wrench))
+        """Return each run's own response to its loads, and of absolute places each row's own offset.
+
+        Parameters
+        ----------
+        space : weights and runs of load states.
+        """
+        data = space.data
+        drivers = _unit_loads(data.wrench)
+        if data.absolute.any():
+            drivers = [*drivers, data.absolute.astype(np.float64)]
+        return cls._of(space, drivers, data.run)
 
     @classmethod
     def of_time(cls, space: Projection) -> Discrepancy:
         """Return each run's own random walk, as waves over it whose variance falls with the square of their number.
 
-        (Karhunen and Loève: the waves of a random walk.)
+        (Karhunen and Loève: the waves of a random walk.) All absolute places walk together, in their order.
         """
         data = space.data
-        _, first, count = np.unique(data.run, return_index=True, return_counts=True)
-        part = (np.arange(data.n_states) - np.repeat(first, count)) / np.repeat(np.maximum(count - 1, 1), count)
+        group = np.where(data.absolute, int(data.run.max(initial=0)) + 1, data.run)
+        part = np.zeros(data.n_states)
+        for number in np.unique(group):
+            own = np.flatnonzero(group == number)
+            part[own] = np.arange(len(own)) / max(len(own) - 1, 1)
         waves = [np.cos(np.pi * k * part) / k for k in range(1, WAVES + 1)]
         size = float(np.sqrt(sum(1.0 / k**2 for k in range(1, WAVES + 1)) / 2.0))
-        return cls._of(space, [wave / size for wave in waves])
+        return cls._of(space, [wave / size for wave in waves], group)
 
     @classmethod
-    def _of(cls, space: Projection, drivers: Sequence[Floats]) -> Discrepancy:
-        """Return the responses of each component in each run to drivers (n,), each of one noise."""
+    def _of(cls, space: Projection, drivers: Sequence[Floats], group: Integers) -> Discrepancy:
+        """Return the responses of each component in each run, or group of states (n,), to drivers (n,) of one noise."""
         data = space.data
         m, n = data.measured.shape
         scale = space.whitening.scale
@@ -68,9 +81,10 @@ class Discrepancy:
             for c in range(m):
                 stack[k * m + c, c] = driver * size[c]
         rows = space.rows(stack).reshape(len(stack), m, n)
+        numbers = np.unique(group)
         parts, variances = [], []
-        for run in np.unique(data.run):
-            states = np.flatnonzero(data.run == run)
+        for number in numbers:
+            states = np.flatnonzero(group == number)
             place = (np.arange(m)[:, None] * n + states).ravel()
             own = rows[:, :, states].reshape(len(stack), -1).T
             basis, values, _ = np.linalg.svd(own, full_matrices=False)
@@ -78,7 +92,16 @@ class Discrepancy:
             parts.append((place, basis[:, kept]))
             variances.append(values[kept] ** 2)
         found = np.concatenate(variances) if variances else np.zeros(0)
-        return cls(tuple(np.unique(data.run).tolist()), m * n, tuple(parts), found)
+        return cls(tuple(numbers.tolist()), m * n, tuple(parts), found)
+
+    @property
+    def moves(self) -> dict[int, tuple[Integers, Floats]]:
+        """Per run the positions (r,) of its rows, and (r, d) how a discrepancy of one noise moves them."""
+        ends = np.cumsum([0, *(basis.shape[1] for _, basis in self.of_run)])
+        return {
+            run: (place, basis * np.sqrt(self.variance[a:b]))
+            for run, (place, basis), (a, b) in zip(self.runs, self.of_run, pairwise(ends), strict=True)
+        }
 
     def along(self, rows: Floats) -> Floats:
         """Return (k, d) the parts of whitened rows (k, r) along the directions."""
@@ -97,16 +120,19 @@ class Discrepancy:
 def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Iterator[tuple[int, Floats]]:
     """Give each run's number and (d, r) columns that move it alone, together of rms one over its rows.
 
+    Not of absolute places, of which each row is a run: a row that is off is a reading.
+
     Parameters
     ----------
     of_loads, of_time : how runs answer their loads and wander; a run that is off does both, as far as it likes.
     flat : (p, r) columns of what all runs share and nothing is known of: a run that is off says nothing of it.
     """
-    at = [0, 0]
-    for run, (place, loads), (_, time) in zip(of_loads.runs, of_loads.of_run, of_time.of_run, strict=True):
-        answer = loads * np.sqrt(of_loads.variance[at[0] : at[0] + loads.shape[1]])
-        walk = time * np.sqrt(of_time.variance[at[1] : at[1] + time.shape[1]])
-        at = [at[0] + loads.shape[1], at[1] + time.shape[1]]
+    walks = of_time.moves
+    for run, (place, answer) in of_loads.moves.items():
+        if run not in walks:
+            continue
+        walk = walks[run][1]
+        loads = answer / np.maximum(np.linalg.norm(answer, axis=0), 1e-300)
         # of a long run the walk's first waves alone, next to all that it can answer; a short one moves in any way
         basis, size, _ = np.linalg.svd(walk - loads @ (loads.T @ walk), full_matrices=False)
         moved = np.column_stack([answer, (basis * size)[:, size > LEAST * walk.max(initial=0.0)]])[:, :MOST_OF_RUN]

@@ -48,6 +48,8 @@ class Exchange:
 def exchanges(ground: Ground) -> Iterator[Exchange]:
     """Give the pairs that explain most of what a model leaves, of each kind."""
     data = ground.space.data
+    if data.absolute.all():
+        return
     runs = _Runs.of(ground)
     for part in ExchangedPart:
         gain = _gains(ground, runs, part)
@@ -77,7 +79,7 @@ class _Runs:
     def of(cls, ground: Ground) -> _Runs:
         """Return it about a model."""
         data = ground.space.data
-        numbers = np.unique(data.run)
+        numbers = np.unique(data.run[~data.absolute])
         states = [np.flatnonzero(data.run == number) for number in numbers]
         slopes = ground.state.tangents.reading_rows()
         response = np.array([slopes[:, :, own].mean(axis=2) for own in states])

@@ -23,7 +23,7 @@ from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.priors import (
     ALONE,
-    JOINT_SPRING,
+    COMMON,
     OF_LOADS,
     OF_TIME,
     STATED_NOISE_DOF,
@@ -113,7 +113,7 @@ def judge_states(
     """
     settings = settings or Settings()
     fit = fit_observations(fit_problem(states, robot), robot, settings)
-    campaign = _Campaign.of(states, fit, catalogue, settings)
+    campaign = _Campaign.of(states, robot, fit, catalogue, settings)
     chosen = frozenset(_name_of(placed) for placed in fit.robot.placed if _is_member(placed))
     aside = frozenset[Off]()
     tried = {(chosen, aside)}
@@ -133,7 +133,7 @@ def judge_states(
         except (NoBalanceError, ArithmeticError):
             break
         if without != aside:
-            campaign = _Campaign.of(states, fit, catalogue, settings)
+            campaign = _Campaign.of(states, robot, fit, catalogue, settings)
         chosen, aside = _names(effects), without
         tried.add((chosen, aside))
     return judged
@@ -157,7 +157,7 @@ def _names(members: Sequence[Member]) -> frozenset[str]:
 
 def _is_member(placed: PlacedEffect) -> bool:
     """Return whether an effect of the model under test is judged like those that are not in it."""
-    return placed.effect.name != JOINT_SPRING and not placed.effect.general
+    return placed.effect.name not in COMMON and not placed.effect.general
 
 
 def _name_of(placed: PlacedEffect) -> str:
@@ -175,6 +175,8 @@ class _Campaign:
 
     states: LoadStates
     """The load states."""
+    model: CompliantRobot
+    """The present model: readings are of its kinematics."""
     data: Observations
     """Of all runs that take part, as rows."""
     springs: CompliantRobot
@@ -191,13 +193,20 @@ class _Campaign:
     """How fits are made."""
 
     @classmethod
-    def of(cls, states: LoadStates, fit: Fit, catalogue: Mapping[str, Effect], settings: Settings) -> _Campaign:
+    def of(
+        cls,
+        states: LoadStates,
+        model: CompliantRobot,
+        fit: Fit,
+        catalogue: Mapping[str, Effect],
+        settings: Settings,
+    ) -> _Campaign:
         """Prepare, with the fit of a model: the robot is as large and as loaded as in the runs that took part in it."""
         springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not _is_member(placed)))
         candidates, _ = list_candidates(springs, states, catalogue)
         scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, fit.data).loads)
         geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
-        return cls(states, fit.data, springs, candidates, scale, geometry, weight, settings)
+        return cls(states, model, fit.data, springs, candidates, scale, geometry, weight, settings)
 
     def fit(self, chosen: Sequence[Member], aside: frozenset[Off]) -> Fit:
         """Return the fit of the model with some effects; runs that are off take no part."""
@@ -208,7 +217,7 @@ class _Campaign:
         )
         robot = replace(self.springs, placed=(*self.springs.placed, *added))
         kept = ~off_mask(self.states.run, np.arange(len(self.states)), aside) if aside else None
-        return fit_observations(fit_problem(self.states, robot, kept), robot, self.settings)
+        return fit_observations(fit_problem(self.states, self.model, kept), robot, self.settings)
 
     def with_rivals(self, judged: Judged, aside: frozenset[Off]) -> Judged:
         """Return a judgement with the nearest rivals of its set refitted, what is off left out."""
@@ -227,7 +236,7 @@ class _Campaign:
         if not aside:
             return {}
         fit = judged.fit
-        everything = fit_problem(self.states, fit.robot).data
+        everything = fit_problem(self.states, self.model).data
         ground = self.ground(fit, _noise_of(fit), everything)
         laws = {law.place + ": " + law.follows: law for law in unlisted_laws(ground.state)}
         columns = [

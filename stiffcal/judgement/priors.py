@@ -20,7 +20,8 @@ from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Effect, NodeLoads, Place
 
 JOINT_SPRING = "joint-compliance"
-"""The effect that every hypothesis has, its sizes unknown."""
+COMMON = frozenset({JOINT_SPRING, "frame", "link-geometry", "joint-offset"})
+"""Effects that every hypothesis has where the model has them: springs, frames and geometry that are asked for."""
 EXPECTED_EFFECTS = 0.8
 """Effects beyond the present model that are expected in all."""
 UNLISTED = 0.25

@@ -50,7 +50,7 @@ def rows_off(ground: Ground, wanted: frozenset[int] | None = None) -> Iterator[t
     _, position, count = np.unique(data.run, return_inverse=True, return_counts=True)
     far = np.abs(ground.white.reshape(data.measured.shape)).max(axis=0, initial=0.0)
     if wanted is None:
-        able = np.flatnonzero((far > FAR) & (count[position] >= LEAST_ALONE))
+        able = np.flatnonzero((far > FAR) & ((count[position] >= LEAST_ALONE) | data.absolute))
         chosen = able[np.argsort(-far[able], kind="stable")][:KEPT]
     else:
         chosen = np.flatnonzero(np.isin(data.index, sorted(wanted)))

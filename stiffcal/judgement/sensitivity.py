@@ -73,9 +73,10 @@ def _resized(member: Member, factor: float) -> MemberColumns:
 
 
 def _weighed_anew(judged: Judged, evidence: SetEvidence) -> Mapping[Key, float]:
+    """Return the probabilities of the nearest sets alone: what all gain is no change."""
     log = judged.weighed.log
     top = max(log.values())
-    near = [key for key, value in log.items() if value > top - NEAR]
+    near = {key: value for key, value in log.items() if value > top - NEAR}
     return normalised(
-        log | {key: log[key] + evidence.of_set(key) - judged.weighed.evidence.of_set(key) for key in near}
+        {key: value + evidence.of_set(key) - judged.weighed.evidence.of_set(key) for key, value in near.items()}
     )

@@ -48,7 +48,7 @@ def unlisted_laws(state: Linearised) -> Iterator[UnlistedLaw]:
     """Give the laws about a robot at rest."""
     chain = state.robot.chain
     for joint in range(1, chain.n_joints + 1):
-        for follows, functions in FUNCTIONS.items():
+        for follows, functions in (FUNCTIONS | (OF_PLACES if state.data.absolute.any() else {})).items():
             count = len(functions(chain, joint, state.loads))
             regressor = state.regressor(_Drive(functions, count), Place("joints", (joint,)), {})
             if regressor.columns.any():
@@ -80,6 +80,12 @@ def _of_angle(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
     return [u * wave(k * q) for k in (0.5, 1.0, 2.0, 3.0, 4.0) for wave in (np.sin, np.cos)]
 
 
+def _of_angle_alone(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+    """Return waves of the joint's own angle."""
+    q = loads.angles[joint - 1]
+    return [wave(k * q) for k in (1.0, 2.0, 3.0, 4.0) for wave in (np.sin, np.cos)]
+
+
 def _of_other_angles(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
     """Return waves of each other joint's angle, times torque."""
     u = _torque(chain, joint, loads)
@@ -100,13 +106,15 @@ def _of_other_torques(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats
 
 Functions = Callable[[Chain, int, NodeLoads], list[Floats]]
 """Of the loads (n,) of a drive, by its joint from 1; each of order one."""
-FUNCTIONS: Mapping[str, Functions] = {
+FUNCTIONS: dict[str, Functions] = {
     "its own torque": _of_torque,
     "its own angle": _of_angle,
     "another joint's angle": _of_other_angles,
     "another joint's torque": _of_other_torques,
 }
-"""By what a law of them follows."""
+"""By what a law of them follows …"""
+OF_PLACES: dict[str, Functions] = {"its own angle, whatever it carries": _of_angle_alone}
+"""… and where places are absolute: displacements under load do not show what the load does not change."""
 
 
 def _size(symbol: str) -> ParameterSpec:

@@ -26,7 +26,7 @@ def judged() -> Judged:
     rng = np.random.default_rng(3)
     basis, _ = np.linalg.qr(rng.normal(size=(N, 4)))
     poses = Discrepancy((0,), N, ((np.arange(N), basis[:, 3:]),), np.ones(1))
-    y = 4.0 * basis[:, 0] + 3.0 * basis[:, 1] + 2.0 * basis[:, 2]
+    y = 4.0 * basis[:, 0] + 3.5 * basis[:, 1] + 3.0 * basis[:, 2]
     kinds = [MemberKind.EFFECT, MemberKind.UNLISTED, MemberKind.MISTAKE]
     members = []
     for k, kind in enumerate(kinds):
