@@ -45,6 +45,8 @@ class Projection:
 
     def rows(self, stack: Floats) -> Floats:
         """Return (k, m · n) whitened rows."""
+        if not len(stack):
+            return np.zeros((0, stack.shape[1] * stack.shape[2]))
         step = max(1, NUMBERS_AT_ONCE // max(stack[:1].size, 1))
         if len(stack) > step:
             result = np.empty((len(stack), stack[0].size))

@@ -18,11 +18,12 @@ from stiffcal.identification.projection import Projection
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.no_balance import NoBalanceError
 
 STEP_MASS, STEP_MOMENT = 10.0, 10.0
 """kg and kg·m of the differences."""
-LEAST_MASS = 1e-6
-"""kg, on which a first moment acts where a link has no mass."""
+LEAST_MASS = 1.0
+"""kg, on which a first moment acts where a link has less mass: its centre of mass stays within metres."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +39,20 @@ class WeightOfLinks:
     @classmethod
     def of(cls, robot: CompliantRobot, data: Observations) -> WeightOfLinks:
         """Return it for a robot with values."""
-        plain = predicted(robot, data, *rests(robot, data))
+        plain = _read(robot, robot.chain, data)
         steps = [(STEP_MASS, np.zeros(3)), *((0.0, STEP_MOMENT * axis) for axis in np.eye(3))]
         found = []
         for link, name in enumerate(robot.chain.link_names):
-            heavier = [replace(robot, chain=_heavier(robot.chain, link, *step)) for step in steps]
-            changes = np.array([predicted(one, data, *rests(one, data)) - plain for one in heavier])
+            lacking = LEAST_MASS - robot.chain.link_mass[link]
+            try:
+                start, before = robot.chain, plain
+                if lacking > 0.0:
+                    start = _heavier(start, link, lacking, np.zeros(3))
+                    before = _read(robot, start, data)
+                changes = np.array([_read(robot, _heavier(start, link, *step), data) - before for step in steps])
+            except NoBalanceError:
+                # of a joint whose compliance nothing shows yet: what hangs on it shows nothing either
+                continue
             found.append((name, changes / np.array([STEP_MASS, *[STEP_MOMENT] * 3])[:, None, None]))
         return cls(robot.chain, found)
 
@@ -54,11 +63,17 @@ class WeightOfLinks:
         return np.asarray(np.concatenate([size * columns for _, columns in self.of_links]))
 
 
+def _read(robot: CompliantRobot, chain: Chain, data: Observations) -> Floats:
+    """Return (m, n) what the rows read of a robot whose links weigh as in a chain."""
+    heavier = replace(robot, chain=chain)
+    return predicted(heavier, data, *rests(heavier, data))
+
+
 def _heavier(chain: Chain, link: int, mass: float, moment: Floats) -> Chain:
     """Return the chain with a link of more mass and another first moment."""
     masses, centres = chain.link_mass.copy(), chain.link_com.copy()
     whole = chain.link_mass[link] * chain.link_com[link] + moment
-    masses[link] = max(chain.link_mass[link] + mass, LEAST_MASS)
+    masses[link] = chain.link_mass[link] + mass
     centres[link] = whole / masses[link]
     return replace(chain, link_mass=masses, link_com=centres)
 
