@@ -10,6 +10,7 @@ from typing import Any, get_args, get_type_hints
 from docs.field_words import meanings_of
 from docs.markdown import cell, code, table
 from docs.schema_words import read_schema, type_of
+from stiffcal.documents import results_by_name
 from stiffcal.schemas.documents import DOCUMENTS
 
 
@@ -56,7 +57,7 @@ def _dataclasses_in(kind: Any, known: set[type] | None = None) -> Iterator[type]
             return
         known.add(kind)
         yield kind
-        for hint in get_type_hints(kind).values():
+        for hint in (*get_type_hints(kind).values(), *results_by_name(kind).values()):
             yield from _dataclasses_in(hint, known)
     for inner in get_args(kind):
         yield from _dataclasses_in(inner, known)

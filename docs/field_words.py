@@ -10,6 +10,8 @@ from dataclasses import is_dataclass
 from functools import cache
 from typing import Any, get_args, get_origin, get_type_hints
 
+from stiffcal.documents import results_by_name
+
 
 @cache
 def meanings_of(kind: type) -> dict[str, str]:
@@ -18,7 +20,8 @@ def meanings_of(kind: type) -> dict[str, str]:
     written: dict[str, str] = {}
     for base in reversed([base for base in kind.__mro__ if is_dataclass(base)]):
         written |= _docstrings(base)
-    return {name: written.get(name) or _of_type(hint) for name, hint in hints.items()}
+    own = {name: written.get(name) or _of_type(hint) for name, hint in hints.items()}
+    return own | {name: _of_type(hint) for name, hint in results_by_name(kind).items()}
 
 
 def _docstrings(kind: type) -> dict[str, str]:

@@ -267,6 +267,13 @@ def _written(kind: Any) -> tuple[tuple[str, KeyIf | None], ...]:
     return tuple(written)
 
 
+def results_by_name(kind: Any) -> dict[str, Any]:
+    """Return the types of the results that are keys of a document next to its fields, by name; none of other types."""
+    if not (isinstance(kind, type) and is_dataclass(kind)):
+        return {}
+    return {name: one for mark in _many_keys(kind).values() for name, one in mark.types().items()}
+
+
 @cache
 def _many_keys(kind: Any) -> Mapping[str, ManyKeys]:
     """Return the fields each of whose entries is a key of the document, with their marks."""
