@@ -23,6 +23,10 @@ CHANCE = 0.003
 """Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
 
 
+LEAST_FREE = 0.1
+"""Share of a reading that the set leaves free, from which its square shows tails."""
+
+
 class CheckKind(Enum):
     """What is compared."""
 
@@ -96,17 +100,33 @@ class _LeftOver:
         off = off_mask(runs, ground.space.data.index, (off for one in members for off in one.off))
         return cls((left**2).reshape(shape), free - taken.reshape(shape), runs, off)
 
+    @property
+    def tails(self) -> float:
+        """What a degree of freedom is worth: 1 for normal noise, less where it has tails.
+
+        The variance of squares is κ − 1, and 2 for normal noise. Each run is taken over its own size: where one
+        scatters more than others, that is no tail.
+        """
+        taken = (self.expected > LEAST_FREE) & ~self.off
+        z = np.sqrt(np.where(taken, self.square / np.where(taken, self.expected, 1.0), 0.0))
+        for number in np.unique(self.run):
+            own = self.run == number
+            z[:, own] /= max(float(np.sqrt(np.sum(z[:, own] ** 2) / max(np.count_nonzero(taken[:, own]), 1))), 1e-300)
+        kurtosis = float(np.sum(z**4) / max(np.count_nonzero(taken), 1))
+        return min(2.0 / max(kurtosis - 1.0, 1e-300), 1.0)
+
     def against_noise(self, judged: Judged) -> Iterator[Check]:
         """Give the checks by kind of reading."""
         noise = judged.fit.noise
         if noise is None:
             return
-        dof = judged.ground.noise.known or noise.dof
+        tails = self.tails
+        dof = tails * (judged.ground.noise.known or noise.dof)
         for kind, rows in ((CheckKind.TRANSLATION, slice(0, 3)), (CheckKind.ROTATION, slice(3, 6))):
             expected = float(self.expected[rows][:, ~self.off].sum())
             if expected > 1.0:
                 ratio = float(self.square[rows][:, ~self.off].sum()) / expected
-                yield Check(kind, ratio, f_tail(ratio, expected, dof))
+                yield Check(kind, ratio, f_tail(ratio, tails * expected, dof))
 
     def run_by_run(self) -> Iterator[Check]:
         """Give the check of the run that scatters most."""
@@ -118,9 +138,12 @@ class _LeftOver:
             return
         others = expected.sum() - expected
         ratios = [squares[k] / expected[k] * others[k] / (squares.sum() - squares[k]) for k in tried]
-        tails = [f_tail(ratio, expected[k], others[k]) for ratio, k in zip(ratios, tried, strict=True)]
-        worst = int(np.argmin(tails))
-        p_value = 1.0 - (1.0 - tails[worst]) ** len(tried)
+        worth = self.tails
+        chances = [
+            f_tail(ratio, worth * expected[k], worth * others[k]) for ratio, k in zip(ratios, tried, strict=True)
+        ]
+        worst = int(np.argmin(chances))
+        p_value = 1.0 - (1.0 - chances[worst]) ** len(tried)
         yield Check(CheckKind.RUN, float(ratios[worst]), p_value, int(numbers[tried[worst]]))
 
 

@@ -28,6 +28,7 @@ from stiffcal.judgement.priors import (
 from stiffcal.judgement.rows_off import Off, rows_off
 from stiffcal.judgement.shapes import shapes_of
 from stiffcal.judgement.unlisted import UnlistedLaw
+from stiffcal.judgement.within_run import InRun, mistakes_in_runs
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,7 @@ def list_members(
         found.append(_run_off(run, rows))
     found += [_row_off(off, rows) for off, rows in rows_off(ground)]
     found += [_exchanged(ground, one) for one in exchanges(ground)]
+    found += [_in_run(one) for one in mistakes_in_runs(ground)]
     names = {member.name: member.share for member in found}
     odds = dict(zip(names, log_odds(list(names.values())), strict=True))
     return [replace(one, log_prior=float(odds[one.name]) + one.log_share) for one in found]
@@ -121,6 +123,12 @@ def _row_off(off: Off, rows: Floats) -> Member:
     """Return the member by which a state is off; rows of one noise each."""
     share = Share(f"state {off.state}", "off", MemberKind.ROW, False)
     return Member(f"state {off.state} off", share, None, {}, 0.0, off_columns(rows, ALONE), off=(off,))
+
+
+def _in_run(one: InRun) -> Member:
+    """Return the member by which something went wrong inside a run."""
+    share = Share(f"run {one.run}", one.kind.value, MemberKind.MISTAKE, False)
+    return Member(one.name, share, None, {}, one.log_share, off_columns(one.rows), off=(Off(one.run),))
 
 
 def _exchanged(ground: Ground, one: Exchange) -> Member:

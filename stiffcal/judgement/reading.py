@@ -77,8 +77,10 @@ def read_off(judged: Judged) -> WhatIsMissing:
     sets, straight = weighed.probabilities(), weighed.without_discrepancy()
     names = {key: frozenset(members[i].name for i in key) for key in sets}
     checks = checks_of(judged)
-    # what is left shows that no hypothesis describes the readings: how they compare is then no certainty
-    failed = any(check.failed for check in checks)
+    unlisted = sum(value for key, value in sets.items() if any(members[i].kind is MemberKind.UNLISTED for i in key))
+    # what is left shows that no hypothesis describes the readings: how they compare is then no certainty; nor is it
+    # next to a law that nobody has written down, which is no more than near to what it stands for
+    doubtful = any(check.failed for check in checks) or unlisted >= NAMED
     groups, taken = [], set[str]()
     every: list[Mapping[Key, float]] = []
     listed = {one.name for one in members if one.kind is MemberKind.EFFECT}
@@ -99,14 +101,13 @@ def read_off(judged: Judged) -> WhatIsMissing:
         plain_shares = _within(own, others, straight, names)
         first = max(shares, key=lambda name: shares[name])
         sure = min(p, plain, shares[first], plain_shares.get(first, 0.0)) >= FIRM
-        firm = sure and not failed and not judged.at_bound and _unlisted_in_place(judged, leader, sets, names) < DOUBT
+        firm = sure and not doubtful and not judged.at_bound and _unlisted_in_place(judged, leader, sets, names) < DOUBT
         if firm:
             every = every or list(varied(judged))
             firm = all(_sure(first, own, others, one, names) >= STILL_FIRM for one in every)
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: -item[1])
         groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm))
-    unlisted = sum(value for key, value in sets.items() if any(members[i].kind is MemberKind.UNLISTED for i in key))
     off = _sums({key: frozenset(one for i in key for one in members[i].off) for key in sets}, sets)
     shows = float(np.sum(weighed.of_discrepancy()[1:].reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
@@ -130,7 +131,10 @@ def _sums(names: Mapping[Key, frozenset[T]], sets: Mapping[Key, float]) -> dict[
 
 
 def _alike(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key, frozenset[str]]) -> set[str]:
-    """Return the listed members of the leader's group: at its place, or that make what it makes."""
+    """Return the members of the leader's group: effects at its place, and what else makes what it makes.
+
+    Mistakes too: a step of the target in a run is what a new zero of the force sensor does there.
+    """
     members = judged.members
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
     number = next(i for i in key if members[i].name == leader)
@@ -139,9 +143,10 @@ def _alike(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key,
     signal = _signal(judged, key, number)
     found = {leader}
     for i, one in enumerate(members):
-        if one.kind is not MemberKind.EFFECT or one.name in taken:
+        if one.kind is MemberKind.UNLISTED or one.name in taken:
             continue
-        if (own.of_part and one.share.place == own.place) or _share(judged, signal, i) >= ALIKE**2:
+        there = own.of_part and one.share.place == own.place and one.kind is MemberKind.EFFECT
+        if there or _share(judged, signal, i) >= ALIKE**2:
             found.add(one.name)
     return found
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.regressors import Linearised
+from stiffcal.judgement.memory import of_memory
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
@@ -104,6 +105,11 @@ def _of_other_torques(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats
     return values
 
 
+def _of_past(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+    """Return what the drive carried before."""
+    return of_memory(_torque(chain, joint, loads), None if loads.order is None else loads.order.run)
+
+
 Functions = Callable[[Chain, int, NodeLoads], list[Floats]]
 """Of the loads (n,) of a drive, by its joint from 1; each of order one."""
 FUNCTIONS: dict[str, Functions] = {
@@ -111,6 +117,7 @@ FUNCTIONS: dict[str, Functions] = {
     "its own angle": _of_angle,
     "another joint's angle": _of_other_angles,
     "another joint's torque": _of_other_torques,
+    "what it carried before": _of_past,
 }
 """By what a law of them follows …"""
 OF_PLACES: dict[str, Functions] = {"its own angle, whatever it carries": _of_angle_alone}

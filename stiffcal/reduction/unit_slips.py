@@ -22,7 +22,7 @@ from stiffcal.quantities import unit
 from stiffcal.reduction.angle_conventions import counted_otherwise
 from stiffcal.reduction.consistency import MISSES_M, TURNED_RAD
 from stiffcal.reduction.joint_zeros import other_zeros
-from stiffcal.reduction.work_of_load import FOLLOWS, explained_by_joints, left_by_joints
+from stiffcal.reduction.work_of_load import BY_CHANCE, FOLLOWS, chance_of, explained_by_joints, left_by_joints
 
 # Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
 # shows is looked at, so that a stiff direction of a single pose is no matter.
@@ -34,10 +34,6 @@ USUAL_N_PER_M = (5e4, 1e7)
 LEAST_LOAD_N = 50.0
 # Angles of several poses, of several joints, all within ±2π "degrees": nobody calibrates a robot in one pose only.
 LEAST_POSES, LEAST_JOINTS, LEAST_MOVED_DEG = 4, 3, 0.2
-# The size of the test of other ways to count angles: one sound campaign in ten thousand is refused.
-BY_CHANCE = 1e-4
-# Of the sum of squares: a millionth of the displacement, below what any instrument reads and above rounding.
-NOTHING_LEFT = 1e-12
 # Of more states so many are compared: a few hundred poses determine six springs.
 MOST_STATES = 300
 
@@ -153,8 +149,7 @@ def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: s
         return []
     some = states.select(np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_STATES)).astype(np.int64)))
     poses = len(np.unique(np.round(np.degrees(some.joints), 2), axis=0))
-    free = 3 * poses - chain.n_joints
-    if poses < LEAST_POSES or free < 2:
+    if poses < LEAST_POSES:
         return []
     tried = [
         (explained_by_joints(replace(some, joints=counted.joints), chain), counted)
@@ -164,16 +159,13 @@ def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: s
     explained = explained_by_joints(some, chain)
     if share <= max(FOLLOWS, explained) or not _moves_the_target(some, best.joints, chain):
         return []
-    from scipy.special import fdtrc
-
-    ratio = max(1.0 - explained, NOTHING_LEFT) / max(1.0 - share, NOTHING_LEFT)
-    if float(fdtrc(free, free - 1, ratio)) * len(tried) > BY_CHANCE:
+    if chance_of(explained, share, some, chain) * len(tried) > BY_CHANCE:
         return []
     left, measured = left_by_joints(some, chain)
     rms_m = float(np.sqrt(np.mean(left**2)))
     reason = (
         f"joint springs leave {1e3 * rms_m:.3g} of {1e3 * float(np.sqrt(np.mean(measured**2))):.3g} mm of the "
-        f"deflections, and {1e3 * rms_m / np.sqrt(ratio):.3g} mm with {best.words}"
+        f"deflections, and {1e3 * rms_m * np.sqrt((1.0 - share) / (1.0 - explained)):.3g} mm with {best.words}"
     )
     at = ": " if best.change.names else "."  # joints, or a key of the manifest
     return [Fault(best.code, file, f"{place}{at}{best.place}", reason, best.mend, changes=(best.change,))]

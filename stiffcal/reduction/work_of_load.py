@@ -28,6 +28,10 @@ FOLLOWS, FOLLOWS_NOT = 0.8, 0.5
 # Another order of the force's columns has to explain nearly all, and much more; of few poses any order explains much.
 ORDER_EXPLAINS, LEAST_POSES = 0.9, 3
 CLEARLY_LESS = 0.9  # of what the other order of the moments leaves
+# The size of the test of another way to read a table, all that are tried counted.
+BY_CHANCE = 1e-4
+# Of the sum of squares: a millionth of the displacement, below what any instrument reads and above rounding.
+NOTHING_LEFT = 1e-12
 
 
 @dataclass(frozen=True)
@@ -190,6 +194,8 @@ def _mirrored_axes(
     """Return the fault of one force with another sign, or of a displacement's axes in another order or sign.
 
     No turn of a sensor makes the first, and no frame the second: all of a table's displacements follow the loads then.
+    What springs leave is compared by an F test, the three components of a pose as one reading each: of few poses any
+    order of axes explains much.
 
     Parameters
     ----------
@@ -213,7 +219,7 @@ def _mirrored_axes(
             share = explained_by_joints(replace(states, deflection=deflection), chain)
             tried.append((share, InputChange(ChangeKind.DISPLACEMENT_AXES, axes)))
     share, change = max(tried, key=lambda entry: entry[0])
-    if share < max(ORDER_EXPLAINS, explained + 0.25, turned):
+    if share <= max(FOLLOWS, explained, turned) or chance_of(explained, share, states, chain) * len(tried) > BY_CHANCE:
         return None
     if change.kind is ChangeKind.WRENCH_SIGN:
         place, words, mend = f"column {change.names[0]}", "the other sign", "correct its sign in the log"
@@ -222,6 +228,17 @@ def _mirrored_axes(
         mend = "correct the order and the signs of their columns, or their axes"
     reason = f"joint springs explain {100 * explained:.0f} % of the deflection, and {100 * share:.0f} % with {words}"
     return Fault(FaultCode.WRENCH_MISMATCH, "", place, reason, mend, changes=(change,))
+
+
+def chance_of(explained: float, share: float, states: LoadStates, chain: Chain) -> float:
+    """Return the probability by which springs explain so much more with another reading of a table by chance."""
+    from scipy.special import fdtrc
+
+    poses = len(np.unique(np.round(np.degrees(states.joints), 2), axis=0))
+    free = 3 * poses - chain.n_joints
+    if free < 2:
+        return 1.0
+    return float(fdtrc(free, free - 1, max(1.0 - explained, NOTHING_LEFT) / max(1.0 - share, NOTHING_LEFT)))
 
 
 def _count_distinct(states: LoadStates) -> int:

@@ -14,6 +14,7 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect
 from tests.calibration.field_mix import FieldCampaign, draw_campaign
+from tests.calibration.stress.classes import draw_stress
 
 pytestmark = pytest.mark.long
 
@@ -146,3 +147,24 @@ def test_a_single_reading_that_is_off_is_no_step() -> None:
     assert [off for off, _ in found.doubted] == [Off(run, first)]
     assert found.groups == ()
     assert found.p_nothing > 0.9
+
+
+def test_a_target_that_was_elsewhere_for_a_while_is_no_effect() -> None:
+    """Knocked by a millimetre's tenth and put back: a step in time to the end of its run explains a part."""
+    campaign = draw_campaign(SEED, NOTHING)
+    states = campaign.states
+    run = int(states.run[len(states) // 2])
+    own = np.flatnonzero(states.run == run)
+    position = states.position.copy()
+    position[own[len(own) // 3 : len(own) // 2], :, 0] += 1e-4
+    found = read_off(judge_states(replace(states, position=position), campaign.model, built_in_effects()))
+    assert [off for off, _ in found.doubted] == [Off(run)]
+    assert found.groups == ()
+
+
+def test_a_force_sensor_that_was_zeroed_anew_is_no_step_of_the_target() -> None:
+    """Of positions in one pose both make the same."""
+    campaign = draw_stress("mistake-zeroed-anew", 1, 0)
+    found = read_off(judge_states(campaign.states, campaign.model, built_in_effects()))
+    assert [off for off, _ in found.doubted] == [Off(run) for run in campaign.runs]
+    assert not any(group.firm for group in found.groups)

@@ -10,6 +10,7 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped import analysis, parts
 from stiffcal.experiments.clamped.branches import Branches
+from stiffcal.experiments.clamped.results import ClampedSection
 from stiffcal.experiments.clamped.torque_angle_fit import SeriesFit, fit_series
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.identify import identify_campaign
@@ -43,8 +44,8 @@ def test_a_run_whose_curve_does_not_settle_is_left_out_with_its_reason(
     """The parameters come from the run's states all the same."""
     make_first_fail(monkeypatch, FaultCode.NO_CONVERGENCE)
     answer = identify_campaign(campaign)
-    section = answer.clamped
-    assert section is not None
+    section = answer.sections["clamped"]
+    assert isinstance(section, ClampedSection)
     assert [run.left_out for run in section.runs] == [REASON, *[""] * 5]
     assert [[run.why for run in joint.left_out] for joint in section.joints] == [[REASON]]
     assert answer.n_runs == 6
