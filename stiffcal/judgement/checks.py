@@ -17,6 +17,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.judge import f_tail
 from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.priors import DISCREPANCIES
 from stiffcal.judgement.rows_off import off_mask
 
 CHANCE = 0.003
@@ -98,6 +99,8 @@ class _LeftOver:
         free = np.where(ground.space.data.measured_mask, 1.0 - ground.space.offsets.leverage(), 0.0)
         runs = ground.space.data.run
         off = off_mask(runs, ground.space.data.index, (off for one in members for off in one.off))
+        if ground.louder is not None and judged.weighed.of_discrepancy()[1 + 2 * len(DISCREPANCIES) :].sum() > 0.5:
+            off |= runs == ground.louder.run
         return cls((left**2).reshape(shape), free - taken.reshape(shape), runs, off)
 
     @property

@@ -16,12 +16,14 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.projection import Projection
-from stiffcal.judgement.priors import RUN_SIZES
+from stiffcal.judgement.priors import DISCREPANCIES, LOUDER, RUN_SIZES
 
 WAVES = 20
 """Half waves over a run of a random walk."""
 MOST_OF_RUN = 42
 """Directions of one run alone: six loads and a step for each of six components."""
+LEAST_FREE = 50.0
+"""Readings of a run, its constants taken out, that show its noise to a tenth: from so many on it may be louder."""
 LEAST = 1e-9
 """Share of the largest variance of a run below which a direction is rounding."""
 
@@ -103,6 +105,11 @@ class Discrepancy:
             for run, (place, basis), (a, b) in zip(self.runs, self.of_run, pairwise(ends), strict=True)
         }
 
+    @property
+    def sizes(self) -> Floats:
+        """Grid of its size, in noises."""
+        return DISCREPANCIES
+
     def along(self, rows: Floats) -> Floats:
         """Return (k, d) the parts of whitened rows (k, r) along the directions."""
         return np.concatenate([rows[:, place] @ basis for place, basis in self.of_run], axis=1)
@@ -115,6 +122,56 @@ class Discrepancy:
     def log_determinant(self, size: float) -> float:
         """Return log |V|."""
         return float(np.sum(np.log1p(size**2 * self.variance)))
+
+
+@dataclass(frozen=True)
+class LouderRun:
+    """A run of which every reading scatters more than those of the others."""
+
+    run: int
+    """Its number."""
+    place: Integers
+    """(d,) positions of its rows."""
+    free: float
+    """Of its readings, what its constants have taken out."""
+
+    @classmethod
+    def of(cls, space: Projection, white: Floats) -> LouderRun | None:
+        """Return the run of which most is left, where there are several.
+
+        Parameters
+        ----------
+        white : (r,) whitened residual.
+        """
+        data = space.data
+        m, n = data.measured.shape
+        free = np.where(data.measured_mask, 1.0 - space.offsets.leverage(), 0.0).sum(axis=0)
+        numbers, position = np.unique(np.where(data.absolute, -1, data.run), return_inverse=True)
+        per_run = np.bincount(position, weights=free)
+        square = np.bincount(position, weights=np.sum(white.reshape(m, n) ** 2, axis=0))
+        able = (numbers >= 0) & (per_run >= LEAST_FREE)
+        if np.count_nonzero(able) < 2:
+            return None
+        k = int(np.argmax(np.where(able, square / np.maximum(per_run, 1e-300), 0.0)))
+        states = np.flatnonzero(position == k)
+        return cls(int(numbers[k]), (np.arange(m)[:, None] * n + states).ravel(), float(per_run[k]))
+
+    @property
+    def sizes(self) -> Floats:
+        """Grid of what is added to its noise, in noises."""
+        return LOUDER
+
+    def along(self, rows: Floats) -> Floats:
+        """Return (k, d) the parts of whitened rows (k, r) in the run."""
+        return rows[:, self.place]
+
+    def weights(self, size: float) -> Floats:
+        """Return (d,) τ² / (1 + τ²) for so many noises more."""
+        return np.full(len(self.place), size**2 / (1.0 + size**2))
+
+    def log_determinant(self, size: float) -> float:
+        """Return log |V|."""
+        return float(self.free * np.log1p(size**2))
 
 
 def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Iterator[tuple[int, Floats]]:

@@ -21,8 +21,8 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY
+from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
+from stiffcal.judgement.priors import NO_DISCREPANCY
 
 SWEEPS = 3
 """Times that each member's size is sought again while the others stay."""
@@ -129,7 +129,7 @@ class Shared:
     """(p, r) whitened."""
     prior: Floats
     """(o, p + 1) rows of what is known of them before; last what they should be."""
-    kinds: Sequence[tuple[Discrepancy, float]]
+    kinds: Sequence[tuple[Discrepancy | LouderRun, float]]
     """Of discrepancies, each with how probable it is."""
 
     @cached_property
@@ -145,8 +145,8 @@ class Shared:
         """
         found = [(-1, np.zeros(0), float(np.log(NO_DISCREPANCY)))]
         for number, (discrepancy, probability) in enumerate(self.kinds):
-            share = float(np.log(probability / len(DISCREPANCIES)))
-            for size in DISCREPANCIES:
+            share = float(np.log(probability / len(discrepancy.sizes)))
+            for size in discrepancy.sizes:
                 density = share - 0.5 * discrepancy.log_determinant(size)
                 found.append((number, discrepancy.weights(size), density))
         return found

@@ -12,7 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, Regressor
-from stiffcal.judgement.discrepancy import Discrepancy, off_by_run
+from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, off_by_run
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
 from stiffcal.judgement.priors import ALONE, SIZE_WEIGHTS, SIZES, RobotScale
 from stiffcal.model.composite import PlacedEffect
@@ -39,6 +39,8 @@ class Ground:
     """Runs that answer their loads in ways of their own."""
     of_time: Discrepancy
     """Runs that wander."""
+    louder: LouderRun | None
+    """The run that may be louder than the others."""
     noise: NoiseScale
     """How well the weights are known."""
 

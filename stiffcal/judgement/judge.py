@@ -17,13 +17,14 @@ from stiffcal.identification.noise import Noise
 from stiffcal.identification.observation import Observations
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.weights import residual_noise
-from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
 from stiffcal.judgement.evidence import NoiseScale, Shared
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.priors import (
     ALONE,
     COMMON,
+    DOUBTED_RUN,
     OF_LOADS,
     OF_TIME,
     STATED_NOISE_DOF,
@@ -36,6 +37,7 @@ from stiffcal.judgement.rows_off import Off, off_mask, rows_off
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
 from stiffcal.judgement.weight import WeightOfLinks, shown
+from stiffcal.judgement.within_run import mistakes_in_runs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole, Place
@@ -244,18 +246,23 @@ class _Campaign:
             for one in ground.present
         ]
         columns += [unlisted_columns(ground, laws[one.name].columns) for one in judged.best if one.name in laws]
-        off = [(Off(run), off_columns(rows)) for run, rows in ground.runs_off() if Off(run) in aside]
+        off = [(Off(run), off_columns(rows), 0.0) for run, rows in ground.runs_off() if Off(run) in aside]
         states = frozenset(one.state for one in aside if one.state is not None)
-        off += [(one, off_columns(rows, ALONE)) for one, rows in rows_off(ground, states)]
-        first = len(columns)
-        evidence = ground.evidence([*columns, *(rows for _, rows in off)])
-        every = evidence.of_set(range(first + len(off)))
-        found = {}
-        for number, (one, _) in enumerate(off, start=first):
-            sound = evidence.of_set([i for i in range(first + len(off)) if i != number])
-            odds = every - sound + log_odds_of_doubt(one.state is not None)
-            found[one] = float(1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0))))
-        return found
+        off += [(one, off_columns(rows, ALONE), 0.0) for one, rows in rows_off(ground, states)]
+        usual = range(len(columns) + len(off))
+        off += [
+            (Off(one.run), off_columns(one.rows), one.log_share)
+            for one in mistakes_in_runs(ground)
+            if Off(one.run) in aside
+        ]
+        evidence = ground.evidence([*columns, *(rows for _, rows, _ in off)])
+        log_odds = dict[Off, float]()
+        for number, (one, _, share) in enumerate(off, start=len(columns)):
+            sound = [i for i in usual if i < len(columns) or off[i - len(columns)][0] != one]
+            gain = evidence.of_set([*sound, number]) - evidence.of_set(sound)
+            odds = gain + share + log_odds_of_doubt(one.state is not None)
+            log_odds[one] = float(np.logaddexp(log_odds.get(one, -np.inf), odds))
+        return {one: float(1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0)))) for one, odds in log_odds.items()}
 
     def judged(self, fit: Fit, chosen: frozenset[str], number: int) -> Judged:
         """Weigh sets about a model."""
@@ -306,8 +313,12 @@ class _Campaign:
         stated = fit.noise is not None and fit.noise.source == "manifest"
         scale = NoiseScale(float(about.dof - len(common)), STATED_NOISE_DOF if stated else 0.0)
         of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
-        shared = Shared(space.rows(columns), prior, ((of_loads, OF_LOADS), (of_time, OF_TIME)))
-        return Ground(state, space, shared, about.residual, present, derivative, of_loads, of_time, scale)
+        louder = LouderRun.of(space, space.rows(about.residual[None])[0])
+        kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_loads, OF_LOADS), (of_time, OF_TIME)]
+        if louder is not None:
+            kinds.append((louder, DOUBTED_RUN))
+        shared = Shared(space.rows(columns), prior, kinds)
+        return Ground(state, space, shared, about.residual, present, derivative, of_loads, of_time, louder, scale)
 
 
 def _prior_of(prior: Floats, chosen: Sequence[int]) -> Floats:

@@ -43,6 +43,8 @@ DOUBTED_ROW = 0.001
 """… and that a single reading is …"""
 RUN_SIZES = np.geomspace(2.0, 5000.0, 7)
 """… and grid of the rms by which they are, in noises; each alike (log-uniform)."""
+LOUDER = np.array([2.0, 4.0, 8.0])
+"""Grid of the noise that a louder run has besides, in noises, each alike (log-uniform): less is a tail of the noise."""
 DISCREPANCIES = np.array([0.05, 0.14, 0.4, 1.1, 3.2, 9.0])
 """Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform) …"""
 NO_DISCREPANCY, OF_LOADS, OF_TIME = 0.5, 0.35, 0.15

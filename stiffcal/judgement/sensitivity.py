@@ -50,11 +50,12 @@ def _discrepancy_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, 
     """Vary how probable it is that poses answer in ways of their own, and that they wander."""
     count = len(DISCREPANCIES)
     for first in (1, 1 + count):
-        change = np.zeros(1 + 2 * count)
-        change[first : first + count] = np.log(factor)
-        yield normalised(
-            {key: float(np.logaddexp.reduce(values + change)) for key, values in judged.weighed.by_discrepancy.items()}
-        )
+        log = {}
+        for key, values in judged.weighed.by_discrepancy.items():
+            changed = values.copy()
+            changed[first : first + count] += np.log(factor)
+            log[key] = float(np.logaddexp.reduce(changed))
+        yield normalised(log)
 
 
 def _sizes_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.judgement.checks import CheckKind, _LeftOver, checks_of
+from stiffcal.judgement.checks import _LeftOver, checks_of
 from stiffcal.judgement.judge import Judged, judge_states
 from stiffcal.judgement.reading import read_off
+from stiffcal.judgement.rows_off import Off
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.field_mix import FieldCampaign, draw_campaign
@@ -47,10 +48,12 @@ def test_a_run_of_three_times_the_noise_is_found(campaign: FieldCampaign) -> Non
     run = int(states.run[len(states) // 2])
     more = 2.8 * noise.translation * rng.normal(size=states.position.shape)
     position = np.where((states.run == run)[:, None, None], states.position + more, states.position)
-    found = checks_of(judged(campaign, replace(states, position=position)))
-    worst = next(check for check in found if check.kind is CheckKind.RUN)
-    assert worst.run == run
-    assert worst.p_value < 1e-6
+    found = read_off(judged(campaign, replace(states, position=position)))
+    ((off, probability),) = found.doubted
+    assert off == Off(run)
+    assert probability > 0.999
+    assert found.groups == ()
+    assert not found.unexplained
 
 
 def left_over(square: Floats, run: Integers) -> _LeftOver:
