@@ -6,54 +6,44 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.judgement.judge import judge_states
-from stiffcal.judgement.reading import WhatIsMissing, read_off
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from tests.judgement.said import said_of
 
 pytestmark = pytest.mark.long
 
 DATA = Path(__file__).parents[1] / "laboratory" / "data" / "misjudged"
 
 
-def said_of(name: str, tmp_path: Path) -> WhatIsMissing:
-    """Return what the judgement says of a campaign's folder, its store elsewhere."""
-    data = up_to_date_states(DATA / name, RunContext(store=str(tmp_path / "store")))
-    return read_off(judge_states(data.states, placed_robot(data.campaign), built_in_effects()))
-
-
-def test_a_guide_that_gives_with_extension_is_no_effect_of_the_catalogue(tmp_path: Path) -> None:
+def test_a_guide_that_gives_with_extension_is_no_effect_of_the_catalogue() -> None:
     """Of a SCARA's quill, at three times the noise."""
-    found = said_of("scara-quill", tmp_path)
+    found = said_of(DATA / "scara-quill")
     assert found.groups == ()
     assert found.unexplained
 
 
-def test_a_target_knocked_and_back_is_a_run_and_no_step(tmp_path: Path) -> None:
+def test_a_target_knocked_and_back_is_a_run_and_no_step() -> None:
     """By 0.34 mm in 8 of 33 states of one run."""
-    found = said_of("ceil-knock-part", tmp_path)
+    found = said_of(DATA / "ceil-knock-part")
     assert found.groups == ()
     assert [(off.run, off.state) for off, p in found.doubted if p >= 0.95] == [(2, None)]
 
 
-def test_noise_with_heavy_tails_is_no_effect(tmp_path: Path) -> None:
+def test_noise_with_heavy_tails_is_no_effect() -> None:
     """Nothing is hidden; the noise is t with three degrees of freedom."""
-    found = said_of("iiwa-t3", tmp_path)
+    found = said_of(DATA / "iiwa-t3")
     assert found.groups == ()
     assert all(off.state is not None for off, _ in found.doubted)
 
 
-def test_a_tool_that_nobody_stated_is_no_gain_of_the_sensor(tmp_path: Path) -> None:
+def test_a_tool_that_nobody_stated_is_no_gain_of_the_sensor() -> None:
     """14 kg, next to a drive with a cubic law: whatever is named of it is not sure."""
-    found = said_of("ceil-tool-unknown-cubic5", tmp_path)
+    found = said_of(DATA / "ceil-tool-unknown-cubic5")
     assert not any(group.firm for group in found.groups)
     assert not any(name.startswith("wrench-scale") for group in found.groups for name, _ in group.members)
     assert found.unexplained
 
 
-def test_two_places_that_are_off_are_two_rows(tmp_path: Path) -> None:
+def test_two_places_that_are_off_are_two_rows() -> None:
     """Absolute places; rows 12 and 38 are off by 1 to 2 mm where the noise is 8 µm."""
-    found = said_of("wall-outliers", tmp_path)
+    found = said_of(DATA / "wall-outliers")
     assert sorted({off.run for off, p in found.doubted if p >= 0.95}) == [11, 37]
     assert not any(group.firm for group in found.groups)

@@ -1,0 +1,20 @@
+"""What the judgement says of a campaign's folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import no_progress
+from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.judgement.judge import judge_states
+from stiffcal.judgement.reading import WhatIsMissing, read_off
+from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.catalogue import built_in_effects
+
+
+def said_of(folder: Path) -> WhatIsMissing:
+    """Return it; places and clamped drives are load states too."""
+    campaign = load_campaign(folder)
+    states = reduce_campaign(campaign, no_progress).states
+    return read_off(judge_states(states, placed_robot(campaign), built_in_effects()))
