@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.judgement.said import said_of
+from tests.laboratory.judged_folder import said_of
 
 pytestmark = pytest.mark.long
 
