@@ -17,14 +17,12 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.judge import f_tail
 from stiffcal.judgement.judge import Judged
-from stiffcal.judgement.priors import DISCREPANCIES
 from stiffcal.judgement.rows_off import off_mask
 
 CHANCE = 0.003
 """Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
 
-
-LEAST_FREE = 0.1
+FREE_ENOUGH = 0.1
 """Share of a reading that the set leaves free, from which its square shows tails."""
 
 
@@ -99,7 +97,7 @@ class _LeftOver:
         free = np.where(ground.space.data.measured_mask, 1.0 - ground.space.offsets.leverage(), 0.0)
         runs = ground.space.data.run
         off = off_mask(runs, ground.space.data.index, (off for one in members for off in one.off))
-        if ground.louder is not None and judged.weighed.of_discrepancy()[1 + 2 * len(DISCREPANCIES) :].sum() > 0.5:
+        if ground.louder is not None and judged.louder > 0.5:
             off |= runs == ground.louder.run
         return cls((left**2).reshape(shape), free - taken.reshape(shape), runs, off)
 
@@ -110,7 +108,7 @@ class _LeftOver:
         The variance of squares is κ − 1, and 2 for normal noise. Each run is taken over its own size: where one
         scatters more than others, that is no tail.
         """
-        taken = (self.expected > LEAST_FREE) & ~self.off
+        taken = (self.expected > FREE_ENOUGH) & ~self.off
         z = np.sqrt(np.where(taken, self.square / np.where(taken, self.expected, 1.0), 0.0))
         for number in np.unique(self.run):
             own = self.run == number

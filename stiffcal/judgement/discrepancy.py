@@ -22,7 +22,7 @@ WAVES = 20
 """Half waves over a run of a random walk."""
 MOST_OF_RUN = 42
 """Directions of one run alone: six loads and a step for each of six components."""
-LEAST_FREE = 50.0
+SHOWS_ITS_NOISE = 50.0
 """Readings of a run, its constants taken out, that show its noise to a tenth: from so many on it may be louder."""
 LEAST = 1e-9
 """Share of the largest variance of a run below which a direction is rounding."""
@@ -149,7 +149,7 @@ class LouderRun:
         numbers, position = np.unique(np.where(data.absolute, -1, data.run), return_inverse=True)
         per_run = np.bincount(position, weights=free)
         square = np.bincount(position, weights=np.sum(white.reshape(m, n) ** 2, axis=0))
-        able = (numbers >= 0) & (per_run >= LEAST_FREE)
+        able = (numbers >= 0) & (per_run >= SHOWS_ITS_NOISE)
         if np.count_nonzero(able) < 2:
             return None
         k = int(np.argmax(np.where(able, square / np.maximum(per_run, 1e-300), 0.0)))

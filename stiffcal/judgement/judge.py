@@ -24,6 +24,7 @@ from stiffcal.judgement.members import Member, list_members, off_columns, unlist
 from stiffcal.judgement.priors import (
     ALONE,
     COMMON,
+    DISCREPANCIES,
     DOUBTED_RUN,
     OF_LOADS,
     OF_TIME,
@@ -67,6 +68,11 @@ class Judged:
     """Models about which members were compared."""
     aside: Mapping[Off, float] = field(default_factory=dict)
     """Runs and states that took no part, as they are off, with the probability of that about the last model."""
+
+    @property
+    def louder(self) -> float:
+        """Probability that `Ground.louder` scatters more than the other runs; 0 where none is compared."""
+        return float(self.weighed.of_discrepancy()[1 + 2 * len(DISCREPANCIES) :].sum())
 
     @property
     def at_bound(self) -> bool:

@@ -109,12 +109,12 @@ def read_off(judged: Judged) -> WhatIsMissing:
         ranked = sorted(shares.items(), key=lambda item: -item[1])
         groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm))
     off = _sums({key: frozenset(one for i in key for one in members[i].off) for key in sets}, sets)
-    of_all, louder = np.split(weighed.of_discrepancy(), [1 + 2 * len(DISCREPANCIES)])
-    shows = float(np.sum(of_all[1:].reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS]))
+    of_poses = weighed.of_discrepancy()[1 : 1 + 2 * len(DISCREPANCIES)]
+    shows = float(np.sum(of_poses.reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS]))
     small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
     off |= judged.aside
     if judged.ground.louder is not None:
-        off[Off(judged.ground.louder.run)] += float(louder.sum())
+        off[Off(judged.ground.louder.run)] += judged.louder
     doubted = tuple((one, min(p, 1.0)) for one, p in sorted(off.items(), key=str) if p >= NAMED)
     return WhatIsMissing(
         tuple(groups),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 
@@ -22,22 +23,30 @@ from stiffcal.model.effect import (
 )
 
 
-def _amplitude() -> ParameterSpec:
+def amplitude() -> ParameterSpec:
+    """Return the size of an invented law."""
     return ParameterSpec("c", "1", "size", -np.inf, np.inf, 1e-9, "invented")
 
 
-def _number(symbol: str, value: float) -> ParameterSpec:
+def number(symbol: str, value: float) -> ParameterSpec:
+    """Return a parameter of an invented law's shape."""
     return ParameterSpec(symbol, "1", "shape", -np.inf, np.inf, value, "invented", ParameterRole.NONLINEAR)
 
 
-class CrossStiffness(DocumentedEffect):
+class InventedLaw(DocumentedEffect):
+    """A law of how the robot is loaded, of one size, that the catalogue does not hold."""
+
+    kind = Kind.NODE_LAW
+    summary = "outside"
+    parameters: ClassVar[tuple[ParameterSpec, ...]] = (amplitude(),)
+
+
+class CrossStiffness(InventedLaw):
     """A joint's compliance follows the sine of a broken multiple of another joint's angle."""
 
     name = "cross-stiffness"
-    kind = Kind.NODE_LAW
     place_kind = "pairs"
-    summary = "outside"
-    parameters = (_amplitude(), _number("order", 2.3), _number("phase", 0.0))
+    parameters = (amplitude(), number("order", 2.3), number("phase", 0.0))
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """c sin(order q_a + phase) τ_b."""
@@ -46,14 +55,11 @@ class CrossStiffness(DocumentedEffect):
         return (*drive_terms(chain, b, "c", wave * drive_torque(chain, loads.wrench, b)),)
 
 
-class TorqueProduct(DocumentedEffect):
+class TorqueProduct(InventedLaw):
     """A joint is softer the more another one is loaded."""
 
     name = "torque-product"
-    kind = Kind.NODE_LAW
     place_kind = "pairs"
-    summary = "outside"
-    parameters = (_amplitude(),)
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """c |τ_a| τ_b."""
@@ -62,14 +68,11 @@ class TorqueProduct(DocumentedEffect):
         return (*drive_terms(chain, b, "c", product),)
 
 
-class QuadraticCross(DocumentedEffect):
+class QuadraticCross(InventedLaw):
     """A joint turns with the square of the torque on another."""
 
     name = "quadratic-cross"
-    kind = Kind.NODE_LAW
     place_kind = "pairs"
-    summary = "outside"
-    parameters = (_amplitude(),)
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """c τ_a² at b, less what the weight alone makes."""
@@ -77,14 +80,12 @@ class QuadraticCross(DocumentedEffect):
         return (*drive_terms(chain, b, "c", drive_torque(chain, loads.wrench, a) ** 2),)
 
 
-class LooseBeyond(DocumentedEffect):
+class LooseBeyond(InventedLaw):
     """A joint is softer while another one stands beyond an angle."""
 
     name = "loose-beyond"
-    kind = Kind.NODE_LAW
     place_kind = "pairs"
-    summary = "outside"
-    parameters = (_amplitude(), _number("angle", 0.0))
+    parameters = (amplitude(), number("angle", 0.0))
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """c τ_b where q_a lies beyond the angle."""
@@ -100,7 +101,7 @@ class Wander(DocumentedEffect):
     kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "outside"
-    parameters = (_amplitude(), _number("seed", 0.0))
+    parameters = (amplitude(), number("seed", 0.0))
 
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
         """Return a random walk per axis, one step per state."""

@@ -9,95 +9,73 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
-from stiffcal.model.effect import (
-    RX,
-    RY,
-    TX,
-    TY,
-    TZ,
-    DocumentedEffect,
-    Kind,
-    NodeLoads,
-    ParameterRole,
-    ParameterSpec,
-    Place,
-    Term,
-    Values,
-    joint_node,
-    link_node,
-    tool_node,
-)
+from stiffcal.model.effect import RX, RY, TX, TY, TZ, NodeLoads, Place, Term, Values, joint_node, link_node, tool_node
 from stiffcal.model.memory import clamped_between, first_of_run
+from stiffcal.model.state_order import StateOrder
+from tests.rates.outside import InventedLaw, amplitude, number
 
 CROSSING = 0.05
 """Width of a step over its threshold: a step without width has no balance."""
 
 
-def _amplitude() -> ParameterSpec:
-    return ParameterSpec("c", "1", "size", -np.inf, np.inf, 1e-9, "invented")
+class DriveLaw(InventedLaw):
+    """A law by which a joint gives along its drive."""
+
+    place_kind = "joints"
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """C times the law."""
+        joint = place.joints[0]
+        given = self.gives(drive_torque(chain, loads.wrench, joint), loads.angles[joint - 1], loads.order, shape)
+        return () if given is None else (*drive_terms(chain, joint, "c", given),)
+
+    def gives(self, torque: Floats, angle: Floats, order: StateOrder | None, shape: Values) -> Floats | None:
+        """Return the law's values (n,) by the joint's torque and angle (n,); None where it does not act.
+
+        Parameters
+        ----------
+        order : of the states; None: a weight alone acts.
+        """
+        raise NotImplementedError
 
 
-def _number(symbol: str, value: float) -> ParameterSpec:
-    return ParameterSpec(symbol, "1", "shape", -np.inf, np.inf, value, "invented", ParameterRole.NONLINEAR)
-
-
-class HertzContact(DocumentedEffect):
+class HertzContact(DriveLaw):
     """Rolling bodies that touch in points flatten by the power 2/3 of what they carry."""
 
     name = "hertz-contact"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
-    summary = "outside"
-    parameters = (_amplitude(),)
 
-    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+    def gives(self, torque: Floats, angle: Floats, order: StateOrder | None, shape: Values) -> Floats | None:
         """c sign(τ) |τ|^(2/3)."""
-        torque = drive_torque(chain, loads.wrench, place.joints[0])
-        return (*drive_terms(chain, place.joints[0], "c", np.sign(torque) * np.abs(torque) ** (2.0 / 3.0)),)
+        return np.asarray(np.sign(torque) * np.abs(torque) ** (2.0 / 3.0))
 
 
-class WarmingSpring(DocumentedEffect):
+class WarmingSpring(DriveLaw):
     """A joint becomes softer while the robot warms up over the campaign."""
 
     name = "warming-spring"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
-    summary = "outside"
-    parameters = (_amplitude(), _number("warm", 1000.0))
+    parameters = (amplitude(), number("warm", 1000.0))
 
-    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+    def gives(self, torque: Floats, angle: Floats, order: StateOrder | None, shape: Values) -> Floats | None:
         """c (1 − exp(−t / warm)) τ, t the time of the campaign, s; a weight alone acts in the cold robot."""
-        if loads.order is None:
-            return ()
-        softer = 1.0 - np.exp(-loads.order.time / shape["warm"])
-        torque = drive_torque(chain, loads.wrench, place.joints[0])
-        return (*drive_terms(chain, place.joints[0], "c", softer * torque),)
+        return None if order is None else np.asarray((1.0 - np.exp(-order.time / shape["warm"])) * torque)
 
 
-class CableBent(DocumentedEffect):
+class CableBent(DriveLaw):
     """A cable that is bent beyond an angle pulls back in proportion to the angle: there the joint gives less."""
 
     name = "cable-bent"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
-    summary = "outside"
-    parameters = (_amplitude(), _number("angle", 0.0))
+    parameters = (amplitude(), number("angle", 0.0))
 
-    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+    def gives(self, torque: Floats, angle: Floats, order: StateOrder | None, shape: Values) -> Floats | None:
         """−c max(q − angle, 0) τ."""
-        joint = place.joints[0]
-        bent = np.maximum(loads.angles[joint - 1] - shape["angle"], 0.0)
-        return (*drive_terms(chain, joint, "c", -bent * drive_torque(chain, loads.wrench, joint)),)
+        return np.asarray(-np.maximum(angle - shape["angle"], 0.0) * torque)
 
 
-class QuillGuide(DocumentedEffect):
+class QuillGuide(InventedLaw):
     """The guide of an axis that slides tilts under a moment, the more the further the axis is out."""
 
     name = "quill-guide"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
-    summary = "outside"
-    parameters = (_amplitude(),)
 
     def places(self, chain: Chain) -> list[Place]:
         """Axes that slide."""
@@ -113,14 +91,12 @@ class QuillGuide(DocumentedEffect):
         )
 
 
-class MagnetSlip(DocumentedEffect):
+class MagnetSlip(InventedLaw):
     """The magnet that holds the target lies askew while the force is above a threshold."""
 
     name = "magnet-slip"
-    kind = Kind.NODE_LAW
     place_kind = "setup"
-    summary = "outside"
-    parameters = (_amplitude(), _number("force", 100.0), _number("turn", 0.0))
+    parameters = (amplitude(), number("force", 100.0), number("turn", 0.0))
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """C along a direction across the tool's axis where the force, N, is above the threshold."""
@@ -133,14 +109,12 @@ class MagnetSlip(DocumentedEffect):
         )
 
 
-class LinkTwistedByHeat(DocumentedEffect):
+class LinkTwistedByHeat(InventedLaw):
     """One side of a link becomes warm in the course of a run: the link twists without any load."""
 
     name = "link-twisted-by-heat"
-    kind = Kind.NODE_LAW
     place_kind = "links"
-    summary = "outside"
-    parameters = (_amplitude(), _number("warm", 100.0))
+    parameters = (amplitude(), number("warm", 100.0))
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """c (1 − exp(−t / warm)) about the link's axis, t the time since the run's first state, s."""
@@ -150,46 +124,34 @@ class LinkTwistedByHeat(DocumentedEffect):
         return (Term(node, RX, "c", 1.0 - np.exp(-loads.order.since_reference / shape["warm"])),)
 
 
-class ServoResidue(DocumentedEffect):
+class ServoResidue(DriveLaw):
     """The integrator of a position loop keeps a residue of the load before, and loses it from state to state."""
 
     name = "servo-residue"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
-    summary = "outside"
     has_memory = True
-    parameters = (_amplitude(), _number("kept", 0.5))
+    parameters = (amplitude(), number("kept", 0.5))
 
-    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+    def gives(self, torque: Floats, angle: Floats, order: StateOrder | None, shape: Values) -> Floats | None:
         """C Σ kept^(k−1) τ_(i−k), over the states before in the run."""
-        if loads.order is None:
-            return ()
-        torque = drive_torque(chain, loads.wrench, place.joints[0])
-        first, residue = first_of_run(loads.order.run), np.zeros_like(torque)
+        if order is None:
+            return None
+        first, residue = first_of_run(order.run), np.zeros_like(torque)
         for state in range(1, len(torque)):
             if not first[state]:
                 residue[state] = shape["kept"] * residue[state - 1] + torque[state - 1]
-        return (*drive_terms(chain, place.joints[0], "c", residue),)
+        return residue
 
 
-class StribeckUnderLoad(DocumentedEffect):
+class StribeckUnderLoad(DriveLaw):
     """Friction holds a joint back, most of all where it is hardly loaded: the loop narrows with the load."""
 
     name = "stribeck-under-load"
-    kind = Kind.NODE_LAW
-    place_kind = "joints"
-    summary = "outside"
     has_memory = True
-    parameters = (_amplitude(), _number("slip", 1.0), _number("falls", 1.0))
+    parameters = (amplitude(), number("slip", 1.0), number("falls", 1.0))
 
-    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+    def gives(self, torque: Floats, angle: Floats, order: StateOrder | None, shape: Values) -> Floats | None:
         """C times the torque as it comes through a play of slip · exp(−|τ| / falls), N·m."""
-        torque = drive_torque(chain, loads.wrench, place.joints[0])
         play = shape["slip"] * np.exp(-np.abs(torque) / shape["falls"])
-        if loads.order is None:
-            through: Floats = torque - np.clip(torque, -play, play)
-        else:
-            run = loads.order.run
-            first = torque[first_of_run(run)]
-            through = clamped_between(torque - play, torque + play, run, first)
-        return (*drive_terms(chain, place.joints[0], "c", through),)
+        if order is None:
+            return np.asarray(torque - np.clip(torque, -play, play))
+        return clamped_between(torque - play, torque + play, order.run, torque[first_of_run(order.run)])
