@@ -160,15 +160,16 @@ class SourceHashes:
         self._stop = threading.Event()
         # before anything is read: what is written through a mapping from now on moves the files' times
         self._statuses = FileStatuses(folder, self._files)
-        unchanged = self._statuses.unchanged(states) - self._statuses.always_compared()
-        self._known = {file: then[file] for file in self._files if file in unchanged and file in then}
+        self._unchanged = self._statuses.unchanged(states)
+        unread = self._unchanged - self._statuses.always_compared()
+        self._known = {file: then[file] for file in self._files if file in unread and file in then}
         self._pool = ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="hash sources")
         self._waiting: dict[str, Future[SourceFile]] = {
             file: self._pool.submit(self._hash, file) for file in self._files if file not in self._known
         }
 
     def _hash(self, file: str) -> SourceFile:
-        if file in self._statuses.of_file:
+        if file in self._statuses.of_file and file not in self._unchanged:  # nothing was written since it was settled
             self._statuses.settle(file)
         return hash_file(self._folder, file, self._stop)
 
@@ -267,26 +268,30 @@ def hash_file(folder: Path, file: str, stop: threading.Event | None = None) -> S
     ------
     InputError : it cannot be read, or changed meanwhile.
     """
-    before = _size_and_time(folder, file)
+    parts = _parts_as_they_are(folder, file)
     digest = hashlib.sha256()
     try:
-        for path in _parts(folder / file):
+        for path in parts:
             with open_regular(path, file, buffering=0) as stream:
                 while (chunk := stream.read(CHUNK)) and not (stop is not None and stop.is_set()):
                     digest.update(chunk)
     except OSError as error:
         raise _unreadable(file, error) from None
-    if _size_and_time(folder, file) != before:
+    if _parts_as_they_are(folder, file) != parts:
         raise _changed_meanwhile(file)
-    return SourceFile(file, *before, digest.hexdigest())
+    size, latest = sum(size for size, _ in parts.values()), max((time for _, time in parts.values()), default=0)
+    return SourceFile(file, size, latest, digest.hexdigest())
 
 
-def _size_and_time(folder: Path, file: str) -> tuple[int, int]:
+def _parts_as_they_are(folder: Path, file: str) -> dict[Path, tuple[int, int]]:
+    """Return size and time of the last change, ns, of a file, or of all files of a folder, in order."""
+    path = folder / file
     try:
-        states = [path.stat() for path in _parts(folder / file)]
+        status = path.stat()  # calls of the system are what hashing a thousand small files takes
+        states = {part: part.stat() for part in _parts(path)} if stat.S_ISDIR(status.st_mode) else {path: status}
     except OSError as error:
         raise _unreadable(file, error) from None
-    return sum(state.st_size for state in states), max((state.st_mtime_ns for state in states), default=0)
+    return {part: (state.st_size, state.st_mtime_ns) for part, state in states.items()}
 
 
 def _parts(path: Path) -> list[Path]:

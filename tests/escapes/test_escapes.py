@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import tomllib
+import tracemalloc
 import unicodedata
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
@@ -259,6 +260,27 @@ def test_a_document_of_json_is_on_lines_that_begin_no_command() -> None:
         assert not V2.match(line)
         assert not V1.search(line)
         assert_printable(line)
+
+
+def test_a_document_has_the_layout_of_the_json_module() -> None:
+    leaf = {"a": 1, "b": [], "c": {}, "d": "é\n", "e": None, "f": 1e-9, "g": True}
+    for document in (leaf, [leaf, 2, [leaf, {"h": [1.5, 2], "i": leaf}]], {"j": [[1], [leaf]], "k": (1, leaf)}, [], 3):
+        for indent in (1, 2):
+            assert json_text.document_text(document, indent=indent) == json.dumps(
+                document, indent=indent, ensure_ascii=False
+            )
+    with pytest.raises(ValueError, match="."):
+        json_text.document_text({"a": [{"b": float("nan")}]})
+
+
+def test_writing_a_long_document_holds_no_text_of_each_token() -> None:
+    document = {"runs": [{"columns": [{"low": 1.5, "high": 2.5, "unit": "N"}] * 12} for _ in range(300)]}
+    tracemalloc.start()
+    try:
+        size = len(json_text.document_text(document))
+        assert tracemalloc.get_traced_memory()[1] < 3 * size  # of json.dumps 7
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_document_for_a_terminal_is_written_out_throughout() -> None:
