@@ -32,7 +32,10 @@ TIMES = (
     *("uhrzeit", "heure", "hora", "ora", "timeofday"),
     *("temps", "tiempo", "tempo", "時間", "時刻", "日時", "时间", "시간", "일시", "epochtime", "systemtime", "ipoc"),
     *("stamp", "unixtime", "epoch", "ts", "timesec", "timems", "elapsed"),
+    *(TIMES_BY_UNIT := ("ms", "us", "ns", "seconds", "sekunden", "milliseconds", "millisekunden")),
 )
+"""The likeliest first. The last ones are units, after which nothing but a time is called: s may be a travel, min a
+least value."""
 QUATERNIONS = (*(("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz")),)
 NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")
 """Names of a quaternion's components, the scalar first, where numbers show one: the squares add up to 1."""
@@ -142,7 +145,7 @@ def header_parts(header: str) -> ColumnHeader:
 
     Examples
     --------
-    >>> headers = "Fx [kN]", "F / N", "Fx/kN", "dx_mm", "Kraft X in kN", "v_deg/s", "F_N", "Fx_N", "time_s", "note"
+    >>> headers = "Fx [kN]", "F / N", "Fx/kN", "dx_mm", "Kraft X in kN", "v_deg/s", "F_N", "Fx_N", "time_s", "ms", "note"
     >>> for parts in map(header_parts, headers):
     ...     print(parts.name, parts.unit, sep=", ")
     Fx, kN
@@ -154,10 +157,13 @@ def header_parts(header: str) -> ColumnHeader:
     F_N, None
     Fx, N
     time, s
+    ms, ms
     note, None
     """
     if len(header) > _LONGEST_NAME:
         return ColumnHeader(header, None)
+    if header.lower() in TIMES_BY_UNIT and is_unit(header):
+        return ColumnHeader(header, header)
     header = header.translate(_WIDE_BRACKETS)
     bracketed = _BRACKETED.match(header)
     if bracketed is not None and not (bracketed["a"] or bracketed["b"] or "").strip().isdigit():  # q[0] is a name

@@ -117,6 +117,14 @@ def test_logs_of_two_devices_belong_together_by_name(tmp_path: Path) -> None:
         draft_from_logs("clamped", [logs[0], renamed])
 
 
+@pytest.mark.parametrize(("header", "unit"), [("ms", "ms"), ("us", "us"), ("Millisekunden", "ms"), ("Seconds", "s")])
+def test_a_column_that_is_called_by_a_unit_of_time_is_the_time(tmp_path: Path, header: str, unit: str) -> None:
+    rows = np.column_stack([4.0 * np.arange(6), np.arange(6.0) / 7, np.arange(6.0) / 3])
+    log = write(tmp_path, "log.csv", f"{header},angle [deg],torque [N*m]", rows)
+    manifest = tomllib.loads(draft_from_logs("clamped", [log]).manifest)
+    assert manifest["sources"]["log"]["time"] == {"column": header, "unit": unit}
+
+
 def test_a_compressed_log_is_read(tmp_path: Path) -> None:
     plain = clamped_log(tmp_path, "p1.csv", 1)
     packed = tmp_path / "p2.csv.gz"
