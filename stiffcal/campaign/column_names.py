@@ -145,7 +145,7 @@ def header_parts(header: str) -> ColumnHeader:
 
     Examples
     --------
-    >>> headers = "Fx [kN]", "F / N", "Fx/kN", "dx_mm", "Kraft X in kN", "v_deg/s", "F_N", "Fx_N", "time_s", "ms", "note"
+    >>> headers = "Fx [kN]", "F / N", "Fx/kN", "dx_mm", "Kraft X in kN", "v_deg/s", "Fx_N", "F_N", "ms", "note"
     >>> for parts in map(header_parts, headers):
     ...     print(parts.name, parts.unit, sep=", ")
     Fx, kN
@@ -154,9 +154,8 @@ def header_parts(header: str) -> ColumnHeader:
     dx, mm
     Kraft X, kN
     v, deg/s
-    F_N, None
     Fx, N
-    time, s
+    F_N, None
     ms, ms
     note, None
     """

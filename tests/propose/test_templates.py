@@ -123,6 +123,22 @@ class Described:
         return here @ moved(self.flange[0], rotation_from_rpy(np.array(self.flange[1])))
 
 
+@dataclass(frozen=True)
+class Tabled:
+    """An arm as a table of Denavit and Hartenberg's convention states it."""
+
+    rows: tuple[tuple[float, float, float, float, float], ...]
+    """By joint: a, m, alpha, rad, d, m, theta, rad, and the sense in which the controller counts."""
+
+    def place(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the flange by homogeneous transforms, for joint angles, rad, as the controller shows them."""
+        here = np.eye(4)
+        for (a, alpha, d, theta, sense), angle in zip(self.rows, joints, strict=True):
+            here = here @ moved((0, 0, 0), rotation_from_vector(np.array([0, 0, sense * angle + theta])))
+            here = here @ moved((a, 0, d), rotation_from_vector(np.array([alpha, 0, 0])))
+        return here
+
+
 def moved(xyz: tuple[float, float, float], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     result = np.eye(4)
     result[:3, :3], result[:3, 3] = rotation, xyz
@@ -149,7 +165,18 @@ def ur(shoulder: float, upper_arm: float, forearm: float, wrist_1: float, wrist_
 
 # ur_description (config/*/default_kinematics.yaml), franka_description (panda_arm.xacro), and of ROS-Industrial
 # abb_irb4400_support (irb4400_macro.xacro) and fanuc_r2000ic_support (r2000ic165f_macro.xacro)
-DESCRIBED = {
+# and of FreeCAD src/Mod/Robot/Lib/Kuka/kr_125.csv
+DESCRIBED: dict[str, Described | Tabled] = {
+    "kr125": Tabled(
+        (
+            (0.41, -RIGHT, 0.865, 0, -1),
+            (1.0, 0, 0, 0, 1),
+            (0.045, RIGHT, 0, -RIGHT, 1),
+            (0, -RIGHT, -1.0, 0, 1),
+            (0, RIGHT, 0, 0, 1),
+            (0, np.pi, -0.21, np.pi, 1),
+        )
+    ),
     "ur5e": ur(0.1625, -0.425, -0.3922, 0.1333, -0.0997, 0.0996),
     "ur10e": ur(0.1807, -0.6127, -0.57155, 0.17415, -0.11985, 0.11655),
     "panda": Described(
