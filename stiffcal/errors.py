@@ -61,6 +61,8 @@ class Fault:
     """What of the manifest the reason is about (frames, sources, runs, columns), for who sorts faults."""
     changes: tuple[InputChange, ...] = ()
     """With which change of the input the data agree, the one that is named first; empty where none is known."""
+    rows: tuple[int, ...] = ()
+    """Numbers of the rows of ``file`` that it is about, where these are some of them."""
 
     def __post_init__(self) -> None:
         for name in ("file", "place", "reason", "mend"):

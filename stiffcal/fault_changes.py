@@ -11,6 +11,7 @@ class ChangeKind(StrEnum):
 
     ANGLE_UNIT = "angle-unit"
     LENGTH_UNIT = "length-unit"
+    LENGTH_FACTOR = "length-factor"
     JOINT_UNIT = "joint-unit"
     JOINT_ORDER = "joint-order"
     DIRECTION = "direction"
@@ -20,7 +21,13 @@ class ChangeKind(StrEnum):
     TRACKER_AXES = "tracker-axes"
     INVERSE_FRAME = "inverse-frame"
     TARGET = "target"
+    TARGET_ORDER = "target-order"
+    POSITION_AXES = "position-axes"
+    MIRRORED = "mirrored"
     POSE_ORDER = "pose-order"
+    ROW_ORDER = "row-order"
+    ROBOT_CONVENTION = "robot-convention"
+    ROBOT_SIGN = "robot-sign"
     QUATERNION_ORDER = "quaternion-order"
     QUATERNION_INVERSE = "quaternion-inverse"
     ACTS_ON = "acts-on"
@@ -32,6 +39,10 @@ class ChangeKind(StrEnum):
     REPEATS = "repeats"
 
 
+FORCES_ALONE = "forces"
+"""Of the columns of a wrench: the order of those of the moments is open."""
+
+
 @dataclass(frozen=True)
 class InputChange:
     """A change of the input with which the data agree."""
@@ -39,11 +50,16 @@ class InputChange:
     kind: ChangeKind
     """What is changed."""
     names: tuple[str, ...] = ()
-    """Joints, columns, axes or runs that it is about, by name, in their order after the change."""
+    """Joints, columns, targets, axes or runs that it is about, by name, in their order after the change; of rows in
+    another order what moves: positions, displacements or loads.
+    """
     sizes: tuple[float, ...] = ()
     """By how much, where there is an amount: a zero of each joint, rad (m of a prismatic joint); of a frame three
     angles of a rotation vector, rad, and three lengths, m; of a target three lengths, m; the factor of an angle that is
-    added; the rows by which places move down; a number of runs.
+    added, or of a length; the rows by which columns move down, none where they are reversed; the entry of a robot file;
+    a number of runs.
     """
     value: str = ""
-    """What the manifest or the robot file holds after it: a unit, or who the load acts on."""
+    """What the manifest or the robot file holds after it: a unit, a convention, or who the load acts on; the key of an
+    entry, the axis of a length or the target of axes, where not all are meant.
+    """

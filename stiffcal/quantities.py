@@ -24,6 +24,7 @@ _ANGLE = {
     "mrad": 1e-3,
     "urad": 1e-6,
     "deg": pi / 180.0,
+    "gon": pi / 200.0,
     "arcmin": pi / 10_800.0,
     "arcsec": pi / 648_000.0,
     "rev": 2.0 * pi,

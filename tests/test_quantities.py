@@ -13,6 +13,7 @@ PINT_NAMES = {
     "um": "micrometer",
     "in": "inch",
     "deg": "degree",
+    "gon": "gradian",
     "arcmin": "arcminute",
     "arcsec": "arcsecond",
     "rev": "revolution",

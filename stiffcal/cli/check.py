@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stiffcal.workflow.check_results import CheckedColumn, CheckedJoint, CheckedRun, CheckedSource, CheckResult
 
 READ_AS = {
-    **dict.fromkeys(("deg", "rad", "mrad", "rev", "arcmin", "arcsec"), (180.0 / math.pi, "°")),
+    **dict.fromkeys(("deg", "rad", "gon", "mrad", "rev", "arcmin", "arcsec"), (180.0 / math.pi, "°")),
     **dict.fromkeys(("m", "mm", "um", "cm", "in", "inch"), (1e3, "mm")),
     **dict.fromkeys(("N", "kN", "mN", "uN", "daN", "kgf", "lbf"), (1.0, "N")),
     **dict.fromkeys(("N*m", "N*mm", "kN*m"), (1.0, "N·m")),

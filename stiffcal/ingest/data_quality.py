@@ -24,6 +24,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.reduction.angle_conventions import stated_units
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, match_kinematics, miss_words
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.force_zero_faults import force_zero_faults
@@ -37,6 +38,7 @@ from stiffcal.reduction.logs import (
     header_of_file,
     place_of_row,
 )
+from stiffcal.reduction.other_readings import TablePlaces, check_other_readings
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.repeated_rows import repeated_rows
@@ -46,7 +48,6 @@ from stiffcal.reduction.stopped_targets import stopped_targets
 from stiffcal.reduction.turned_sensor import turned_sensor
 from stiffcal.reduction.unit_slips import (
     angles_like_radians,
-    check_angle_convention,
     check_displacement_unit,
     loads_like_thousands,
 )
@@ -258,7 +259,7 @@ def check_load_states(
     warnings += orientations_not_measured(states, campaign)
     warnings += [f"{fault.place}: {fault.reason}; {fault.mend}" for fault in zeros]
     if not states.deflection_given and states.setup.targets:
-        faults += check_kinematics(states, chain, estimated)
+        faults += check_kinematics(states, chain, estimated, stated_units(campaign))
         match = match_kinematics(states, chain)
         if not faults and match.median_m > MEETS_M:
             warnings.append(miss_words(states, chain, estimated, match.median_m))
@@ -304,10 +305,16 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
         elif isinstance(signal, Wrench):
             warnings += loads_like_thousands(states, f"{place}.force")
         elif isinstance(signal, JointSignals):
-            faults = faults or check_angle_convention(states, campaign.chain, f"sources.{source}.{name}")
+            faults = faults or _read_otherwise(states, campaign, f"sources.{source}.{name}")
             if not faults and signal.units.position == "deg":
                 warnings += angles_like_radians(states, f"{place}.position")
     return faults, warnings
+
+
+def _read_otherwise(states: LoadStates, campaign: Campaign, joints: str) -> list[Fault]:
+    acts_on, wrench, columns = _wrench_of(campaign)
+    places = TablePlaces(joints, wrench, columns, acts_on, MANIFEST_FILE)
+    return check_other_readings(states, campaign.chain, stated_units(campaign), places)
 
 
 def _turned(states: LoadStates, campaign: Campaign) -> list[Fault]:

@@ -14,7 +14,6 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import Fault
-from stiffcal.escapes import toml_text
 from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
@@ -23,7 +22,8 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
-from stiffcal.reduction.angle_conventions import counted_otherwise
+from stiffcal.reduction.angle_conventions import counted_otherwise, logged_names
+from stiffcal.reduction.change_texts import code_of, texts_of
 from stiffcal.reduction.kinematics_corrections import MUCH_BETTER, correcting_words, meeting_corrections
 from stiffcal.reduction.still_components import still_words
 
@@ -62,7 +62,7 @@ def miss_words(states: LoadStates, chain: Chain, estimated: bool, miss_m: float)
     """Return how far kinematics misses the target in the reference states, with what would make it meet."""
     chosen = _references(states)
     meeting = meeting_corrections(chosen, chain, estimated, MUCH_BETTER * miss_m)
-    return f"{_missed_by(chosen, miss_m)}{correcting_words(meeting)}"
+    return f"{_missed_by(chosen, miss_m)}{correcting_words(meeting, chain)}"
 
 
 def _missed_by(references: LoadStates, miss_m: float) -> str:
@@ -78,12 +78,15 @@ def _references(states: LoadStates) -> LoadStates:
     return states.select(states.reference & states.used & measured)
 
 
-def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: str = "campaign.toml") -> list[Fault]:
+def check_kinematics(
+    states: LoadStates, chain: Chain, estimated: bool, stated: Floats, file: str = "campaign.toml"
+) -> list[Fault]:
     """Return a fault where kinematics misses the tracker, naming the single change that makes it meet.
 
     Parameters
     ----------
     estimated : True where the tracker's frame was itself found from these poses.
+    stated : (L,) rad, the unit that the manifest states of the logged angles.
     """
     chosen = _references(states)
     match = match_kinematics(states, chain)
@@ -92,7 +95,7 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
     if match.median_m <= MISSES_M:
         return _check_orientation(chosen, chain, match, estimated, file)
     best, named = np.inf, None
-    for variant in _variants(chosen, chain):
+    for variant in _variants(chosen, chain, stated):
         predicted, _ = attached_poses(chain, chain.model_angles(variant.joints), chosen.setup.targets[0])
         left = _miss(predicted, variant.position, estimated)
         if left < best:
@@ -103,10 +106,10 @@ def check_kinematics(states: LoadStates, chain: Chain, estimated: bool, file: st
     meeting = meeting_corrections(chosen, chain, estimated, min(MEETS_M, least))
     changes = tuple(change for one in meeting for change in one.changes)
     if meeting:
-        text, mend = correcting_words(meeting), meeting[0].mend
+        text, mend = correcting_words(meeting, chain), texts_of(changes[0], chain).mend
     elif named is not None:
-        text, mend = f"; with {named.words} they agree within {1e3 * best:.1f} mm", named.mend
-        changes = (named.change,)
+        texts, changes = texts_of(named.change, chain), (named.change,)
+        text, mend = f"; with {texts.words} they agree within {1e3 * best:.1f} mm", texts.mend
     else:
         text, first = still_words(chosen)
         mend = f"{first}check the robot file, the frames of tracker and target, and the joint columns"
@@ -131,26 +134,22 @@ class _Variant:
     """(n, L)."""
     position: Floats
     """(n, 3), base axes."""
-    words: str
-    """What is changed."""
-    mend: str
-    """What to correct."""
     change: InputChange
-    """The same as values."""
+    """What is changed."""
 
 
-def _variants(states: LoadStates, chain: Chain) -> Iterator[_Variant]:
+def _variants(states: LoadStates, chain: Chain, stated: Floats) -> Iterator[_Variant]:
     """Yield what may be wrong, with joints and positions as they would be."""
     joints, position = states.joints, states.position[:, 0]
-    names = chain.joint_names if len(chain.joint_names) == joints.shape[1] else tuple(map(str, range(joints.shape[1])))
-    for counted in counted_otherwise(joints, chain):
-        yield _Variant(counted.joints, position, counted.words, counted.mend, counted.change)
+    names = logged_names(joints, chain)
+    for counted in counted_otherwise(joints, chain, stated):
+        yield _Variant(counted.joints, position, counted.change)
     for k in np.flatnonzero(chain.prismatic):
         for unit, factor in (("mm", 1e-3), ("m", 1e3)):
             scaled = joints.copy()
             scaled[:, k] *= factor
             change = InputChange(ChangeKind.JOINT_UNIT, (names[k],), value=unit)
-            yield _Variant(scaled, position, f"joint {names[k]} in {unit}", f"correct the unit of {names[k]}", change)
+            yield _Variant(scaled, position, change)
     base_from_tracker = states.base_from_tracker
     own = _moved(inverse_transform(base_from_tracker), position)
     for order in permutations(range(3)):
@@ -159,22 +158,12 @@ def _variants(states: LoadStates, chain: Chain) -> Iterator[_Variant]:
                 continue
             axes = tuple(f"{'-' if s < 0 else ''}{'XYZ'[k]}" for k, s in zip(order, signs, strict=True))
             measured = _moved(base_from_tracker, own[:, order] * np.array(signs))
-            words, mend = (
-                f"the tracker's axes as ({', '.join(axes)})",
-                "correct the order of position's columns, or the frame",
-            )
-            yield _Variant(joints, measured, words, mend, InputChange(ChangeKind.TRACKER_AXES, axes))
+            yield _Variant(joints, measured, InputChange(ChangeKind.TRACKER_AXES, axes))
     for factor, unit in ((1e-3, "mm"), (1e3, "m")):
         measured = _moved(base_from_tracker, own * factor)
-        mend = f"write {toml_text.pair('units', {'position': unit})}"
-        yield _Variant(joints, measured, f"positions in {unit}", mend, InputChange(ChangeKind.LENGTH_UNIT, value=unit))
-    yield _Variant(
-        joints,
-        _moved(inverse_transform(base_from_tracker), own),
-        "the inverse of the tracker frame",
-        "frames.tracker is the pose of the tracker in the base frame, not of the base in the tracker frame",
-        InputChange(ChangeKind.INVERSE_FRAME),
-    )
+        yield _Variant(joints, measured, InputChange(ChangeKind.LENGTH_UNIT, value=unit))
+    inverse = _moved(inverse_transform(base_from_tracker), own)
+    yield _Variant(joints, inverse, InputChange(ChangeKind.INVERSE_FRAME))
 
 
 def _moved(motion: Floats, places: Floats) -> Floats:
@@ -194,25 +183,16 @@ def _check_orientation(
     if len(states) > 1 and _mounting_spread(rotation, tracker_axes @ measured) <= TURNED_RAD:
         return []
     quaternion = quaternion_from_rotation(measured)
-    orders = (
-        (ChangeKind.QUATERNION_ORDER, "x, y, z, w", [3, 0, 1, 2], 1.0, "write the quaternion's columns with w first"),
-        (ChangeKind.QUATERNION_INVERSE, "inverted", [0, 1, 2, 3], -1.0, "invert the orientation"),
-    )
+    orders = ((ChangeKind.QUATERNION_ORDER, [3, 0, 1, 2], 1.0), (ChangeKind.QUATERNION_INVERSE, [0, 1, 2, 3], -1.0))
     reason = f"positions agree with the kinematics, orientations differ by {np.degrees(match.turned_rad):.0f}°"
-    for kind, text, order, sign, mend in orders:
+    for kind, order, sign in orders:
         values = quaternion[:, order] * np.array([1.0, sign, sign, sign])
         deviation = rotation_vector(tracker_axes @ rotation_from_quaternion(values) @ np.swapaxes(rotation, -1, -2))
         if np.median(np.linalg.norm(deviation, axis=1)) <= TURNED_RAD:
-            return [
-                Fault(
-                    FaultCode.KINEMATICS_MISMATCH,
-                    file,
-                    "quaternion_wxyz",
-                    f"{reason}; with the quaternion {text} they agree",
-                    mend,
-                    changes=(InputChange(kind),),
-                )
-            ]
+            change = InputChange(kind)
+            texts = texts_of(change, chain)
+            reason = f"{reason}; with {texts.words} they agree"
+            return [Fault(code_of(change), file, texts.place, reason, texts.mend, changes=(change,))]
     return [
         Fault(
             FaultCode.KINEMATICS_MISMATCH,

@@ -13,9 +13,9 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.errors import Fault
-from stiffcal.fault_codes import FaultCode
+from stiffcal.fault_changes import ChangeKind, InputChange
+from stiffcal.reduction.change_texts import code_of, listed
 from stiffcal.reduction.met_places import FAR, FAR_M, LEAST_ROWS, UNCALIBRATED_M, MeasuredPlaces, Met, meet, orders
-from stiffcal.reduction.place_changes import listed
 from stiffcal.reduction.table_rows import TableRows
 
 MOST_ROUNDS = 100
@@ -70,11 +70,13 @@ def exchanged_rows(table: TableRows, places: MeasuredPlaces, far: Integers) -> F
     if not _all_meet(meet(mended), mended, np.isin(np.arange(len(on_body)), np.union1d(wrong, far))):
         return None
     moved = [k for k in range(n_targets) if (to_right[chosen[wrong], k] != k).any()]
-    names = listed([table.states.setup.target_names[k] for k in moved])
+    names = tuple(table.states.setup.target_names[k] for k in moved)
     where = table.listed(wrong)
-    reason = f"the positions of {names} are interchanged in {len(wrong)} of {len(on_body)} rows ({where})"
+    reason = f"the positions of {listed(names)} are interchanged in {len(wrong)} of {len(on_body)} rows ({where})"
     mend = f"interchange their columns there, or exclude these rows with {table.exclusion(wrong)}"
-    return Fault(FaultCode.KINEMATICS_MISMATCH, table.file(int(wrong[0])), table.place(wrong), reason, mend)
+    change = InputChange(ChangeKind.TARGET_ORDER, names)
+    file, place, rows = table.file(int(wrong[0])), table.place(wrong), table.numbers(wrong)
+    return Fault(code_of(change), file, place, reason, mend, changes=(change,), rows=rows)
 
 
 def _right_order(chosen: Integers, offsets: Sequence[Floats], stated: Floats) -> int:

@@ -13,7 +13,11 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import Fault
+from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
+from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.reduction.angle_conventions import stated_units
+from stiffcal.reduction.change_texts import code_of, texts_of
 from stiffcal.reduction.met_places import FAR_M, LEAST_ROWS, MEETS, MEETS_M, MeasuredPlaces, Met, far_from, meet
 from stiffcal.reduction.place_changes import changes_of_rows
 from stiffcal.reduction.table_rows import TableRows
@@ -61,6 +65,8 @@ class _Group:
     reason: str
     mend: str = ""
     of_angles: bool = False
+    change: InputChange | None = None
+    """With which the rows meet the others; None where none is known."""
     undecided: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """(u,) other rows, which meet with its correction too, and without it are not far enough off to be named."""
 
@@ -104,6 +110,8 @@ def _fault(some: SomeRows, group: _Group) -> Fault:
         table.place(group.rows, of_angles=group.of_angles),
         group.reason + ("" if one else count),
         mend,
+        changes=() if group.change is None else (group.change,),
+        rows=table.numbers(group.rows),
     )
 
 
@@ -115,10 +123,11 @@ def _by_changes(some: SomeRows) -> list[_Group]:
     own = np.isin(looked_at, rows)
     groups, explained = [], []
     # one change at a time: all of them are a hundred times the rows
-    for change in changes_of_rows(table.states.select(looked_at), table.campaign.chain, some.places.at(looked_at)):
-        met = some.distance(change.places) <= some.near
-        either = looked_at[met & ~own]
-        groups.append(_Group(rows, change.code, change.in_rows, change.mend_rows, change.of_angles, either))
+    chain, stated = table.campaign.chain, stated_units(table.campaign)
+    for tried in changes_of_rows(table.states.select(looked_at), chain, some.places.at(looked_at), stated):
+        met, change = some.distance(tried.places) <= some.near, tried.change
+        either, reason = looked_at[met & ~own], texts_of(change, chain).in_rows
+        groups.append(_Group(rows, code_of(change), reason, "", tried.of_angles, change, either))
         explained.append(met[own])
     left, found = np.array(explained), []
     while left.any():
@@ -147,7 +156,10 @@ def _without_change(some: SomeRows, left: Integers) -> list[_Group]:
         numbers = some.table.states.row
         pairs = [f"of row {int(numbers[left[i]])} those of row {int(numbers[fitting[i]])}" for i in strange[:2]]
         reason = f"the position meets the joint angles of another row ({', '.join(pairs)})"
-        groups.append(_Group(left[strange], code, reason, "put each position next to its joint angles"))
+        names = tuple(str(numbers[k]) for i in strange for k in (left[i], fitting[i]))
+        change = InputChange(ChangeKind.POSE_ORDER, names)
+        mend = "put each position next to its joint angles"
+        groups.append(_Group(left[strange], code, reason, mend, change=change))
         left = left[fitting < 0]
     if not left.size:
         return groups
@@ -195,11 +207,13 @@ def _moved(some: SomeRows, left: Integers) -> _Group | None:
     turn = some.met.turn.T @ own.turn
     angle = float(np.degrees(np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0))))
     centre = np.nanmean(places.measured, axis=(0, 1))
-    shift = float(np.linalg.norm((own.turn - some.met.turn) @ centre + own.shift - some.met.shift))
+    shift = (own.turn - some.met.turn) @ centre + own.shift - some.met.shift
     offset = float(np.linalg.norm(own.offset - some.met.offset, axis=1).max())
     reason = (
         f"the positions meet the joint angles with the tracker, the base or a target moved (tracker or base by "
-        f"{1e3 * shift:.3g} mm and {angle:.2g}°, targets by {1e3 * offset:.2g} mm)"
+        f"{1e3 * np.linalg.norm(shift):.3g} mm and {angle:.2g}°, targets by {1e3 * offset:.2g} mm)"
     )
     mend = f"exclude them with {some.table.exclusion(left)}, or make a campaign of their own of them"
-    return _Group(left, FaultCode.KINEMATICS_MISMATCH, reason, mend)
+    sizes = (*vector_from_rotation(turn).tolist(), *shift.tolist())
+    change = InputChange(ChangeKind.TRACKER_FRAME, sizes=sizes)
+    return _Group(left, FaultCode.KINEMATICS_MISMATCH, reason, mend, change=change)

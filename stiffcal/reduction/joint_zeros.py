@@ -35,14 +35,7 @@ def other_zeros(states: LoadStates, chain: Chain) -> Iterator[CountedAngles]:
         if chain.prismatic[joint]:
             continue
         turn = (_best_turn(states, chain, joint) + np.pi) % (2.0 * np.pi) - np.pi
-        degrees = f"{np.degrees(turn):+.1f}°"
-        yield CountedAngles(
-            _turned(states.joints, joint, turn),
-            f"joint {name}",
-            f"{degrees} at joint {name}",
-            f"correct theta_deg of joint {name} in the robot file by {degrees}, or the column of its angle",
-            InputChange(ChangeKind.ZERO, (name,), (turn,)),
-        )
+        yield CountedAngles(_turned(states.joints, joint, turn), InputChange(ChangeKind.ZERO, (name,), (float(turn),)))
 
 
 def _best_turn(states: LoadStates, chain: Chain, joint: int) -> float:

@@ -21,6 +21,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.reduction.angle_conventions import QUARTERS
+from stiffcal.reduction.change_texts import texts_of
 
 STEP = 1e-6  # of numerical derivatives, m and rad
 SETTLED, MOST_ROUNDS = 1e-9, 40
@@ -43,8 +44,6 @@ class KinematicsCorrection:
     """How many numbers were fitted."""
     changes: tuple[InputChange, ...]
     """What was changed, with its size."""
-    prismatic: frozenset[str] = frozenset()
-    """Names of joints whose zero is a length."""
 
     @property
     def parts(self) -> frozenset[tuple[ChangeKind, str]]:
@@ -54,20 +53,6 @@ class KinematicsCorrection:
             for change in self.changes
             for name in (change.names if change.kind is ChangeKind.ZERO else [""])
         )
-
-    @property
-    def words(self) -> str:
-        """What was changed, as in "the tracker frame rotated by 1.7°"."""
-        return " and ".join(_words(change, self.prismatic) for change in self.changes)
-
-    @property
-    def mend(self) -> str:
-        """What to correct."""
-        first = self.changes[0]
-        if first.kind is not ChangeKind.ZERO:
-            return MENDS[first.kind]
-        keys = sorted({"d_m" if name in self.prismatic else "theta_deg" for name in first.names}, reverse=True)
-        return f"correct {' and '.join(keys)} in robot.toml, or the zero of the controller"
 
 
 def corrections(states: LoadStates, chain: Chain, estimated: bool) -> list[KinematicsCorrection]:
@@ -101,14 +86,14 @@ def meeting_corrections(states: LoadStates, chain: Chain, estimated: bool, most_
     return named
 
 
-def correcting_words(meeting: Sequence[KinematicsCorrection]) -> str:
+def correcting_words(meeting: Sequence[KinematicsCorrection], chain: Chain) -> str:
     """Return which corrections make kinematics meet, in words; "" where none does."""
-    return "".join(
-        f"; with {one.words} they agree within {1e3 * one.left_m:.1f} mm"
-        if one is meeting[0]
-        else f"; or with {one.words}, within {1e3 * one.left_m:.1f} mm"
-        for one in meeting
-    )
+    texts: list[str] = []
+    for one in meeting:
+        words = " and ".join(texts_of(change, chain).words for change in one.changes)
+        within = f"within {1e3 * one.left_m:.1f} mm"
+        texts.append(f"; or with {words}, {within}" if texts else f"; with {words} they agree {within}")
+    return "".join(texts)
 
 
 def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Iterator[KinematicsCorrection]:
@@ -127,17 +112,6 @@ def _fit_corrections(states: LoadStates, chain: Chain, estimated: bool) -> Itera
     if not estimated:
         yield from problem.corrections(frame + target, lambda x: (_frame(x), _target(x)))
     yield from problem.corrections(always + zeros, partial(_zeros, chain, list(range(n_joints))))
-
-
-MENDS = {
-    ChangeKind.TRACKER_FRAME: (
-        "correct the tracker's frame, or write estimate = true there to estimate it from these poses"
-    ),
-    ChangeKind.TARGET: "correct the target's frame, or write estimate = true there to estimate it from these poses",
-    ChangeKind.POSE_ORDER: (
-        "joint angles and positions of different poses are combined: use the same order of rows or files"
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -181,8 +155,7 @@ class _Problem:
             return
         away = np.linalg.norm(self.residual(x), axis=1)
         remaining_m = float(np.median(away)) * np.sqrt(n_readings / (n_readings - len(free)))
-        slides = frozenset(name for k, name in enumerate(_names(self.chain, x.size - 9)) if self.chain.prismatic[k])
-        yield KinematicsCorrection(remaining_m, len(free), changes(x), slides)
+        yield KinematicsCorrection(remaining_m, len(free), changes(x))
 
 
 def _order_corrections(states: LoadStates, chain: Chain) -> Iterator[KinematicsCorrection]:
@@ -219,37 +192,6 @@ def _zeros(chain: Chain, joints: list[int], x: Floats) -> tuple[InputChange, ...
 
 def _names(chain: Chain, n_joints: int) -> tuple[str, ...]:
     return (*chain.joint_names, *(str(k + 1) for k in range(len(chain.joint_names), n_joints)))
-
-
-def _words(change: InputChange, prismatic: frozenset[str]) -> str:
-    """Return a fitted change in words, with its size."""
-    x = np.array(change.sizes)
-    if change.kind is ChangeKind.TRACKER_FRAME:
-        angle = np.degrees(np.linalg.norm(x[:3]))
-        axis = x[:3] / max(float(np.linalg.norm(x[:3])), 1e-12)
-        about = ", ".join(f"{part:.2f}" for part in axis)
-        return (
-            f"the tracker frame rotated by {angle:.2g}° about ({about}) through the centre of the positions and moved "
-            f"by ({_millimetres(x[3:])}) mm in base axes"
-        )
-    if change.kind is ChangeKind.TARGET:
-        return f"the target moved by ({_millimetres(x)}) mm in its own axes"
-    if change.kind is ChangeKind.POSE_ORDER:
-        pairs = [
-            f"“{own}” has the position of “{other}”"
-            for own, other in zip(change.names[::2], change.names[1::2], strict=True)
-        ]
-        suffix = f" and {len(pairs) - 4} more" if len(pairs) > 4 else ""
-        return f"the poses in another order ({', '.join(pairs[:4])}{suffix})"
-    parts = [
-        f"{1e3 * size:+.2f} mm at joint {name}" if name in prismatic else f"{np.degrees(size):+.2f}° at joint {name}"
-        for name, size in zip(change.names, change.sizes, strict=True)
-    ]
-    return "other zeros of the joint angles: " + ", ".join(parts)
-
-
-def _millimetres(lengths: Floats) -> str:
-    return ", ".join(f"{1e3 * part:.1f}" for part in lengths)
 
 
 def _wrap_angle(angle: float) -> float:

@@ -18,10 +18,13 @@ import numpy as np
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault
+from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.reduction.agreeing_rows import agreeing
+from stiffcal.reduction.angle_conventions import stated_units
+from stiffcal.reduction.change_texts import code_of, listed, texts_of
 from stiffcal.reduction.exchanged_targets import exchanged_rows
 from stiffcal.reduction.faults_of_rows import SomeRows, faults_of_rows
 from stiffcal.reduction.met_places import (
@@ -36,7 +39,7 @@ from stiffcal.reduction.met_places import (
     orders,
     places_of,
 )
-from stiffcal.reduction.place_changes import PlaceChange, changes_of_the_table, listed, moved_positions
+from stiffcal.reduction.place_changes import PlaceChange, changes_of_the_table, moved_positions
 from stiffcal.reduction.table_rows import TableRows
 
 # A change that explains the distance leaves less than this share of it.
@@ -137,14 +140,15 @@ def _stopped(table: TableRows, places: MeasuredPlaces) -> Fault | None:
         f"{rows.size} of {len(places.measured)} rows ({table.listed(rows)}): it was lost, or the tracker stopped"
     )
     mend = f"measure these rows again, or exclude them with {table.exclusion(rows)}"
-    return Fault(FaultCode.READING_IMPLAUSIBLE, table.file(int(rows[0])), table.place(rows), reason, mend)
+    file, place = table.file(int(rows[0])), table.place(rows)
+    return Fault(FaultCode.READING_IMPLAUSIBLE, file, place, reason, mend, rows=table.numbers(rows))
 
 
 def _of_the_table(table: TableRows, places: MeasuredPlaces, usual: float) -> Fault | None:
     """Return the one change of all rows with which they meet; None where there is none."""
     states, campaign = table.states, table.campaign
     some = np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_ROWS)).astype(np.int64))
-    robot = campaign.robot, campaign.robot_path.parent
+    robot = stated_units(campaign), campaign.robot, campaign.robot_path.parent
     left: list[tuple[float, PlaceChange]] = []
     for changes, at in (
         (changes_of_the_table(states.select(some), campaign.chain, places.at(some), *robot), slice(None)),
@@ -164,13 +168,14 @@ def _of_the_table(table: TableRows, places: MeasuredPlaces, usual: float) -> Fau
     least = min(distance for distance, _ in left)
     # of changes that explain it alike the likeliest mistake comes first
     (distance, change), *others = [entry for entry in left if entry[0] <= AS_GOOD * least]
-    also = f" (with {others[0][1].words} too)" if others else ""
+    texts = texts_of(change.change, campaign.chain)
+    also = f" (with {texts_of(others[0][1].change, campaign.chain).words} too)" if others else ""
     missed = f"joint angles and positions differ by {1e3 * usual:.3g} mm"
-    reason = f"{missed}, and with {change.words} by {1e3 * distance:.2g} mm{also}"
+    reason = f"{missed}, and with {texts.words} by {1e3 * distance:.2g} mm{also}"
     files = {"robot": campaign.manifest.robot, "manifest": MANIFEST_FILE}
     file = files.get(change.file) or table.file(of_angles=change.of_angles)
-    mending = () if change.change is None else (change.change,)
-    return Fault(change.code, file, change.place, reason, change.mend, changes=mending)
+    place = f"joints.{texts.place}" if change.of_angles and file == MANIFEST_FILE else texts.place
+    return Fault(code_of(change.change), file, place, reason, texts.mend, changes=(change.change,))
 
 
 def _spread(places: MeasuredPlaces) -> float:
@@ -189,10 +194,11 @@ def _exchanged_targets(places: MeasuredPlaces, met: Met, states: LoadStates) -> 
         other = np.linalg.norm(met.offset - places.offset[order], axis=1)
         if same_body and other.max() < MUCH_BETTER * own.max():
             moved = [names[b] for b in range(len(names)) if order[b] != b]
+            change = InputChange(ChangeKind.TARGET_ORDER, tuple(moved))
             yield Fault(
                 FaultCode.KINEMATICS_MISMATCH, MANIFEST_FILE, f"poses.{moved[0]}",
                 f"{listed(moved)} are interchanged: each is at the position that the manifest gives for the "
                 f"other, {1e3 * own.max():.3g} mm from its own",
-                "interchange their columns, or their positions on the body",
+                "interchange their columns, or their positions on the body", changes=(change,),
             )  # fmt: skip
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.errors import InputError
+from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.like_poses import pose_groups
@@ -34,19 +34,22 @@ def refuse_few_poses(
         possible = unloaded if number is None else unloaded.select(unloaded.tracker == number)
         rare = _seldom_measured(possible, count)
         found += f": {' and '.join(rare)} {'was' if len(rare) == 1 else 'were'} measured in no others" if rare else ""
-        raise InputError.at(
-            FaultCode.POSES_TOO_FEW,
-            "campaign.toml", f"frames.{name}.estimate",
-            found if n_poses else _not_measured(possible),
-            f"measure {count} or more poses that differ in position and orientation, or give the frame",
-        )  # fmt: skip
+        lacking = rare if n_poses else _never_measured(possible)
+        reason = found if n_poses else _not_measured(lacking, len(possible.setup.target_names))
+        mend = f"measure {count} or more poses that differ in position and orientation, or give the frame"
+        place = f"frames.{name}.estimate"
+        raise InputError(Fault(FaultCode.POSES_TOO_FEW, "campaign.toml", place, reason, mend, names=tuple(lacking)))
 
 
-def _not_measured(states: LoadStates) -> str:
-    """Return which targets no unloaded pose shows, or that no pose shows all of them."""
+def _never_measured(states: LoadStates) -> list[str]:
+    """Return the targets that no state shows."""
     once: Booleans = np.asarray(np.isfinite(states.position).all(axis=2).any(axis=0))
-    lacking = [name for name, measured in zip(states.setup.target_names, once, strict=True) if not measured]
-    if len(lacking) == len(once):
+    return [name for name, measured in zip(states.setup.target_names, once, strict=True) if not measured]
+
+
+def _not_measured(lacking: list[str], n_targets: int) -> str:
+    """Return which targets no unloaded pose shows, or that no pose shows all of them."""
+    if len(lacking) == n_targets:
         return "no target was measured in any unloaded pose"
     if lacking:
         return f"{' and '.join(lacking)} {'was' if len(lacking) == 1 else 'were'} measured in no unloaded pose"

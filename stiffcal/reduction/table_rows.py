@@ -48,6 +48,10 @@ class TableRows:
                 place += f" (line {found.lines[row][0]})"
         return place + (" and others" if len(chosen) > 1 else "")
 
+    def numbers(self, chosen: Integers) -> tuple[int, ...]:
+        """Return the rows of some states as they are counted in the table."""
+        return tuple(self.states.row[chosen].tolist())
+
     def listed(self, chosen: Integers) -> str:
         """Return the rows of some states as they are counted in the table, those one after the other as from … to."""
         pieces = [str(first) if first == last else f"{first} to {last}" for first, last in self._stretches(chosen)]

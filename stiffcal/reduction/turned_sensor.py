@@ -16,7 +16,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector, rpy_from_rotation
-from stiffcal.reduction.unit_slips import MOST_STATES
+from stiffcal.reduction.other_readings import MOST_STATES
 from stiffcal.reduction.work_of_load import BY_CHANCE, FOLLOWS, NOTHING_LEFT, explained_by_joints
 
 ANGLES = 3

@@ -1,4 +1,4 @@
-"""Units and ways to count angles that pass every bound and still cannot be: load and displacement contradict them.
+"""Units that pass every bound and still cannot be: load and displacement contradict them.
 
 Metres declared as millimetres make a robot a thousand times too stiff, radians declared as degrees fold all poses into
 one. Nothing in a single reading shows it; load and displacement together, over all poses, do.
@@ -6,23 +6,13 @@ one. Nothing in a single reading shows it; load and displacement together, over 
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from stiffcal.arrays import Floats
 from stiffcal.errors import Fault
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.quantities import unit
-from stiffcal.reduction.angle_conventions import counted_otherwise
-from stiffcal.reduction.consistency import MISSES_M, TURNED_RAD
-from stiffcal.reduction.joint_zeros import other_zeros
-from stiffcal.reduction.work_of_load import BY_CHANCE, FOLLOWS, chance_of, explained_by_joints, left_by_joints
 
 # Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
 # shows is looked at, so that a stiff direction of a single pose is no matter.
@@ -34,8 +24,6 @@ USUAL_N_PER_M = (5e4, 1e7)
 LEAST_LOAD_N = 50.0
 # Angles of several poses, of several joints, all within ±2π "degrees": nobody calibrates a robot in one pose only.
 LEAST_POSES, LEAST_JOINTS, LEAST_MOVED_DEG = 4, 3, 0.2
-# Of more states so many are compared: a few hundred poses determine six springs.
-MOST_STATES = 300
 
 
 def check_displacement_unit(states: LoadStates, declared: str, place: str, file: str = "campaign.toml") -> list[Fault]:
@@ -130,52 +118,3 @@ def angles_like_radians(states: LoadStates, place: str, file: str = "campaign.to
         return []
     reason = f"all angles of {poses} poses lie within {largest:.3g} degrees of zero: these look like radians"
     return [f'{file}: {place}: {reason}; if they are, write units = {{ position = "rad" }}']
-
-
-def check_angle_convention(states: LoadStates, chain: Chain, place: str, file: str = "campaign.toml") -> list[Fault]:
-    """Return a fault where the displacements follow the loads only with joint angles counted in another way.
-
-    Such a way has as many springs, and the angle of a zero at most: what the two leave is compared by an F test, the
-    three components of a pose as one reading each, as the states of a pose share what the model lacks. A way that
-    moves the tool no more than a robot's own inaccuracy does is none.
-
-    Parameters
-    ----------
-    states : load states; those with places are let pass (kinematics shows how their angles are counted).
-    place : the key of the joints in the manifest.
-    """
-    places = states.has_poses and not states.deflection_given
-    if len(states) == 0 or places or not states.setup.targets or not np.any(states.wrench):
-        return []
-    some = states.select(np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_STATES)).astype(np.int64)))
-    poses = len(np.unique(np.round(np.degrees(some.joints), 2), axis=0))
-    if poses < LEAST_POSES:
-        return []
-    tried = [
-        (explained_by_joints(replace(some, joints=counted.joints), chain), counted)
-        for counted in (*counted_otherwise(some.joints, chain), *other_zeros(some, chain))
-    ]
-    share, best = max(tried, key=lambda entry: entry[0])
-    explained = explained_by_joints(some, chain)
-    if share <= max(FOLLOWS, explained) or not _moves_the_target(some, best.joints, chain):
-        return []
-    if chance_of(explained, share, some, chain) * len(tried) > BY_CHANCE:
-        return []
-    left, measured = left_by_joints(some, chain)
-    rms_m = float(np.sqrt(np.mean(left**2)))
-    reason = (
-        f"joint springs leave {1e3 * rms_m:.3g} of {1e3 * float(np.sqrt(np.mean(measured**2))):.3g} mm of the "
-        f"deflections, and {1e3 * rms_m * np.sqrt((1.0 - share) / (1.0 - explained)):.3g} mm with {best.words}"
-    )
-    at = ": " if best.change.names else "."  # joints, or a key of the manifest
-    return [Fault(best.code, file, f"{place}{at}{best.place}", reason, best.mend, changes=(best.change,))]
-
-
-def _moves_the_target(states: LoadStates, joints: Floats, chain: Chain) -> bool:
-    """Return whether these joint angles put the first target where no robot's own inaccuracy does."""
-    (place, rotation), (other, turned) = (
-        attached_poses(chain, chain.model_angles(angles), states.setup.targets[0]) for angles in (states.joints, joints)
-    )
-    away = np.linalg.norm(other - place, axis=1)
-    angle = np.linalg.norm(rotation_vector(turned @ np.swapaxes(rotation, -1, -2)), axis=1)
-    return bool(np.median(away) > MISSES_M or np.median(angle) > TURNED_RAD)

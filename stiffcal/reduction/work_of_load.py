@@ -6,21 +6,22 @@ change of it that fits is looked for and named (physics, section 0); nothing is 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import permutations, product
+from itertools import permutations
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import Fault
-from stiffcal.escapes import toml_text
 from stiffcal.estimation.bounded_least_squares import least_squares_within
-from stiffcal.fault_changes import ChangeKind, InputChange
+from stiffcal.fault_changes import FORCES_ALONE, ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
+from stiffcal.reduction.change_texts import code_of, texts_of
 from stiffcal.reduction.motion import mean_measured, motion_of
 
 # A load that follows the declared axes leaves less than half of the deflection to other effects.
@@ -150,30 +151,26 @@ def check_work(
     negative = int((sign.work[present] < 0.0).sum())
     if 2 * negative <= present.size and sign.explained > FOLLOWS:
         return []
-    swapped = _swapped_column_fault(chosen, chain, sign.explained, columns)
+    swapped = _swapped_columns(chosen, chain, sign.explained, columns)
     if swapped:
-        reason, mend, change = swapped
-        return [Fault(FaultCode.WRENCH_MISMATCH, file, f"{place}.columns", reason, mend, changes=(change,))]
+        reason, change = swapped
+        mend = texts_of(change, chain).mend
+        return [Fault(code_of(change), file, f"{place}.columns", reason, mend, changes=(change,))]
     turns = {axis: np.diag([1.0 if k == axis else -1.0 for k in range(3)]) for axis in range(3)}
     against = explained_by_joints(chosen, chain, sign=-1.0)
     by_axis = {axis: explained_by_joints(chosen, chain, flip) for axis, flip in turns.items()}
     axis = max(by_axis, key=lambda number: by_axis[number])
     best = max(against, by_axis[axis])
-    mirrored = _mirrored_axes(chosen, chain, sign.explained, best, columns)
-    if mirrored is not None:
-        return [replace(mirrored, file=file)]
     if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
         return []
     if best > FOLLOWS and best > sign.explained + 0.25:
         if against == best:
             opposite = "robot" if acts_on == "environment" else "environment"
             change = InputChange(ChangeKind.ACTS_ON, value=opposite)
-            mend = f"acts_on is inverted: write {toml_text.pair('acts_on', opposite)}"
         else:
             change = InputChange(ChangeKind.SENSOR_AXES, ("xyz"[axis],), (np.pi,))
-            mend = f"the sensor is upside down, half a turn about {'xyz'[axis]} of its axes: correct its frame"
         reason = f"force and deflection have opposite directions (negative work in {negative} of {present.size} runs)"
-        return [Fault(FaultCode.WRENCH_MISMATCH, file, place, reason, mend, changes=(change,))]
+        return [Fault(code_of(change), file, place, reason, texts_of(change, chain).mend, changes=(change,))]
     if 2 * negative > present.size:
         reason = f"negative work in {negative} of {present.size} runs: force and deflection have opposite directions"
         return [
@@ -186,48 +183,6 @@ def check_work(
             )
         ]
     return []
-
-
-def _mirrored_axes(
-    states: LoadStates, chain: Chain, explained: float, turned: float, columns: tuple[str, ...]
-) -> Fault | None:
-    """Return the fault of one force with another sign, or of a displacement's axes in another order or sign.
-
-    No turn of a sensor makes the first, and no frame the second: all of a table's displacements follow the loads then.
-    What springs leave is compared by an F test, the three components of a pose as one reading each: of few poses any
-    order of axes explains much.
-
-    Parameters
-    ----------
-    explained : share that springs explain as declared. turned : with the load turned. columns : of the wrench.
-    """
-    if not states.deflection_given or len(np.unique(states.run)) < LEAST_POSES or _count_loads(states) < LEAST_POSES:
-        return None
-    tried: list[tuple[float, InputChange]] = []
-    for k, name in enumerate(columns[:3]):
-        wrench = states.wrench * np.where(np.arange(6) == k, -1.0, 1.0)
-        share = explained_by_joints(replace(states, wrench=wrench), chain)
-        tried.append((share, InputChange(ChangeKind.WRENCH_SIGN, (name,))))
-    for order in permutations(range(3)):
-        for signs in product((1.0, -1.0), repeat=3):
-            # nothing is changed, or all of the load acts the other way
-            if order == (0, 1, 2) and abs(sum(signs)) == 3.0:
-                continue
-            deflection = states.deflection.copy()
-            deflection[:, :, :3] = deflection[:, :, order] * np.array(signs)
-            axes = tuple(f"{'-' if sign < 0.0 else ''}{'XYZ'[k]}" for k, sign in zip(order, signs, strict=True))
-            share = explained_by_joints(replace(states, deflection=deflection), chain)
-            tried.append((share, InputChange(ChangeKind.DISPLACEMENT_AXES, axes)))
-    share, change = max(tried, key=lambda entry: entry[0])
-    if share <= max(FOLLOWS, explained, turned) or chance_of(explained, share, states, chain) * len(tried) > BY_CHANCE:
-        return None
-    if change.kind is ChangeKind.WRENCH_SIGN:
-        place, words, mend = f"column {change.names[0]}", "the other sign", "correct its sign in the log"
-    else:
-        place, words = "displacements", f"their axes as ({', '.join(change.names)})"
-        mend = "correct the order and the signs of their columns, or their axes"
-    reason = f"joint springs explain {100 * explained:.0f} % of the deflection, and {100 * share:.0f} % with {words}"
-    return Fault(FaultCode.WRENCH_MISMATCH, "", place, reason, mend, changes=(change,))
 
 
 def chance_of(explained: float, share: float, states: LoadStates, chain: Chain) -> float:
@@ -248,7 +203,7 @@ def _count_distinct(states: LoadStates) -> int:
     return len(np.unique(rows, axis=0))
 
 
-def _count_loads(states: LoadStates) -> int:
+def count_loads(states: LoadStates) -> int:
     """Return the number of directions of the load on the robot, poses that are alike taken as one."""
     size = np.linalg.norm(states.wrench[:, :3], axis=1)
     loaded = size > 0.1 * size.max()
@@ -256,35 +211,58 @@ def _count_loads(states: LoadStates) -> int:
     return len(np.unique(np.round(np.concatenate([states.joints[loaded], direction], axis=1), 1), axis=0))
 
 
-def _swapped_column_fault(
-    states: LoadStates, chain: Chain, explained: float, columns: tuple[str, ...]
-) -> tuple[str, str, InputChange] | None:
-    """Return reason, mend and change where only another order of the force's columns explains the deflection."""
-    if len(columns) not in (3, 6) or len(np.unique(states.run)) < LEAST_POSES or _count_loads(states) < LEAST_POSES:
-        return None
+def column_orders(columns: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], tuple[str, ...]]]:
+    """Yield other orders of a wrench's six components, with the force's columns and the moment's in that order.
 
-    def share_with(order: tuple[int, ...], moments: tuple[int, ...]) -> float:
-        wrench = states.wrench[:, [*order, *(3 + k for k in moments)]]
-        return explained_by_joints(replace(states, wrench=wrench), chain)
-
+    Parameters
+    ----------
+    columns : of the wrench, 3 or 6; of another number there is no other order.
+    """
     kept = (0, 1, 2)
-    shares = {(order, moments): share_with(order, moments) for order in permutations(kept) for moments in {kept, order}}
-    (right, moments), best = max(shares.items(), key=lambda entry: entry[1])
-    reversed_share = explained_by_joints(states, chain, sign=-1.0)
-    if right == kept or best < max(ORDER_EXPLAINS, explained + 0.25, reversed_share):
+    for order in permutations(kept) if len(columns) in (3, 6) else ():
+        for moments in (kept, order) if order != kept else ():
+            components = (*order, *(3 + k for k in moments))
+            if len(columns) == 6:
+                yield components, tuple(columns[k] for k in components)
+            elif moments == kept:
+                yield components, tuple(columns[k] for k in order)
+
+
+def surely_ordered(change: InputChange, share: float, tried: list[tuple[float, InputChange]]) -> InputChange:
+    """Return an order of the wrench's columns, marked where the moments carry too little information for theirs.
+
+    Parameters
+    ----------
+    change : the order. share : that springs explain with it. tried : all orders, and what springs explain with each.
+    """
+    for other_share, other in tried:
+        same = other.kind is change.kind and other.names[:3] == change.names[:3] and other != change
+        if same and 1.0 - share >= CLEARLY_LESS * (1.0 - other_share):
+            return replace(change, value=FORCES_ALONE)
+    return change
+
+
+def _swapped_columns(
+    states: LoadStates, chain: Chain, explained: float, columns: tuple[str, ...]
+) -> tuple[str, InputChange] | None:
+    """Return reason and change where only another order of the force's columns explains the deflection."""
+    if len(np.unique(states.run)) < LEAST_POSES or count_loads(states) < LEAST_POSES:
         return None
-    other_share = shares[right, right if moments == kept else kept]
+    tried = [
+        (
+            explained_by_joints(replace(states, wrench=states.wrench[:, components]), chain),
+            InputChange(ChangeKind.WRENCH_COLUMNS, names),
+        )
+        for components, names in column_orders(columns)
+    ]
+    if not tried:
+        return None
+    best, change = max(tried, key=lambda entry: entry[0])
+    reversed_share = explained_by_joints(states, chain, sign=-1.0)
+    if best < max(ORDER_EXPLAINS, explained + 0.25, reversed_share):
+        return None
     reason = (
         f"joint springs explain {100 * explained:.0f} % of the deflection with the force's columns in this order, "
         f"{100 * best:.0f} % in another"
     )
-    names, of_moments = [columns[k] for k in right], list(columns[3:])
-    is_sure = len(columns) == 3 or 1.0 - best < CLEARLY_LESS * (1.0 - other_share)
-    if len(columns) > 3 and is_sure:
-        of_moments = [columns[3 + k] for k in moments]
-    mend = f"write {toml_text.pair('columns', names + of_moments)}"
-    right_columns = (*names, *(of_moments if is_sure else ()))
-    if not is_sure:  # the moments carry too little information
-        mend += ", and check whether the moments are interchanged too"
-    mend = f"columns are interchanged, here or in the log: {mend}"
-    return reason, mend, InputChange(ChangeKind.WRENCH_COLUMNS, right_columns)
+    return reason, surely_ordered(change, best, tried)

@@ -84,6 +84,10 @@ def chain_from_rows(
     )
 
 
+DEGREES = np.full(6, np.pi / 180.0)
+"""The unit of six logged angles, rad."""
+
+
 def six_axes() -> Chain:
     """Return the medium six-axis robot."""
     return chain_from_rows("medium six-axis", SIX_AXES, shifted(0.0, 0.0, 0.14))

@@ -27,7 +27,7 @@ from tests.laboratory.displacement_table import (
     write_table,
 )
 from tests.laboratory.hidden_campaigns import folder_of, reduced
-from tests.laboratory.robots import six_axes
+from tests.laboratory.robots import DEGREES, six_axes
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "absolute" / "01"
 ROBOTS = Path(stiffcal.propose.__file__).parent / "robots"
@@ -35,8 +35,8 @@ SIGNS = {1: "logged = { A2 = 1, A3 = 1 }", -1: "logged = { A2 = -1, A3 = 1 }"}
 
 
 def test_every_joint_can_be_counted_together_with_one_before_it() -> None:
-    pairs = {f"joints A{first} and A{second}" for second in range(2, 7) for first in range(1, second)}
-    assert {coupled.place for coupled in coupled_angles(np.zeros((1, 6)), six_axes())} == pairs
+    pairs = {(f"A{first}", f"A{second}") for second in range(2, 7) for first in range(1, second)}
+    assert {coupled.change.names for coupled in coupled_angles(np.zeros((1, 6)), six_axes())} == pairs
 
 
 @pytest.mark.parametrize(("first", "second"), [(1, 2), (1, 3), (2, 4), (3, 5), (4, 5), (4, 6), (5, 6)])
@@ -157,6 +157,27 @@ def test_radians_called_degrees_are_named_where_springs_explain_much_of_either(r
     assert fault.changes == (InputChange(ChangeKind.ANGLE_UNIT, value="rad"),)
 
 
+@pytest.mark.parametrize("rows", [8, 24])
+def test_gon_called_degrees_are_named_and_no_zero_of_a_joint(rows: int, tmp_path: Path) -> None:
+    columns = displacement_columns(rows)
+    for name in JOINTS:
+        columns[name] *= 400.0 / 360.0
+    folder = write_displacement_campaign(tmp_path / "cell", columns)
+    (fault,) = _faults_of(folder)
+    assert fault.changes == (InputChange(ChangeKind.ANGLE_UNIT, value="gon"),)
+    # what is to be written there mends it
+    manifest = folder / "campaign.toml"
+    manifest.write_text(manifest.read_text().replace('position = "deg"', 'position = "gon"'))
+    assert reduce_campaign(load_campaign(folder), no_progress).result.n_states == rows
+
+
+def test_gon_called_degrees_are_named_in_places_under_load() -> None:
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
+    read = replace(states, joints=states.joints * 400.0 / 360.0)
+    (fault,) = check_kinematics(read, chain, estimated=False, stated=DEGREES)
+    assert fault.changes == (InputChange(ChangeKind.ANGLE_UNIT, value="gon"),)
+
+
 @pytest.mark.parametrize("joint", ["A2", "A3", "A5"])
 def test_one_joint_in_radians_is_named(joint: str, tmp_path: Path) -> None:
     columns = displacement_columns(12)
@@ -190,7 +211,7 @@ def test_in_places_under_load(sign: int) -> None:
     states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
     joints = states.joints.copy()
     joints[:, 2] -= sign * joints[:, 1]
-    (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated=False)
+    (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated=False, stated=DEGREES)
     assert fault.changes == (_together(sign),)
 
 
@@ -213,5 +234,5 @@ def test_half_a_turn_is_named_where_the_trackers_frame_is_estimated_as_well() ->
     states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
     joints = states.joints.copy()
     joints[:, 1] += np.pi
-    (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated=True)
+    (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated=True, stated=DEGREES)
     assert (fault.changes[0].kind, fault.changes[0].names) == (ChangeKind.ZERO, ("A2",))

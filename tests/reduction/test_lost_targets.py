@@ -17,7 +17,7 @@ from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.run_displacements import check_displacements
 from stiffcal.reduction.still_components import still_components
 from stiffcal.reduction.stopped_targets import stopped_targets
-from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.robots import DEGREES, SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 
 NOISE = Sigma(translation=20e-6, force=0.3)
@@ -74,7 +74,7 @@ def test_a_component_that_is_dead_in_all_runs_is_named(runs: LoadStates) -> None
         places[:, 1] = 0.3
 
     states = _read(runs, dead)
-    (fault,) = check_kinematics(states, six_axes(), estimated=False)
+    (fault,) = check_kinematics(states, six_axes(), estimated=False, stated=DEGREES)
     assert "Y of" in fault.mend
     (name,) = still_components(states)
     assert name == f"Y of {states.setup.target_names[0]}"

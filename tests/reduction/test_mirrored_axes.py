@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
@@ -12,17 +13,25 @@ from stiffcal.errors import InputError, no_progress
 from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.reducing import reduce_campaign
-from tests.laboratory.displacement_table import Columns, displacement_columns, write_displacement_campaign
+from tests.laboratory.displacement_table import (
+    DISPLACEMENTS,
+    FORCES,
+    Columns,
+    displacement_columns,
+    write_displacement_campaign,
+)
 
 
-def changes_named(folder: Path, change: Callable[[Columns], None]) -> tuple[InputChange, ...]:
+def changes_named(
+    folder: Path, change: Callable[[Columns], None], code: FaultCode = FaultCode.WRENCH_MISMATCH
+) -> tuple[InputChange, ...]:
     """Return what is named of a table with a mistake."""
     columns = displacement_columns(12)
     change(columns)
     with pytest.raises(InputError) as refused:
         reduce_campaign(load_campaign(write_displacement_campaign(folder / "cell", columns)), no_progress)
     (fault,) = refused.value.faults
-    assert fault.code is FaultCode.WRENCH_MISMATCH
+    assert fault.code is code
     return fault.changes
 
 
@@ -48,3 +57,14 @@ def test_displacements_in_another_order(tmp_path: Path) -> None:
         columns["dx"], columns["dy"], columns["dz"] = columns["dz"], columns["dx"], columns["dy"]
 
     assert changes_named(tmp_path, turned) == (InputChange(ChangeKind.DISPLACEMENT_AXES, ("Y", "Z", "X")),)
+
+
+@pytest.mark.parametrize("moved", ["loads", "displacements"])
+@pytest.mark.parametrize("by", [1, -2])
+def test_columns_in_other_rows_than_the_others(moved: str, by: int, tmp_path: Path) -> None:
+    def shifted(columns: Columns) -> None:
+        for name in FORCES if moved == "loads" else DISPLACEMENTS:
+            columns[name] = np.roll(columns[name], -by)
+
+    change = InputChange(ChangeKind.ROW_ORDER, (moved,), (float(by),))
+    assert changes_named(tmp_path, shifted, FaultCode.KINEMATICS_MISMATCH) == (change,)

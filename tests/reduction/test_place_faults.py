@@ -11,6 +11,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
+from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.set_aside import SetAsideCode
@@ -30,14 +31,20 @@ from tests.laboratory.changed_tables import (
 ROW = 20
 # the header is the first line
 AT_ROW = f"run poses, row {ROW + 1} (line {ROW + 2})"
+EXCHANGED = InputChange(ChangeKind.TARGET_ORDER, ("target1", "target2"))
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1e-3, "a thousand times too small"), (1.0 / 25.4, "in inches")])
-def test_a_row_in_another_unit_is_named(reduced: Reduce, factor: float, words: str) -> None:
+def numbers(rows: slice) -> tuple[int, ...]:
+    """Return the numbers of some of the table's 80 rows."""
+    return tuple(range(1, 81)[rows])
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0 / 25.4])
+def test_a_row_in_another_unit_is_named(reduced: Reduce, factor: float) -> None:
     fault = fault_of(reduced, "01", all_of(*(scaled(axis, factor, slice(ROW, ROW + 1)) for axis in PLACE)))
     assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, AT_ROW)
     assert fault.file == "raw/poses.csv"
-    assert words in fault.reason
+    assert fault.changes == (InputChange(ChangeKind.LENGTH_FACTOR, sizes=(1.0 / factor,)),)
 
 
 def test_angles_of_a_row_in_radians_are_named(reduced: Reduce) -> None:
@@ -50,7 +57,7 @@ def test_angles_of_a_row_in_radians_are_named(reduced: Reduce) -> None:
 def test_exchanged_targets_of_a_row_are_named(reduced: Reduce) -> None:
     fault = fault_of(reduced, "03", lambda table: exchanged(table, slice(ROW, ROW + 1)))
     assert fault.place == AT_ROW
-    assert "target1 and target2" in fault.reason
+    assert fault.changes == (EXCHANGED,)
 
 
 def test_angles_of_another_row_are_named(reduced: Reduce) -> None:
@@ -60,13 +67,13 @@ def test_angles_of_another_row_are_named(reduced: Reduce) -> None:
 
     fault = fault_of(reduced, "01", copied)
     assert fault.place == f"run poses, row {ROW + 2} (line {ROW + 3})"
-    assert f"exactly the joint angles of row {ROW + 1}" in fault.reason
+    assert (fault.rows, fault.changes) == ((ROW + 2,), ())
 
 
 def test_rows_of_one_mistake_are_one_line(reduced: Reduce) -> None:
     fault = fault_of(reduced, "01", all_of(*(scaled(axis, 1e-3, slice(ROW, ROW + 7)) for axis in PLACE)))
     assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, f"{AT_ROW} and others")
-    assert "in 7 of 80 rows (21 to 27)" in fault.reason
+    assert fault.rows == tuple(range(21, 28))
 
 
 def test_more_mistakes_than_are_listed_are_counted(reduced: Reduce) -> None:
@@ -98,20 +105,12 @@ def test_a_copied_row_is_a_warning(reduced: Reduce) -> None:
     assert f"run poses row {ROW + 2} repeats run poses row {ROW + 1}" in warning
 
 
-@pytest.mark.parametrize(
-    ("rows", "words"),
-    [
-        (slice(40, 80), "40 of 80 rows (41 to 80)"),
-        (slice(None, None, 2), "40 of 80 rows (1, 3, 5, 7, 9, 11 and 34 more places)"),
-        (slice(20, 80), "60 of 80 rows (21 to 80)"),
-        (slice(20, 30), "10 of 80 rows (21 to 30)"),
-    ],
-)
-def test_exchanged_targets_of_many_rows_are_one_line(reduced: Reduce, rows: slice, words: str) -> None:
+@pytest.mark.parametrize("rows", [slice(40, 80), slice(None, None, 2), slice(20, 80), slice(20, 30)])
+def test_exchanged_targets_of_many_rows_are_one_line(reduced: Reduce, rows: slice) -> None:
     """Where the manifest states the targets' places on the body, those at another's place are named."""
     fault = fault_of(reduced, "03", lambda table: exchanged(table, rows))
     assert fault.code is FaultCode.KINEMATICS_MISMATCH
-    assert fault.reason == f"the positions of target1 and target2 are interchanged in {words}"
+    assert (fault.rows, fault.changes) == (numbers(rows), (EXCHANGED,))
 
 
 def test_two_rows_of_two_mistakes_are_two_lines(reduced: Reduce) -> None:
@@ -131,49 +130,47 @@ def test_targets_exchanged_in_a_circle_are_named(reduced: Reduce) -> None:
                 table[f"{axis}{(k + 1) % 3 + 1}"][40:] = column[40:].tolist()
 
     fault = fault_of(reduced, "03", circle)
-    assert "target1, target2 and target3 are interchanged in 40 of 80 rows (41 to 80)" in fault.reason
+    assert fault.rows == numbers(slice(40, 80))
+    assert fault.changes == (InputChange(ChangeKind.TARGET_ORDER, ("target1", "target2", "target3")),)
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1e-3, "a thousand times too small"), (1.0 / 25.4, "in inches")])
-def test_one_target_of_a_row_in_another_unit_is_named(reduced: Reduce, factor: float, words: str) -> None:
+@pytest.mark.parametrize("factor", [1e-3, 1.0 / 25.4])
+def test_one_target_of_a_row_in_another_unit_is_named(reduced: Reduce, factor: float) -> None:
     change = all_of(*(scaled(f"{axis}2", factor, slice(ROW, ROW + 1)) for axis in "XYZ"))
     fault = fault_of(reduced, "03", change)
     assert (fault.code, fault.place) == (FaultCode.UNIT_IMPLAUSIBLE, AT_ROW)
     assert fault.file == "raw/poses.csv"
-    assert f"the positions of target2 are {words}" in fault.reason
+    assert fault.changes == (InputChange(ChangeKind.LENGTH_FACTOR, ("target2",), (1.0 / factor,)),)
 
 
-@pytest.mark.parametrize(
-    ("rows", "factor", "words"),
-    [
-        (slice(40, 80), 1e-3, "a thousand times too small in 40 of 80 rows (41 to 80)"),
-        (slice(20, 80), 1.0 / 25.4, "in inches where the others are in millimetres in 60 of 80 rows (21 to 80)"),
-    ],
-)
-def test_many_rows_in_another_unit_are_one_line(reduced: Reduce, rows: slice, factor: float, words: str) -> None:
+@pytest.mark.parametrize(("rows", "factor"), [(slice(40, 80), 1e-3), (slice(20, 80), 1.0 / 25.4)])
+def test_many_rows_in_another_unit_are_one_line(reduced: Reduce, rows: slice, factor: float) -> None:
     fault = fault_of(reduced, "01", all_of(*(scaled(axis, factor, rows) for axis in PLACE)))
-    assert fault.code is FaultCode.UNIT_IMPLAUSIBLE
-    assert fault.reason == f"the positions are {words}"
+    assert (fault.code, fault.rows) == (FaultCode.UNIT_IMPLAUSIBLE, numbers(rows))
+    assert fault.changes == (InputChange(ChangeKind.LENGTH_FACTOR, sizes=(1.0 / factor,)),)
 
 
-HALVES = [(slice(0, 40), "(1 to 40)"), (slice(1, None, 2), "(2, 4, 6, 8, 10, 12 and 34 more places)")]
+HALVES = [slice(0, 40), slice(1, None, 2)]
 
 
-@pytest.mark.parametrize(("joint", "rows", "where"), [(1, *HALVES[0]), (3, *HALVES[1]), (5, *HALVES[0])])
-def test_a_wrong_sign_in_half_of_the_rows_is_one_line(reduced: Reduce, joint: int, rows: slice, where: str) -> None:
+@pytest.mark.parametrize(("joint", "rows"), [(1, HALVES[0]), (3, HALVES[1]), (5, HALVES[0])])
+def test_a_wrong_sign_in_half_of_the_rows_is_one_line(reduced: Reduce, joint: int, rows: slice) -> None:
     fault = fault_of(reduced, "01", scaled(f"A{joint}", -1.0, rows))
     assert fault.code is FaultCode.KINEMATICS_MISMATCH
-    assert fault.reason.startswith(f"the angle of joint A{joint} has the wrong sign in ")
+    assert fault.changes == (InputChange(ChangeKind.DIRECTION, (f"A{joint}",)),)
     # small angles of joint 5 are right within millimetres with either sign
-    assert joint == 5 or f" in 40 of 80 rows {where}" in fault.reason
+    assert joint == 5 or fault.rows == numbers(rows)
     assert fault.file == "raw/poses.csv"
 
 
-@pytest.mark.parametrize(("rows", "where"), HALVES)
-def test_radians_in_half_of_the_rows_are_one_line(reduced: Reduce, rows: slice, where: str) -> None:
-    fault = fault_of(reduced, "01", all_of(*(scaled(f"A{k}", np.pi / 180.0, rows) for k in range(1, 7))))
-    assert fault.code is FaultCode.UNIT_IMPLAUSIBLE
-    assert fault.reason == f"joint angles are in radians where the others are in degrees in 40 of 80 rows {where}"
+@pytest.mark.parametrize("rows", HALVES)
+@pytest.mark.parametrize(("unit", "factor"), [("rad", np.pi / 180.0), ("gon", 400.0 / 360.0)])
+def test_another_unit_of_angles_in_half_of_the_rows_is_one_line(
+    reduced: Reduce, unit: str, factor: float, rows: slice
+) -> None:
+    fault = fault_of(reduced, "01", all_of(*(scaled(f"A{k}", factor, rows) for k in range(1, 7))))
+    assert (fault.code, fault.rows) == (FaultCode.UNIT_IMPLAUSIBLE, numbers(rows))
+    assert fault.changes == (InputChange(ChangeKind.ANGLE_UNIT, value=unit),)
 
 
 def test_excluded_rows_do_not_count_in_the_check_of_the_kinematics(tmp_path: Path) -> None:
@@ -202,9 +199,9 @@ def test_excluded_rows_do_not_count_in_the_check_of_the_kinematics(tmp_path: Pat
 def test_rows_that_a_mistake_hardly_moves_are_named_with_the_others(reduced: Reduce) -> None:
     """Angles near zero are right within the limit in either unit: nobody can say which of these rows are wrong."""
     fault = fault_of(reduced, "01", scaled("A4", np.pi / 180.0, slice(40, 80)))
-    wrong, perhaps = (rows_in(text) for text in fault.reason.split(", and perhaps in "))
+    wrong = set(fault.rows)
     assert wrong < set(range(41, 81))
-    assert set(range(41, 81)) <= wrong | perhaps
+    assert set(range(41, 81)) <= wrong | rows_in(fault.reason.split(", and perhaps in ")[1])
     assert rows_in(fault.mend.split("[[exclude]] with rows = ")[1].replace('"', "").replace("-", " to ")) == wrong
 
 
@@ -221,8 +218,9 @@ def test_places_next_to_the_angles_of_other_rows_are_named(reduced: Reduce) -> N
 
     fault = fault_of(reduced, "01", shifted)
     assert fault.place == "run poses, row 41 (line 42) and others"
-    assert "of row 41 those of row 42" in fault.reason
-    assert "in 40 of 80 rows (41 to 80)" in fault.reason
+    assert fault.rows == numbers(slice(40, 80))
+    assert fault.changes[0].kind is ChangeKind.POSE_ORDER
+    assert fault.changes[0].names[:4] == ("41", "42", "42", "43")
 
 
 def test_a_tracker_that_was_moved_far_is_named_by_its_rows(reduced: Reduce) -> None:
@@ -230,7 +228,8 @@ def test_a_tracker_that_was_moved_far_is_named_by_its_rows(reduced: Reduce) -> N
         table["X1"] = [value + 50.0 * (k >= 40) for k, value in enumerate(table["X1"])]
 
     fault = fault_of(reduced, "01", moved)
-    shift = float(fault.reason.split("tracker or base by ")[1].split(" mm")[0])
+    (change,) = fault.changes
+    assert change.kind is ChangeKind.TRACKER_FRAME
     # what the geometry of other poses takes up is less than a robot misses by
-    assert abs(shift - 50.0) < 5.0
-    assert "(41 to 80)" in fault.reason or "(1 to 40)" in fault.reason
+    assert np.linalg.norm(change.sizes[3:]) == pytest.approx(0.05, abs=5e-3)
+    assert fault.rows in (numbers(slice(40, 80)), numbers(slice(0, 40)))

@@ -75,20 +75,18 @@ def test_all_angles_in_another_unit_are_named(reduced: Reduce) -> None:
 
 def test_a_target_that_no_pose_shows_is_named(reduced: Reduce) -> None:
     fault = fault_of(reduced, "03", all_of(*(scaled(f"{axis}2", np.nan) for axis in "XYZ")))
-    assert fault.code is FaultCode.POSES_TOO_FEW
-    assert fault.reason == "target2 was measured in no unloaded pose"
+    assert (fault.code, fault.names) == (FaultCode.POSES_TOO_FEW, ("target2",))
 
 
 def test_a_target_that_few_poses_show_is_named(reduced: Reduce) -> None:
     fault = fault_of(reduced, "03", all_of(*(scaled(f"{axis}2", np.nan, slice(3, None)) for axis in "XYZ")))
-    assert fault.code is FaultCode.POSES_TOO_FEW
-    assert fault.reason == "3 different unloaded poses are too few: target2 was measured in no others"
+    assert (fault.code, fault.names) == (FaultCode.POSES_TOO_FEW, ("target2",))
 
 
 def test_exchanged_columns_of_targets_are_named(reduced: Reduce) -> None:
     fault = fault_of(reduced, "03", lambda table: exchanged(table, slice(None)))
     assert fault.place == "poses.target1"
-    assert "target1 and target2" in fault.reason
+    assert fault.changes == (InputChange(ChangeKind.TARGET_ORDER, ("target1", "target2")),)
 
 
 def test_poses_too_alike_do_not_determine_the_frames(reduced: Reduce) -> None:
@@ -112,7 +110,7 @@ def test_places_in_other_rows_than_their_angles_are_one_line(reduced: Reduce, ro
 
     fault = fault_of(reduced, "01", moved)
     assert (fault.code, fault.place) == (FaultCode.KINEMATICS_MISMATCH, "the order of the rows")
-    assert fault.changes == (InputChange(ChangeKind.POSE_ORDER, sizes=(float(rows),)),)
+    assert fault.changes == (InputChange(ChangeKind.ROW_ORDER, ("positions",), (float(rows),)),)
 
 
 def test_one_target_in_another_unit_is_named(reduced: Reduce) -> None:
@@ -127,11 +125,13 @@ def test_interchanged_columns_are_named(reduced: Reduce, tmp_path: Path) -> None
     # of the axes of positions in an estimated frame each interchange is the same mirror
     fault = fault_of(reduced, "01", columns("X1", "Y1"))
     assert fault.place == "columns of the positions"
-    assert "mirrored" in fault.reason
+    assert fault.changes == (InputChange(ChangeKind.MIRRORED),)
     shutil.rmtree(tmp_path / "01")
     fault = fault_of(reduced, "01", columns("X1", "Y1", slice(0, 40)))
     # where X and Y are alike nothing shows
-    assert fault.reason.startswith("X and Y of the positions are interchanged in 37 of 80 rows (1 to 9, ")
+    assert fault.changes == (InputChange(ChangeKind.POSITION_AXES, ("Y", "X", "Z")),)
+    assert len(fault.rows) == 37
+    assert set(fault.rows) < set(range(1, 41))
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,9 @@ from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
-from stiffcal.reduction.unit_slips import angles_like_radians, check_angle_convention, check_displacement_unit
+from stiffcal.reduction.angle_conventions import stated_units
+from stiffcal.reduction.other_readings import TablePlaces, check_other_readings
+from stiffcal.reduction.unit_slips import angles_like_radians, check_displacement_unit
 from stiffcal.workflow.ingest import ingest_campaign
 from tests.whole_campaigns.conftest import Command
 
@@ -129,7 +131,8 @@ def test_what_may_be_small_is_let_pass(fanuc: Path) -> None:
     # small angles: a fault only where radians explain more, a warning where that is open, nothing for one pose
     small = replace(states, joints=np.radians(states.joints))
     noise = np.random.default_rng(0).normal(size=states.deflection.shape)
-    assert check_angle_convention(replace(small, deflection=noise), campaign.chain, "x") == []
+    stated, places = stated_units(campaign), TablePlaces("joints", "wrench")
+    assert check_other_readings(replace(small, deflection=noise), campaign.chain, stated, places) == []
     assert len(angles_like_radians(small, "x")) == 1
     assert angles_like_radians(replace(small, joints=0.0 * small.joints + 0.01), "x") == []
     assert angles_like_radians(states, "x") == []

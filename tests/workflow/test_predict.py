@@ -157,7 +157,7 @@ def test_units_in_brackets_and_decimal_commas(tmp_path: Path) -> None:
     ("header", "row", "message"),
     [
         ("A1,A2,A3,A4,A5,Fx", "0,0,0,0,0,0", "line 1: no column A6"),
-        ("A1,A2,A3,A4,A5,A6 [gon],Fx", "0,0,0,0,0,0,0", "column A6"),
+        ("A1,A2,A3,A4,A5,A6 [xyz],Fx", "0,0,0,0,0,0,0", "column A6"),
         ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0", "line 2: 6 cells, the header has 7"),
         ("A1,A2,A3,A4,A5,A6,Fx", "0,0,0,0,0,0,nan", "line 2, column Fx: 'nan' is not a finite number"),
         ("A1,A2,A3,A4,A5,A6,Rx", "0,0,0,0,0,0,100", "column Rx may be a moment or a rotation"),
