@@ -1,4 +1,4 @@
-"""The log file of an internal fault: what a user sends to whoever mends it, without secrets."""
+"""The log file of an internal fault: what a user sends to the authors, without secrets."""
 
 from __future__ import annotations
 

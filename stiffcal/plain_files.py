@@ -1,7 +1,7 @@
 """Files below a folder, opened without following a link: the folder may come from somebody else.
 
 Every part of a path below the folder has to be a plain folder, and the last one a regular file; a link, a pipe,
-a socket or a device is an `OSError` at once, whoever put it there.
+a socket or a device is an `OSError` at once, also where another user put it there.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Some answers on bundled campaigns, to notice a change of numbers: `python -m tests.fingerprint` writes them anew.
 
-Whoever changes numbers on purpose raises `REVISION` in stiffcal/revision.py first. What is written does not
+A change of numbers on purpose raises `REVISION` in stiffcal/revision.py first. What is written does not
 depend on the order in which a processor adds: values to seven digits, names of effects, verdicts.
 """
 

@@ -179,7 +179,7 @@ def _special(folder: Path, file: str, place: str) -> Iterator[Fault]:
     except InputError as error:
         for fault in error.faults:
             yield _fault(fault.code, place, f'"{file}": {fault.reason}', fault.mend)
-    except (OSError, ValueError):  # not there, or not to be reached: whoever opens it reports it
+    except (OSError, ValueError):  # not there, or not to be reached: reported where it is opened
         return
 
 

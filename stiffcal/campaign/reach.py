@@ -96,7 +96,7 @@ def links_outside(folder: Path, file: str) -> list[tuple[str, Path]]:
     goal = leads_outside(folder, file)
     if goal is not None:
         return [(file, goal)]
-    if "\0" in file:  # no file's name; whoever opens it reports it
+    if "\0" in file:  # no file's name; reported where it is opened
         return []
     symlinks: list[str] = []
     waiting = [file]

@@ -72,7 +72,7 @@ class ThresholdsFile(TomlTable):
     ----------
     validate : for every campaign.
     campaigns : by a campaign's folder: for that one, before those for all. By the name in its manifest: only where
-        they are tighter, as whoever writes the manifest chooses the name.
+        they are tighter, as the author of the manifest chooses the name.
     """
 
     schema_id: Literal["stiffcal/thresholds/1"] = Field(alias="schema")

@@ -303,7 +303,7 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
         if isinstance(signal, Deflection):
             faults += check_displacement_unit(states, signal.unit_of("translation").name, f"{place}.translation")
         elif isinstance(signal, Wrench):
-            warnings += loads_like_thousands(states, f"{place}.force")
+            warnings += loads_like_thousands(states, campaign.chain, f"{place}.force")
         elif isinstance(signal, JointSignals):
             faults = faults or _read_otherwise(states, campaign, f"sources.{source}.{name}")
             if not faults and signal.units.position == "deg":

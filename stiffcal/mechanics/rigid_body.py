@@ -2,7 +2,7 @@
 
 Newton's and Euler's equations, link by link: the wrench that moves link k is linear in ten numbers of it (mass, first
 moments, inertia about its frame's origin), and so are the torques of all joints (Khalil & Dombre 2002, section 9.4).
-Whoever fits these numbers takes weight and inertia out of a measured torque without knowing any mass.
+A fit of these numbers takes weight and inertia out of a measured torque without knowing any mass.
 """
 
 from __future__ import annotations

@@ -160,8 +160,8 @@ class CampaignSession:
     def improve(self, dry_run: bool = False) -> ModelImprovement:
         """Add what is missing to model.toml, one effect after another, then remove what is not needed.
 
-        Each step is taken when it is asked for: ``for step in campaign.improve()``. Whoever stops earlier leaves
-        model.toml as the last step made it; ``campaign.improve().result`` takes all steps.
+        Each step is taken when it is asked for: ``for step in campaign.improve()``. After the last step that is
+        taken model.toml stays as that step made it; ``campaign.improve().result`` takes all steps.
 
         Parameters
         ----------

@@ -1,8 +1,8 @@
 """What a report is made of: the finished results of the other rooms, as plain arrays and documents.
 
-The report draws results and computes none: every number on its pages stands here already, in SI units. Whoever fills
-this in leaves out what does not exist (``None`` or an empty tuple); the report then leaves that page out and gives
-the reason.
+The report draws results and computes none: every number on its pages stands here already, in SI units. The workflow
+fills this in and leaves out what does not exist (``None`` or an empty tuple); the report then leaves that page out and
+gives the reason.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The manifest of the folder given states what is logged how; `simulate.toml` what is done and how instruments err; the
 model file, every parameter with a value, what the robot is. The result is a campaign folder like any other. Its model
-file has lost the values: whoever analyses it starts as a laboratory does, and only `truth.json` holds the true values.
+file has lost the values: its analysis starts as a laboratory's does, and only `truth.json` holds the true values.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ class FileStatus:
     """Time of the last change of content, ns since 1970."""
     state: str
     """Digest of name, device, inode, size, times of change of content and of inode; "" where these do not show every
-    change: whoever writes a file without changing them has set back the system clock.
+    change: a program that writes a file without changing them has set back the system clock.
     """
 
 

@@ -254,8 +254,8 @@ def _with_typical_values(
     campaign: Campaign, plan: PlanFile, robot: CompliantRobot
 ) -> tuple[CompliantRobot, frozenset[str]]:
     """Return the robot with a value for every parameter, and the names of those that are typical."""
+    from stiffcal.mechanics.robot_classes import typical_compliance
     from stiffcal.planning.information import counts_from_nominal
-    from stiffcal.planning.robot_classes import typical_compliance
 
     without_value = set(free_names(campaign, robot)[0])
     values: dict[str, float] = {}

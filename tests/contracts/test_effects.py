@@ -1,4 +1,4 @@
-"""What every effect of the catalogue promises, whoever wrote it: found by walking, never by name."""
+"""What every effect of the catalogue promises, plugins included: found by walking, never by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every log format promises, whoever wrote it: found by walking, never by name."""
+"""What every log format promises, plugins included: found by walking, never by name."""
 
 from __future__ import annotations
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
+import stiffcal.propose
 from stiffcal.arrays import Floats
+from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.loading import load_robot
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
@@ -16,6 +20,7 @@ from tests.laboratory.small_campaign import MODEL, STIFFNESS, robot_text
 
 TOOL_M = (0.05, 0.0, 0.2)
 NOISE_MM = 0.01
+ROBOTS = Path(stiffcal.propose.__file__).parent / "robots"
 JOINTS, FORCES, DISPLACEMENTS = ("A1", "A2", "A3", "A4", "A5", "A6"), ("Fx", "Fy", "Fz"), ("dx", "dy", "dz")
 Columns = dict[str, Floats]
 
@@ -90,3 +95,16 @@ def write_displacement_campaign(
     (folder / "model.toml").write_text(MODEL, encoding="utf-8")
     write_table(folder / "raw" / "table.csv", columns)
     return folder
+
+
+def campaign_of_robot(name: str, poses: int, folder: Path) -> tuple[Path, Columns]:
+    """Return a campaign's folder with a bundled robot and its columns: poses around one where J2 stands at zero."""
+    chain = chain_of(load_robot(ROBOTS / f"{name}.toml"), ROBOTS)
+    middle, spread = np.radians([0, 0, 20, 0, 40, 0]), np.radians([60, 20, 20, 60, 40, 90])
+    joints = middle + spread * np.random.default_rng(4).uniform(-1.0, 1.0, (poses, 6))
+    columns = displacement_columns(joints=joints, chain=chain)
+    folder = write_displacement_campaign(folder, columns)
+    text = (ROBOTS / f"{name}.toml").read_text(encoding="utf-8")
+    # the names of the table's columns
+    (folder / "robot.toml").write_text(re.sub(r"\bJ([1-6])\b", r"A\1", text), encoding="utf-8")
+    return folder, columns

@@ -1,4 +1,4 @@
-"""Effects that the catalogue does not hold: whoever names one of its own effects for them is wrong."""
+"""Effects that the catalogue does not hold: one of its own effects that is named for them is wrong."""
 
 from __future__ import annotations
 

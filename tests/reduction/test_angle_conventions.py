@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import stiffcal.propose
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import Fault, InputError, no_progress
 from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.fault_codes import FaultCode
@@ -21,7 +18,7 @@ from stiffcal.reduction.angle_conventions import coupled_angles
 from stiffcal.reduction.consistency import check_kinematics
 from tests.laboratory.displacement_table import (
     JOINTS,
-    Columns,
+    campaign_of_robot,
     displacement_columns,
     write_displacement_campaign,
     write_table,
@@ -30,7 +27,6 @@ from tests.laboratory.hidden_campaigns import folder_of, reduced
 from tests.laboratory.robots import DEGREES, six_axes
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "absolute" / "01"
-ROBOTS = Path(stiffcal.propose.__file__).parent / "robots"
 SIGNS = {1: "logged = { A2 = 1, A3 = 1 }", -1: "logged = { A2 = -1, A3 = 1 }"}
 
 
@@ -71,19 +67,6 @@ def test_in_a_table_of_displacements(sign: int, rows: int, tmp_path: Path) -> No
     assert reduce_campaign(load_campaign(folder), no_progress).result.n_states == rows
 
 
-def _of_bundled_robot(name: str, poses: int, folder: Path) -> tuple[Path, Columns]:
-    """Return a campaign's folder with a bundled robot and its columns: poses around one where J2 stands at zero."""
-    chain = chain_of(load_robot(ROBOTS / f"{name}.toml"), ROBOTS)
-    middle, spread = np.radians([0, 0, 20, 0, 40, 0]), np.radians([60, 20, 20, 60, 40, 90])
-    joints = middle + spread * np.random.default_rng(4).uniform(-1.0, 1.0, (poses, 6))
-    columns = displacement_columns(joints=joints, chain=chain)
-    folder = write_displacement_campaign(folder, columns)
-    text = (ROBOTS / f"{name}.toml").read_text(encoding="utf-8")
-    # the names of the table's columns
-    (folder / "robot.toml").write_text(re.sub(r"\bJ([1-6])\b", r"A\1", text), encoding="utf-8")
-    return folder, columns
-
-
 def _faults_of(folder: Path) -> tuple[Fault, ...]:
     with pytest.raises(InputError) as refused:
         reduce_campaign(load_campaign(folder), no_progress)
@@ -100,7 +83,7 @@ def _place_named(folder: Path) -> Fault:
 def test_a_table_that_counts_by_itself_what_the_robot_file_counts_together(
     robot: str, stated: float, tmp_path: Path
 ) -> None:
-    folder, columns = _of_bundled_robot(robot, 12, tmp_path / "cell")
+    folder, columns = campaign_of_robot(robot, 12, tmp_path / "cell")
     assert reduce_campaign(load_campaign(folder), no_progress).result.n_states == 12
     columns["A3"] += stated * columns["A2"]
     write_table(folder / "raw" / "table.csv", columns)
@@ -108,7 +91,7 @@ def test_a_table_that_counts_by_itself_what_the_robot_file_counts_together(
 
 
 def test_what_the_robot_file_counts_together_is_removed_where_the_table_does_not(tmp_path: Path) -> None:
-    folder, columns = _of_bundled_robot("r2000ic", 12, tmp_path / "cell")
+    folder, columns = campaign_of_robot("r2000ic", 12, tmp_path / "cell")
     columns["A3"] += columns["A2"]
     write_table(folder / "raw" / "table.csv", columns)
     assert _place_named(folder).changes == (_together(-1),)
@@ -147,7 +130,7 @@ def test_a_zero_within_a_robots_own_inaccuracy_is_let_pass(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("robot", ["irb4400", "ur10e"])
 def test_radians_called_degrees_are_named_where_springs_explain_much_of_either(robot: str, tmp_path: Path) -> None:
-    folder, columns = _of_bundled_robot(robot, 24, tmp_path / "cell")
+    folder, columns = campaign_of_robot(robot, 24, tmp_path / "cell")
     for name in JOINTS:
         columns[name] = np.radians(columns[name])
     write_table(folder / "raw" / "table.csv", columns, decimals=6)

@@ -81,7 +81,7 @@ def test_the_load_of_a_bumped_reading_is_good_that_of_an_excluded_row_in_doubt()
         assert load_is_good(states.with_set_aside([7], code, "any text")).all()
 
 
-def test_loads_set_askew_are_no_bumps() -> None:
+def test_loads_that_are_set_at_an_angle_are_no_bumps() -> None:
     """A force of 1.2 kN two degrees off its direction moves a soft robot sideways by many times the tracker's noise."""
     generator = np.random.default_rng(8)
     wrench = []

@@ -39,7 +39,7 @@ def limits(text: str, **manifest: Any) -> dict[str, object]:
 
 class TestTighter:
     @pytest.mark.parametrize("key", ["max_rms_m", "max_rms_rad", "max_relative", "max_over_noise"])
-    def test_the_smaller_error_counts_whoever_asks_for_it(self, key: str) -> None:
+    def test_the_smaller_error_counts_in_either_file(self, key: str) -> None:
         assert limits(f"[validate]\n{key} = 0.2", **{key: 0.9}) == {key: 0.2}
         assert limits(f"[validate]\n{key} = 0.2", **{key: 0.1}) == {key: 0.1}
         assert limits("[validate]", **{key: 0.1}) == {key: 0.1}

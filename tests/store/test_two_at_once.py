@@ -45,7 +45,7 @@ def test_three_commands_at_once_on_a_new_campaign(tmp_path: Path) -> None:
         tables = {name: snapshot.read_table(name).num_rows for name in snapshot.tables}
         documents = {name: snapshot.read_document(name) for name in snapshot.documents}
     assert tables["states"] == tables["fit"] == tables["unseen"] > 0
-    # Each fit that was made stands in the history once, whoever made it; the last one is validated.
+    # Each fit that was made stands in the history once, by either process; the last one is validated.
     ids = [entry["id"] for entry in documents["history"]["fits"]]
     assert ids == [str(number + 1) for number in range(len(ids))]
     assert documents["identify"]["fit_id"] == ids[-1]

@@ -45,7 +45,7 @@ _TENDON = 12e3
 _WRIST = np.linalg.inv(np.diag(DRIVES[4:]) + _TENDON * np.array([[1.0, -1.0], [-1.0, 1.0]]))
 NOT_HERE, TURNS = ("rz", "tx", "ty", "tz"), ("rx", "ry", "rz")
 
-# The sensor sits turned by 2° about its axis, and askew by less, against the manifest's 35°.
+# The sensor sits turned by 2° about its axis, and tilted by less, against the manifest's 35°.
 TURNED_SENSOR = """
 [frames.ft_sensor]
 xyz_m = [0.0, 0.0, 0.06]

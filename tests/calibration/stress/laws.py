@@ -1,4 +1,4 @@
-"""Laws that neither the catalogue nor the mix holds: whoever names an effect of the catalogue for them is wrong."""
+"""Laws that neither the catalogue nor the mix holds: an effect of the catalogue that is named for them is wrong."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class QuillGuide(InventedLaw):
 
 
 class MagnetSlip(InventedLaw):
-    """The magnet that holds the target lies askew while the force is above a threshold."""
+    """The magnet that holds the target is tilted while the force is above a threshold."""
 
     name = "magnet-slip"
     place_kind = "setup"
