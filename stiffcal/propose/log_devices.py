@@ -93,6 +93,7 @@ def sorted_files(
         return log_kind(files[file], file, names, joints_of, chain)
 
     devices: dict[tuple[object, ...], LoggingDevice] = {}
+    not_read: dict[str, list[str]] = {}
     for alike in by_shape.values():
         opened = {file: kind_of(file) for file in dict.fromkeys((alike[0], alike[len(alike) // 2], alike[-1]))}
         if len({tuple(map(_layout, _parts(kind))) for kind in opened.values()}) > 1:
@@ -103,7 +104,7 @@ def sorted_files(
             if kind.why_not and are_numbered(kind.headers) and kind.headers == usual.headers:
                 kind = usual  # this one's values leave open what those of another run decide
             if kind.why_not:
-                found.unused.append(f"{file}: {kind.why_not}")
+                not_read.setdefault(kind.why_not, []).append(file)
                 continue
             for part in _parts(kind):
                 device = devices.setdefault(_layout(part), LoggingDevice(part))
@@ -111,6 +112,7 @@ def sorted_files(
                 if part.rows and not device.kind.rows:  # a target that is hidden at times
                     device.kind = part
     found.devices.extend(_of_any_format(list(devices.values())))
+    found.unused.extend(f"{_named(alike)}: {why_not}" for why_not, alike in not_read.items())
     return found
 
 

@@ -115,6 +115,15 @@ def test_missing_partner_stray_files_and_a_log_twice(tmp_path: Path) -> None:
     assert len(draft.remarks) == 5
 
 
+def test_logs_that_are_not_read_for_one_reason_are_one_remark(tmp_path: Path) -> None:
+    folder_of(tmp_path)
+    for k in range(1, 8):
+        (tmp_path / f"pose0{k}_camera.jpg").write_bytes(b"\xff\xd8\xff\xe0")
+    (remark,) = draft_from_folder(tmp_path, robot="irb4400").remarks
+    assert "pose01_camera.jpg" in remark
+    assert "2 more" in remark
+
+
 def test_a_device_with_few_logs_does_not_take_the_others_runs(tmp_path: Path) -> None:
     folder_of(tmp_path, runs=5)
     for k in (1, 2):

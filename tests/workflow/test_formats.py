@@ -12,6 +12,7 @@ from stiffcal.campaign.loading import load_manifest
 from stiffcal.campaign.queries import queries_of
 from stiffcal.errors import InputError
 from stiffcal.extras import install_command
+from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.identify import fit_now
 from stiffcal.workflow.ingest import ingest_campaign, is_stale
 from stiffcal.workflow.steps import RunContext, up_to_date_states
@@ -96,3 +97,14 @@ def test_a_missing_library_is_one_line(
     with pytest.raises(InputError) as caught:
         find_reader(path, log_format).read_header(path, options, "raw/log", WantedColumns(("t",)))
     assert str(caught.value).endswith(f"is not installed; {install_command(extra)} [library-missing]")
+
+
+def test_check_names_a_missing_library_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import sys
+
+    folder = write_campaign(tmp_path / "campaign", "tdms")
+    parse_here(monkeypatch, 100)
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    with pytest.raises(InputError) as caught:
+        check_campaign(folder)
+    assert [fault.mend for fault in caught.value.faults] == [install_command("tdms")]
