@@ -14,7 +14,7 @@ from stiffcal.campaign.column_names import header_parts, is_unit
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import holds_signals, recognise
-from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, sniff_table
+from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, column_of_times, sniff_table
 from stiffcal.readers import Options, Reader, find_reader
 
 TEXT = "csv"
@@ -96,7 +96,7 @@ def other_table(reader: Reader, path: Path, display_name: str, options: Options 
     for column in named:
         values = first.get(column.header)
         if isinstance(values, list):
-            column = replace(column, values=())
+            column = column_of_times(column.header, values) or replace(column, values=())
         elif values is not None:
             column = replace(column, values=tuple(values.tolist()))
         columns.append(column)

@@ -217,7 +217,7 @@ def _column(header: str, layout: Layout, cells: list[str]) -> SniffedColumn:
     numbers = [number(cell, layout.decimal, layout.thousands) for cell in cells]
     values = tuple(found for found in numbers if found is not None)
     has_reading = tuple(found is not None for found in numbers)
-    if not values and (times := _times(header, cells)) is not None:
+    if not values and (times := column_of_times(header, cells)) is not None:
         return times
     parts = header_parts(header)
     name, written = parts.name, parts.unit or layout.units.get(header)
@@ -227,7 +227,7 @@ def _column(header: str, layout: Layout, cells: list[str]) -> SniffedColumn:
     return SniffedColumn(header, name, written, values if len(values) > 0.5 * filled else (), has_reading)
 
 
-def _times(header: str, cells: list[str]) -> SniffedColumn | None:
+def column_of_times(header: str, cells: list[str]) -> SniffedColumn | None:
     """Return a column of dates or times of day, as seconds; None where it holds other words."""
     words = [cell for cell in cells if cell]
     if not words or not all(map(is_time, words)):

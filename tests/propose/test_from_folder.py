@@ -5,12 +5,14 @@ from __future__ import annotations
 import shutil
 import tomllib
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 import pytest
+import xlsxwriter
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
@@ -113,6 +115,21 @@ def test_missing_partner_stray_files_and_a_log_twice(tmp_path: Path) -> None:
     for name in ("pose04_force", "test.csv", "pose3_force", "notes.txt", "photo.jpg"):
         assert [name in remark for remark in draft.remarks].count(True) == 1, name
     assert len(draft.remarks) == 5
+
+
+@pytest.mark.parametrize("date_1904", [False, True])
+def test_dates_of_a_workbook_are_its_times(tmp_path: Path, date_1904: bool) -> None:
+    folder_of(tmp_path, runs=1)
+    (tmp_path / usual(1, "tracker")).unlink()
+    with xlsxwriter.Workbook(tmp_path / "pose01_tracker.xlsx", {"date_1904": date_1904}) as book:
+        sheet = book.add_worksheet()
+        sheet.write_row(0, 0, ["Zeit", "X [mm]", "Y [mm]", "Z [mm]"])
+        for k in range(1, 21):
+            at = datetime(2026, 11, 2, 9, 0, k, 400_000)
+            sheet.write_datetime(k, 0, at, book.add_format({"num_format": "dd.mm.yyyy hh:mm:ss.000"}))
+            sheet.write_row(k, 1, [1.0, 2.0 + k, 3.0])
+    manifest, _ = manifest_of(tmp_path)
+    assert manifest["sources"]["tracker"]["time"] == {"column": "Zeit", "unit": "iso8601"}
 
 
 def test_logs_that_are_not_read_for_one_reason_are_one_remark(tmp_path: Path) -> None:
