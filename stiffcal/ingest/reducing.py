@@ -82,9 +82,9 @@ class ReadingOptions:
         """Collect a fault, or raise it."""
         if self.collected is None:
             raise error
-        missing = {fault.mend for fault in self.collected if fault.code is FaultCode.LIBRARY_MISSING}
         # a library is installed once, however many logs it reads
-        self.collected.extend(fault for fault in error.faults if fault.mend not in missing)
+        missing = {replace(fault, file="") for fault in self.collected if fault.code is FaultCode.LIBRARY_MISSING}
+        self.collected.extend(fault for fault in error.faults if replace(fault, file="") not in missing)
 
 
 def reduce_campaign(
