@@ -88,10 +88,10 @@ def faults_of_rows(some: SomeRows) -> list[Fault]:
     groups += _without_change(some, left)
     groups.sort(key=lambda group: int(group.rows[0]))
     faults = [_fault(some, group) for group in groups]
-    more = sum(len(group.rows) for group in groups[MOST_NAMED:])
-    if more:
+    if len(groups) > MOST_NAMED:
         code, file = FaultCode.MORE_FAULTS, faults[0].file
-        faults = [*faults[:MOST_NAMED], Fault(code, file, "", f"{more} more rows", "as above")]
+        more = some.table.numbers(np.concatenate([group.rows for group in groups[MOST_NAMED:]]))
+        faults = [*faults[:MOST_NAMED], Fault(code, file, "", f"{len(more)} more rows", "as above", rows=more)]
     return faults
 
 

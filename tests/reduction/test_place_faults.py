@@ -82,7 +82,7 @@ def test_more_mistakes_than_are_listed_are_counted(reduced: Reduce) -> None:
     with pytest.raises(InputError) as refused:
         reduced("01", all_of(*units, scaled("A2", -1.0, slice(5, 6)), scaled("A3", -1.0, slice(6, 7))))
     assert [fault.code for fault in refused.value.faults] == [FaultCode.UNIT_IMPLAUSIBLE] * 4 + [FaultCode.MORE_FAULTS]
-    assert refused.value.faults[-1].reason.startswith("2 ")
+    assert len(refused.value.faults[-1].rows) == 2
 
 
 def test_a_pose_in_which_no_target_was_measured_is_set_aside_by_its_row(reduced: Reduce) -> None:

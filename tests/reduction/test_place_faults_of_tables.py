@@ -98,8 +98,7 @@ def test_poses_too_alike_do_not_determine_the_frames(reduced: Reduce) -> None:
             table[axis] = (table[axis][0] + rng.normal(size=len(table["t"]))).tolist()
 
     fault = fault_of(reduced, "01", alike)
-    assert fault.code is FaultCode.POSES_TOO_FEW
-    assert "3 different unloaded poses are too few" in fault.reason
+    assert (fault.code, fault.names) == (FaultCode.POSES_TOO_FEW, ())
 
 
 @pytest.mark.parametrize("rows", [1, -2])
@@ -166,8 +165,6 @@ def test_a_robot_file_without_geometry_is_named(tmp_path: Path) -> None:
         reduce_campaign(replace(campaign, robot=campaign.robot.model_copy(update={"joints": joints})), no_progress)
     (fault,) = refused.value.faults
     assert (fault.code, fault.file, fault.place) == (FaultCode.VALUE_INVALID, "robot.toml", "joints")
-    assert "holds no geometry" in fault.reason
-    assert "--robot NAME" in fault.mend
 
 
 def test_shuffled_places_contradict_the_angles(reduced: Reduce) -> None:
@@ -178,8 +175,7 @@ def test_shuffled_places_contradict_the_angles(reduced: Reduce) -> None:
 
     fault = fault_of(reduced, "01", shuffled)
     assert (fault.code, fault.file) == (FaultCode.KINEMATICS_MISMATCH, "raw/poses.csv")
-    assert "contradict" in fault.reason
-    assert "each position is next to its joint angles" in fault.mend
+    assert (fault.rows, fault.changes) == ((), ())
 
 
 def test_targets_with_the_same_columns_are_named(reduced: Reduce) -> None:
@@ -207,4 +203,3 @@ def test_orientations_that_contradict_the_angles_are_named(reduced: Reduce, colu
     fault = fault_of(reduced, "05", scaled(column, -1.0, rows))
     assert (fault.code, fault.file) == (FaultCode.KINEMATICS_MISMATCH, "raw/poses.csv")
     assert fault.place == "measured orientations"
-    assert "w first" in fault.mend
