@@ -18,7 +18,7 @@
     const evidenceOf = (component) => data.evidence[/^e\d+$/.test(component) ? Number(component.slice(1)) - 1 : -1];
     const along = (share) => (evidenceOf(share.component) ? `along ${evidenceOf(share.component).name} ` : S.scalar ? "" : `${share.component} `);
     const words = (share) => `${along(share)}against ${variable(share).label}`;
-    const button = (share, text) => S.make("li", {}, S.button({ onclick: () => S.set({ x: share.variable, y: `r.${share.component}` }) }, text));
+    const button = (share, text) => S.make("li", {}, S.button({ onclick: () => S.set({ x: share.variable, y: `r.${share.component}` }) }, S.unbroken(text)));
     // what the diagnosis reads of each effect stands first, whatever share a curve over its variable explains
     const first = data.evidence.map((one, k) => ({ component: `e${k + 1}`, variable: one.variable, standing: one.standing })).filter(variable);
     const isFirst = (share) => first.some((one) => one.component === share.component && one.variable === share.variable);

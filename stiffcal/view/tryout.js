@@ -185,27 +185,23 @@
     listed = key;
     const refits = data.models.filter((entry) => entry.kind === "without").map((entry) => entry.effect);
     model.chips.replaceChildren(
-      ...byEffect(inModel).map(([effect, places]) =>
-        S.make(
-          "span",
-          { className: "effect" },
-          effect,
-          ...places.map((place) => {
-            const name = `${effect} ${place}`,
-              can = live ? removable(name) : refits.includes(name);
-            return chip(
-              name,
-              place === "setup" ? "" : place,
-              !out().includes(name),
-              can,
-              (value) => tickEffect(name, value),
-              can
-                ? `${name}: untick to see the error without it`
-                : `${name}: ${live ? "comes with what was measured" : "no refit without it is stored"}`,
-            );
-          }),
-        ),
-      ),
+      ...byEffect(inModel).map(([effect, places]) => {
+        const [first, ...others] = places.map((place) => {
+          const name = `${effect} ${place}`,
+            can = live ? removable(name) : refits.includes(name);
+          return chip(
+            name,
+            place === "setup" ? "" : place,
+            !out().includes(name),
+            can,
+            (value) => tickEffect(name, value),
+            can
+              ? `${name}: untick to see the error without it`
+              : `${name}: ${live ? "comes with what was measured" : "no refit without it is stored"}`,
+          );
+        });
+        return S.make("span", { className: "effect" }, S.make("span", { className: "group" }, effect, first), ...others);
+      }),
     );
     const offered = data.candidates.filter((entry) => !inModel.includes(entry.name)),
       nRejected = offered.filter((entry) => entry.standing === "rejected").length;

@@ -80,6 +80,9 @@
   S.percent = (share) =>
     !Number.isFinite(share) ? "–" : share !== 0 && Math.abs(share) < LEAST_SHARE ? `< ${100 * LEAST_SHARE} %` : `${S.digits(100 * share)} %`;
 
+  /** A text in which no line ends between a number and its unit. @param {string} text */
+  S.unbroken = (text) => String(text).replace(/(\d) (?=(?:%|°|[mµ]?m|[mµ]?rad|N(?:·m)?)(?![\w·]))/g, "$1\u00a0");
+
   /** Hidden and direction-changing characters of names from files, made visible. @param {string} text */
   S.visible = function (text) {
     return String(text).replace(

@@ -369,6 +369,19 @@ def test_the_line_of_the_noise_crosses_no_figure_of_the_ladder(page: Any, value:
     assert end <= 400
 
 
+def test_an_effect_in_the_bar_has_its_first_place_on_its_line(page: Any) -> None:
+    tops = page.evaluate(
+        """Array.from(document.querySelectorAll("#in-model .effect"), (effect) => {
+            const words = document.createRange();
+            words.selectNode(document.createTreeWalker(effect, NodeFilter.SHOW_TEXT).nextNode());
+            const [name, first] = [words, effect.querySelector("input")].map((part) => part.getBoundingClientRect());
+            return [effect.querySelector("input").closest(".group") !== null, Math.abs(name.y - first.y) < 12];
+        })"""
+    )
+    assert tops
+    assert all(all(pair) for pair in tops)
+
+
 def test_estimates_are_written_as_in_terminal_and_report(page: Any) -> None:
     estimates = [
         (2.7e6, 2.69396e6, 2.70604e6), (65100.0, 65093.0, 65107.0), (-3.55e-4, -3.759e-4, -3.341e-4),
@@ -390,6 +403,9 @@ def test_estimates_are_written_as_in_terminal_and_report(page: Any) -> None:
         "0 %",
         "4.10 %",
     ]
+    broken = "0.126 mm in 12 poses, 2 N·m, 99.5 to 100 %), 3 noisy rows"
+    unbroken = "0.126\u00a0mm in 12 poses, 2\u00a0N·m, 99.5 to 100\u00a0%), 3 noisy rows"
+    assert page.evaluate("(text) => stiffcal.unbroken(text)", broken) == unbroken
     filled = """() => { const table = document.createElement("table");
         stiffcal.fill(table, ["row", "rms"], [[12345, 0.25]], "");
         return Array.from(table.tBodies[0].rows[0].cells, (cell) => cell.textContent); }"""
