@@ -63,6 +63,17 @@ def displacement_columns(
     return dict(zip((*JOINTS, *FORCES, *DISPLACEMENTS), values.T, strict=True))
 
 
+def ramps(poses: int, steps: Floats, lag: Floats | None = None) -> Columns:
+    """Return columns of rows in which the load of each pose goes through these shares of the largest.
+
+    ``lag``: what displacements are more than these shares of theirs.
+    """
+    columns, n = displacement_columns(poses), len(steps)
+    more = np.zeros(n) if lag is None else lag
+    share = {**dict.fromkeys(FORCES, steps), **dict.fromkeys(DISPLACEMENTS, steps + more)}
+    return {name: np.repeat(own, n) * np.tile(share.get(name, np.ones(n)), poses) for name, own in columns.items()}
+
+
 def places_of_tool(columns: Columns) -> Floats:
     """Return (n, 3) where the unloaded robot has the tool in the rows' poses, m."""
     chain = six_axes()

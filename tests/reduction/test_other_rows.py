@@ -7,26 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.fault_changes import ChangeKind, InputChange
 from stiffcal.ingest.reducing import reduce_campaign
-from tests.laboratory.displacement_table import DISPLACEMENTS, FORCES, Columns, displacement_columns
+from tests.laboratory.displacement_table import DISPLACEMENTS, ramps
 from tests.laboratory.displacement_table import write_displacement_campaign as write
 
 UP, UP_AND_DOWN = np.linspace(0.0, 1.0, 5), np.array([0.0, 0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0])
-
-
-def ramps(poses: int, steps: Floats, lag: Floats | None = None) -> Columns:
-    """Return columns of rows in which the load of each pose goes through these shares of the largest.
-
-    ``lag``: what displacements are more than these shares of theirs.
-    """
-    columns, n = displacement_columns(poses), len(steps)
-    more = np.zeros(n) if lag is None else lag
-    share = {**dict.fromkeys(FORCES, steps), **dict.fromkeys(DISPLACEMENTS, steps + more)}
-    return {name: np.repeat(own, n) * np.tile(share.get(name, np.ones(n)), poses) for name, own in columns.items()}
 
 
 @pytest.mark.parametrize("by", [1, -1, 2])
