@@ -18,12 +18,10 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.judge import f_tail
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.rows_off import off_mask
+from stiffcal.judgement.tails import Tail, tails_of
 
 CHANCE = 0.003
 """Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
-
-FREE_ENOUGH = 0.1
-"""Share of a reading that the set leaves free, from which its square shows tails."""
 
 
 class CheckKind(Enum):
@@ -71,63 +69,38 @@ class _LeftOver:
     """(n,) number of each state's run."""
     off: Booleans
     """(n,) True for states that are off, or of runs that are: they follow no model."""
+    tail: Tail
+    """How single readings scatter."""
 
     @classmethod
     def of(cls, judged: Judged) -> _LeftOver:
-        """Return it for a judgement."""
-        ground, members = judged.ground, judged.best
-        shape = ground.space.data.measured.shape
-        columns = [one.columns for one in members]
-        sizes = _sizes(judged)
-        rows = np.concatenate(
-            [ground.shared.columns, *(one.rows * size[:, None] for one, size in zip(columns, sizes, strict=True))]
-        )
-        p, o = len(ground.shared.columns), len(ground.shared.prior)
-        prior = np.zeros((o + len(rows) - p, len(rows) + 1))
-        prior[:o, :p], prior[:o, -1] = ground.shared.prior[:, :-1], ground.shared.prior[:, -1]
-        prior[o:, p:-1] = np.eye(len(rows) - p)
-        target = ground.white + sum(
-            (one.present @ one.rows for one in columns if len(one.present)), np.zeros(rows.shape[1])
-        )
-        whole = np.concatenate([rows, prior[:, :-1].T], axis=1)
-        basis, _ = np.linalg.qr(whole.T / np.maximum(np.linalg.norm(whole, axis=1), 1e-300))
-        goal = np.concatenate([target, prior[:, -1]])
-        left = (goal - basis @ (basis.T @ goal))[: rows.shape[1]]
-        taken = np.sum(basis[: rows.shape[1]] ** 2, axis=1)
-        free = np.where(ground.space.data.measured_mask, 1.0 - ground.space.offsets.leverage(), 0.0)
-        runs = ground.space.data.run
-        off = off_mask(runs, ground.space.data.index, (off for one in members for off in one.off))
+        """Return it for a judgement: squares as they count next to the tails of the noise."""
+        ground, readings = judged.ground, judged.weighed.evidence.readings
+        rows = [one.columns.rows * size[:, None] for one, size in zip(judged.best, _sizes(judged), strict=True)]
+        left, free = readings.left(np.concatenate([np.zeros((0, len(readings.residual))), *rows]), 0)
+        data = ground.space.data
+        off = off_mask(data.run, data.index, (off for one in judged.best for off in one.off))
         if ground.louder is not None and judged.louder > 0.5:
-            off |= runs == ground.louder.run
-        return cls((left**2).reshape(shape), free - taken.reshape(shape), runs, off)
-
-    @property
-    def tails(self) -> float:
-        """What a degree of freedom is worth: 1 for normal noise, less where it has tails.
-
-        The variance of squares is κ − 1, and 2 for normal noise. Each run is taken over its own size: where one
-        scatters more than others, that is no tail.
-        """
-        taken = (self.expected > FREE_ENOUGH) & ~self.off
-        z = np.sqrt(np.where(taken, self.square / np.where(taken, self.expected, 1.0), 0.0))
-        for number in np.unique(self.run):
-            own = self.run == number
-            z[:, own] /= max(float(np.sqrt(np.sum(z[:, own] ** 2) / max(np.count_nonzero(taken[:, own]), 1))), 1e-300)
-        kurtosis = float(np.sum(z**4) / max(np.count_nonzero(taken), 1))
-        return min(2.0 / max(kurtosis - 1.0, 1e-300), 1.0)
+            off |= data.run == ground.louder.run
+        taken = ~np.broadcast_to(off, data.measured.shape).ravel()
+        tails = tails_of(left[taken], free[taken], readings.kind[taken], ground.noise.known)
+        tail = max(tails, key=lambda one: tails[one])
+        square = left**2 * tail.weights(left**2 / np.maximum(free, 1e-300), readings.kind)
+        shape = data.measured.shape
+        return cls(square.reshape(shape), free.reshape(shape), data.run, off, tail)
 
     def against_noise(self, judged: Judged) -> Iterator[Check]:
         """Give the checks by kind of reading."""
         noise = judged.fit.noise
         if noise is None:
             return
-        tails = self.tails
-        dof = tails * (judged.ground.noise.known or noise.dof)
+        dof = judged.ground.noise.known or self.tail.worth_plain * noise.dof
+        worth = self.tail.worth
         for kind, rows in ((CheckKind.TRANSLATION, slice(0, 3)), (CheckKind.ROTATION, slice(3, 6))):
             expected = float(self.expected[rows][:, ~self.off].sum())
             if expected > 1.0:
                 ratio = float(self.square[rows][:, ~self.off].sum()) / expected
-                yield Check(kind, ratio, f_tail(ratio, tails * expected, dof))
+                yield Check(kind, ratio, f_tail(ratio, worth * expected, dof))
 
     def run_by_run(self) -> Iterator[Check]:
         """Give the check of the run that scatters most."""
@@ -139,7 +112,7 @@ class _LeftOver:
             return
         others = expected.sum() - expected
         ratios = [squares[k] / expected[k] * others[k] / (squares.sum() - squares[k]) for k in tried]
-        worth = self.tails
+        worth = self.tail.worth
         chances = [
             f_tail(ratio, worth * expected[k], worth * others[k]) for ratio, k in zip(ratios, tried, strict=True)
         ]

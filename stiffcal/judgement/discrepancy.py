@@ -114,6 +114,28 @@ class Discrepancy:
         """Return (k, d) the parts of whitened rows (k, r) along the directions."""
         return np.concatenate([rows[:, place] @ basis for place, basis in self.of_run], axis=1)
 
+    def taken_out(self, rows: Floats, weights: Floats) -> Floats:
+        """Return rows (k, r) less their parts along the directions times weights (d,)."""
+        found, at = rows.copy(), 0
+        for place, basis in self.of_run:
+            count = basis.shape[1]
+            found[:, place] -= ((rows[:, place] @ basis) * weights[at : at + count]) @ basis.T
+            at += count
+        return found
+
+    def variance_of_noise(self, weights: Floats) -> Floats:
+        """Return (r,) the variance of each row's noise: what poses answer is none."""
+        return np.ones(self.n_rows)
+
+    def leverage(self, weights: Floats) -> Floats:
+        """Return (r,) the share of each row that lies along the directions, times weights (d,)."""
+        found, at = np.zeros(self.n_rows), 0
+        for place, basis in self.of_run:
+            count = basis.shape[1]
+            found[place] += basis**2 @ weights[at : at + count]
+            at += count
+        return found
+
     def weights(self, size: float) -> Floats:
         """Return (d,) τ²λ / (1 + τ²λ) for a discrepancy of so many noises."""
         grown = size**2 * self.variance
@@ -130,6 +152,8 @@ class LouderRun:
 
     run: int
     """Its number."""
+    n_rows: int
+    """Whitened rows of all."""
     place: Integers
     """(d,) positions of its rows."""
     free: float
@@ -154,7 +178,7 @@ class LouderRun:
             return None
         k = int(np.argmax(np.where(able, square / np.maximum(per_run, 1e-300), 0.0)))
         states = np.flatnonzero(position == k)
-        return cls(int(numbers[k]), (np.arange(m)[:, None] * n + states).ravel(), float(per_run[k]))
+        return cls(int(numbers[k]), m * n, (np.arange(m)[:, None] * n + states).ravel(), float(per_run[k]))
 
     @property
     def sizes(self) -> Floats:
@@ -164,6 +188,22 @@ class LouderRun:
     def along(self, rows: Floats) -> Floats:
         """Return (k, d) the parts of whitened rows (k, r) in the run."""
         return rows[:, self.place]
+
+    def taken_out(self, rows: Floats, weights: Floats) -> Floats:
+        """Return rows (k, r) less those of the run times weights (d,)."""
+        found = rows.copy()
+        found[:, self.place] *= 1.0 - weights
+        return found
+
+    def variance_of_noise(self, weights: Floats) -> Floats:
+        """Return (r,) the variance of each row's noise."""
+        return np.asarray(1.0 / (1.0 - self.leverage(weights)))
+
+    def leverage(self, weights: Floats) -> Floats:
+        """Return (r,) the weights (d,) in the run, 0 elsewhere."""
+        found = np.zeros(self.n_rows)
+        found[self.place] = weights
+        return found
 
     def weights(self, size: float) -> Floats:
         """Return (d,) τ² / (1 + τ²) for so many noises more."""

@@ -8,7 +8,8 @@ with variances u², and the noise's scale is integrated with ν degrees of freed
 
 G and Q are inner products under V⁻¹ with X taken out. Coefficients with a bound count by the probability that they lie
 within it, after over before. Sizes, kind and size of the discrepancy are summed over their grids: singles over all of
-them, larger sets about the best, one member after the other.
+them, larger sets about the best, one member after the other. What the tails of the noise add to that is in
+`stiffcal.judgement.tails`.
 """
 
 from __future__ import annotations
@@ -21,12 +22,11 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
-from stiffcal.judgement.priors import NO_DISCREPANCY
+from stiffcal.judgement.shared import Inner
+from stiffcal.judgement.tails import Readings
 
 SWEEPS = 3
 """Times that each member's size is sought again while the others stay."""
-ROUNDING = 1e-10
 
 
 @dataclass(frozen=True)
@@ -92,102 +92,6 @@ class NoiseScale:
 
 
 @dataclass(frozen=True)
-class Inner:
-    """Inner products of columns and residual at t discrepancies, the common columns taken out."""
-
-    constant: Floats
-    """(t,) what no set changes."""
-    gram: Floats
-    """(t, k, k) of all members' columns."""
-    target: Floats
-    """(t, k) of them with the residual."""
-    square: Floats
-    """(t,) of the residual."""
-
-    def at(self, number: int) -> Inner:
-        """Return one of the discrepancies alone."""
-        one = slice(number, number + 1)
-        return Inner(self.constant[one], self.gram[one], self.target[one], self.square[one])
-
-    def given(self, where: Integers, scale: Floats) -> Inner:
-        """Return them with the columns at ``where`` taken out, as far as priors of these scales (k,) allow."""
-        own = self.gram[:, where[:, None], where] * np.outer(scale, scale) + np.eye(len(scale))
-        across = self.gram[:, where]
-        right = np.concatenate([across, self.target[:, where, None]], axis=2) * scale[:, None]
-        part = scale[:, None] * np.linalg.solve(own, right)
-        gram = self.gram - np.swapaxes(across, 1, 2) @ part[:, :, :-1]
-        target = self.target - np.einsum("twk,tw->tk", across, part[:, :, -1])
-        square = self.square - np.einsum("tw,tw->t", self.target[:, where], part[:, :, -1])
-        return Inner(self.constant, gram, target, square)
-
-
-@dataclass(frozen=True)
-class Shared:
-    """What all sets have about one model: columns, what is known of these before, and the discrepancies."""
-
-    columns: Floats
-    """(p, r) whitened."""
-    prior: Floats
-    """(o, p + 1) rows of what is known of them before; last what they should be."""
-    kinds: Sequence[tuple[Discrepancy | LouderRun, float]]
-    """Of discrepancies, each with how probable it is."""
-
-    @cached_property
-    def along(self) -> list[Floats]:
-        """Per kind the parts (p, d) of the columns along its directions."""
-        return [discrepancy.along(self.columns) for discrepancy, _ in self.kinds]
-
-    @cached_property
-    def grid(self) -> list[tuple[int, Floats, float]]:
-        """Per discrepancy its kind, the weights (d,) of its directions, and a logarithm: its share, and −½ log |V|.
-
-        The first is none; its kind is −1.
-        """
-        found = [(-1, np.zeros(0), float(np.log(NO_DISCREPANCY)))]
-        for number, (discrepancy, probability) in enumerate(self.kinds):
-            share = float(np.log(probability / len(discrepancy.sizes)))
-            for size in discrepancy.sizes:
-                density = share - 0.5 * discrepancy.log_determinant(size)
-                found.append((number, discrepancy.weights(size), density))
-        return found
-
-    @cached_property
-    def own(self) -> list[tuple[Floats, float]]:
-        """Per discrepancy L⁻¹ (p, p), L Lᵀ the columns' inner products, and log |L|."""
-        known = self.prior[:, :-1]
-        plain = self.columns @ self.columns.T + known.T @ known
-        found = []
-        for kind, weights, _ in self.grid:
-            inner = plain if kind < 0 else plain - (self.along[kind] * weights) @ self.along[kind].T
-            size = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-            unit = inner / np.outer(size, size)
-            unit[np.diag_indices(len(unit))] += ROUNDING
-            factor = np.linalg.cholesky(unit)
-            determinant = float(np.sum(np.log(np.diag(factor))) + np.sum(np.log(size)))
-            found.append((np.linalg.inv(factor) / size, determinant))
-        return found
-
-    def inner(self, rows: Floats) -> Inner:
-        """Return inner products of whitened rows (k + 1, r), last the residual."""
-        plain, across = rows @ rows.T, self.columns @ rows.T
-        known, wanted = self.prior[:, :-1], self.prior[:, -1]
-        across[:, -1] += known.T @ wanted
-        plain[-1, -1] += wanted @ wanted
-        along = [discrepancy.along(rows) for discrepancy, _ in self.kinds]
-        gram = np.empty((len(self.grid), len(rows), len(rows)))
-        constant = np.empty(len(self.grid))
-        for t, ((kind, weights, density), (inverse, determinant)) in enumerate(zip(self.grid, self.own, strict=True)):
-            inner, cross = plain, across
-            if kind >= 0:
-                grown = along[kind] * weights
-                inner, cross = plain - grown @ along[kind].T, across - self.along[kind] @ grown.T
-            part = inverse @ cross
-            gram[t] = inner - part.T @ part
-            constant[t] = density - determinant
-        return Inner(constant, gram[:, :-1, :-1], gram[:, :-1, -1], gram[:, -1, -1])
-
-
-@dataclass(frozen=True)
 class SetEvidence:
     """Evidence of any set of members about one model."""
 
@@ -197,19 +101,22 @@ class SetEvidence:
     """Of their columns, per discrepancy of the grid."""
     noise: NoiseScale
     """Of the rows."""
+    readings: Readings
+    """As single readings are left by sets."""
     alone: dict[int, Integers] = field(default_factory=dict)
     """Best sizes (t,) of members alone, found so far: from there those in sets are sought."""
 
     @classmethod
-    def of(cls, shared: Shared, residual: Floats, members: Sequence[MemberColumns], noise: NoiseScale) -> SetEvidence:
+    def of(cls, readings: Readings, members: Sequence[MemberColumns], noise: NoiseScale) -> SetEvidence:
         """Prepare.
 
         Parameters
         ----------
-        residual : (r,) whitened.
+        readings : with all that members have in them.
         noise : how well its scale is known.
         """
-        return cls(members, shared.inner(np.concatenate([*(one.rows for one in members), residual[None]])), noise)
+        inner = readings.shared.inner(np.concatenate([*(one.rows for one in members), readings.residual[None]]))
+        return cls(members, inner, noise, readings)
 
     @cached_property
     def place(self) -> list[Integers]:
@@ -217,13 +124,30 @@ class SetEvidence:
         ends = np.cumsum([0, *(len(member.rows) for member in self.members)])
         return [np.arange(a, b) for a, b in pairwise(ends)]
 
+    def normal(self, chosen: Sequence[int]) -> float:
+        """Return the log evidence of a set for normal noise: between shapes of one law tails make no difference."""
+        return float(np.logaddexp.reduce(self.best_sizes(chosen)[0]))
+
     def of_set(self, chosen: Sequence[int]) -> float:
         """Return the log evidence of a set, members by number."""
         return float(np.logaddexp.reduce(self.by_discrepancy(chosen)))
 
     def by_discrepancy(self, chosen: Sequence[int]) -> Floats:
         """Return (t,) the log evidence of a set for each discrepancy."""
-        return self.best_sizes(chosen)[0]
+        value, sizes = self.best_sizes(chosen)
+        return value + self.tails(chosen, value, sizes)
+
+    def tails(self, chosen: Sequence[int], value: Floats, sizes: Integers) -> Floats:
+        """Return (t,) what the tails of the noise add to the log evidence of a set, that and its sizes as found."""
+        scale = [self.members[i].scales[sizes[:, j]] for j, i in enumerate(chosen)]
+        rows = [self.members[i].rows for i in chosen]
+        count = len(self.readings.residual)
+        return self.readings.gains(
+            np.concatenate([np.zeros((0, count)), *rows]),
+            np.concatenate([np.zeros((len(value), 0)), *scale], axis=1),
+            value,
+            self.noise.known,
+        )
 
     def best_sizes(self, chosen: Sequence[int], inner: Inner | None = None) -> tuple[Floats, Integers]:
         """Return (t,) the log evidence of a set for each discrepancy, and (t, c) the best size of each member.

@@ -13,8 +13,10 @@ from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, off_by_run
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.priors import ALONE, SIZE_WEIGHTS, SIZES, RobotScale
+from stiffcal.judgement.shared import Shared
+from stiffcal.judgement.tails import Readings
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 
@@ -66,7 +68,10 @@ class Ground:
             for member in members:
                 if len(member.present):
                     residual = residual + member.present @ member.rows
-        return SetEvidence.of(self.shared, residual, members, self.noise)
+        shape = self.space.data.measured.shape
+        kind = np.broadcast_to(self.space.data.kind[:, None], shape).ravel()
+        free = np.where(self.space.data.measured_mask, 1.0 - self.space.offsets.leverage(), 0.0).ravel()
+        return SetEvidence.of(Readings(self.shared, residual, free, kind), members, self.noise)
 
 
 def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> MemberColumns:

@@ -18,7 +18,7 @@ from stiffcal.identification.observation import Observations
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.weights import residual_noise
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
-from stiffcal.judgement.evidence import NoiseScale, Shared
+from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.priors import (
@@ -36,6 +36,8 @@ from stiffcal.judgement.priors import (
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off, off_mask, rows_off
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
+from stiffcal.judgement.settings_off import settings_off
+from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
 from stiffcal.judgement.weight import WeightOfLinks, shown
 from stiffcal.judgement.within_run import mistakes_in_runs
@@ -273,20 +275,18 @@ class _Campaign:
     def judged(self, fit: Fit, chosen: frozenset[str], number: int) -> Judged:
         """Weigh sets about a model."""
         ground = self.ground(fit, _noise_of(fit), self.data)
-        members = list_members(ground, self.candidates, self.scale, self._unlisted(ground))
+        weights = dict(self.weight.of_links) if self.springs.chain.masses_known else {}
+        # who states a tool has not forgotten it: what its link lacks is then a law like those of the others
+        of_tool = None if self.data.setup.tool_mass else weights.pop(self.springs.chain.link_names[-1], None)
+        laws = [*unlisted_laws(ground.state), *(UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items())]
+        settings = settings_off(ground, fit, of_tool, self.scale)
+        members = list_members(ground, self.candidates, self.scale, laws, settings)
         start = tuple(i for i, one in enumerate(members) if one.name in chosen and len(one.columns.present))
         weighed = search_sets(members, ground.evidence([one.columns for one in members]), start)
         unlisted = [i for i in weighed.best if members[i].kind is MemberKind.UNLISTED]
         own = tuple(sorted({*start, *unlisted}))
         weighed.weigh(own)
         return Judged(weighed, fit, ground, chosen, own, number)
-
-    def _unlisted(self, ground: Ground) -> list[UnlistedLaw]:
-        """Return the laws that nobody has written down; the weight of a robot without masses every hypothesis has."""
-        laws = list(unlisted_laws(ground.state))
-        if self.springs.chain.masses_known:
-            laws += [UnlistedLaw(f"link {link}", "weight", columns) for link, columns in self.weight.of_links]
-        return laws
 
     def ground(self, fit: Fit, noise: Noise, data: Observations) -> Ground:
         """Return what members are compared about: a fit, what it has beyond the springs as members.

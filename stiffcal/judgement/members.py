@@ -5,7 +5,7 @@ Each with its whitened columns about one robot at rest, in units of the size tha
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +26,7 @@ from stiffcal.judgement.priors import (
     where,
 )
 from stiffcal.judgement.rows_off import Off, rows_off
+from stiffcal.judgement.settings_off import SettingOff
 from stiffcal.judgement.shapes import shapes_of
 from stiffcal.judgement.unlisted import UnlistedLaw
 from stiffcal.judgement.within_run import InRun, mistakes_in_runs
@@ -60,7 +61,11 @@ class Member:
 
 
 def list_members(
-    ground: Ground, candidates: Sequence[Candidate], scale: RobotScale, unlisted: Sequence[UnlistedLaw]
+    ground: Ground,
+    candidates: Sequence[Candidate],
+    scale: RobotScale,
+    unlisted: Sequence[UnlistedLaw],
+    settings: Iterable[SettingOff],
 ) -> list[Member]:
     """Return all members about a model, listed ones in the shapes that the readings do not rule out."""
     found: list[Member] = []
@@ -83,6 +88,7 @@ def list_members(
             continue
         share = Share(law.place, law.follows, MemberKind.UNLISTED, True)
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
+    found += [Member(one.name, one.share, None, {}, 0.0, one.columns) for one in settings if one.columns.rows.any()]
     for run, rows in ground.runs_off():
         found.append(_run_off(run, rows))
     found += [_row_off(off, rows) for off, rows in rows_off(ground)]

@@ -37,6 +37,14 @@ ALONE = 0.5
 """Probability that one of an effect's parameters stands alone: a bearing that gives along one axis."""
 UNLISTED_SIZES = np.geomspace(0.05, 50.0, 7)
 """Grid of the rms over all readings that an unlisted law makes, in noises; each alike (log-uniform)."""
+SETUP_MISTAKE = 0.02
+"""Probability of each mistake in the set-up: a tool of which nothing is said …"""
+TOOL_SIZES = np.geomspace(0.02, 1.0, 5)
+"""… and grid of its mass over the weight that the largest force is, each alike (log-uniform) …"""
+LEVER_OF_TOOL = 0.1
+"""… and how far from the flange its centre lies, m."""
+CONTRADICTED = 0.05
+"""Probability that one of the settings is contradicted: a parameter that is held, the first-order balance."""
 DOUBTED_RUN = 0.01
 """Probability that a run is off: mislabelled, knocked, in another unit …"""
 DOUBTED_ROW = 0.001
@@ -49,6 +57,10 @@ DISCREPANCIES = np.array([0.05, 0.14, 0.4, 1.1, 3.2, 9.0])
 """Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform) …"""
 NO_DISCREPANCY, OF_LOADS, OF_TIME = 0.5, 0.35, 0.15
 """… and how probable it is that there is none, that poses answer their loads in ways of their own, that they wander."""
+NORMAL = 0.5
+"""Probability that single readings scatter normally …"""
+TAILS = np.array([10.0, 5.0, 3.0])
+"""… and degrees of freedom of the t distribution that they have else, each alike."""
 STATED_NOISE_DOF = 4.0
 """Degrees of freedom about noise that is only stated."""
 TYPICAL_COMPLIANCE = 2e-6
@@ -78,6 +90,8 @@ class MemberKind(Enum):
     UNLISTED = "unlisted law"
     MISTAKE = "mistake in the data"
     ROW = "reading that is off"
+    SETUP = "mistake in the set-up"
+    SETTING = "setting that is contradicted"
 
 
 @dataclass(frozen=True)
@@ -100,7 +114,13 @@ def log_odds(shares: Sequence[Share]) -> Floats:
     Of effects and laws: places alike, families within a place, forms within a family; a form or a shape more moves no
     other place.
     """
-    odds = np.array([log_odds_of_doubt(share.kind is MemberKind.ROW) for share in shares])
+    settings = sum(share.kind is MemberKind.SETTING for share in shares)
+    of_kind = {
+        MemberKind.ROW: DOUBTED_ROW,
+        MemberKind.SETUP: SETUP_MISTAKE,
+        MemberKind.SETTING: CONTRADICTED / max(settings, 1),
+    }
+    odds = np.array([_log_odds(of_kind.get(share.kind, DOUBTED_RUN)) for share in shares])
     laws = [k for k, share in enumerate(shares) if share.kind in (MemberKind.EFFECT, MemberKind.UNLISTED)]
     odds[laws] = _of_laws([shares[k] for k in laws])
     return odds
@@ -108,7 +128,10 @@ def log_odds(shares: Sequence[Share]) -> Floats:
 
 def log_odds_of_doubt(row: bool) -> float:
     """Return the log odds that a run, or a row of it, is off."""
-    p = DOUBTED_ROW if row else DOUBTED_RUN
+    return _log_odds(DOUBTED_ROW if row else DOUBTED_RUN)
+
+
+def _log_odds(p: float) -> float:
     return float(np.log(p / (1.0 - p)))
 
 

@@ -59,6 +59,9 @@ class WhatIsMissing:
     """Probability of laws that nobody has written down, a discrepancy of the poses that shows among them."""
     checks: tuple[Check, ...]
     """Of the best set."""
+    contradicted: tuple[tuple[str, float], ...] = ()
+    """Mistakes in the set-up and settings that the readings contradict, by name, with a probability of a half and
+    more."""
 
     @property
     def failed(self) -> tuple[Check, ...]:
@@ -115,6 +118,8 @@ def read_off(judged: Judged) -> WhatIsMissing:
     off |= judged.aside
     if judged.ground.louder is not None:
         off[Off(judged.ground.louder.run)] += judged.louder
+    settings = {one.name for one in members if one.kind in (MemberKind.SETUP, MemberKind.SETTING)}
+    contradicted = _sums({key: names[key] & settings for key in sets}, sets)
     doubted = tuple((one, min(p, 1.0)) for one, p in sorted(off.items(), key=str) if p >= NAMED)
     return WhatIsMissing(
         tuple(groups),
@@ -122,6 +127,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
         float(max(small * (1.0 - shows), 0.0)),
         float(1.0 - (1.0 - unlisted) * (1.0 - shows)),
         checks,
+        tuple((name, min(p, 1.0)) for name, p in sorted(contradicted.items()) if p >= NAMED),
     )
 
 

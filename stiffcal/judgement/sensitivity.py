@@ -37,6 +37,7 @@ def _odds_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]
         {MemberKind.EFFECT, MemberKind.UNLISTED},
         {MemberKind.UNLISTED},
         {MemberKind.MISTAKE, MemberKind.ROW},
+        {MemberKind.SETUP, MemberKind.SETTING},
     ):
         yield normalised(
             {
@@ -79,5 +80,5 @@ def _weighed_anew(judged: Judged, evidence: SetEvidence) -> Mapping[Key, float]:
     top = max(log.values())
     near = {key: value for key, value in log.items() if value > top - NEAR}
     return normalised(
-        {key: value + evidence.of_set(key) - judged.weighed.evidence.of_set(key) for key, value in near.items()}
+        {key: value + evidence.normal(key) - judged.weighed.evidence.normal(key) for key, value in near.items()}
     )

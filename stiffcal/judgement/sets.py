@@ -14,9 +14,18 @@ from stiffcal.judgement.priors import MemberKind
 
 WITHIN = 9.0
 """Nats behind the best set up to which a set is enlarged."""
+OUT_OF_REACH = 40.0
+"""Nats behind the best set, for normal noise, from which on a set has the tails of that."""
 CLOSE = 12
 """Additions to a set that are weighed exactly: those that gain most next to it."""
-MOST_NEW = {MemberKind.EFFECT: 2, MemberKind.UNLISTED: 1, MemberKind.MISTAKE: 3, MemberKind.ROW: 6}
+MOST_NEW = {
+    MemberKind.EFFECT: 2,
+    MemberKind.UNLISTED: 1,
+    MemberKind.MISTAKE: 3,
+    MemberKind.ROW: 6,
+    MemberKind.SETUP: 1,
+    MemberKind.SETTING: 2,
+}
 """Members of a set beyond those of the model: columns are straight lines, and next to what is large others bend."""
 MOST_EXPANDED = 14
 """Sets that are enlarged."""
@@ -36,13 +45,22 @@ class WeighedSets:
     """Per set, members by number in order."""
     by_discrepancy: dict[Key, Floats] = field(default_factory=dict)
     """(t,) the same for each discrepancy."""
+    best_normal: tuple[float, Floats] = (-np.inf, np.zeros(1))
+    """Largest weight so far for normal noise, and (t,) what tails of the noise add to that."""
 
     def weigh(self, chosen: Iterable[int]) -> float:
         """Return the log weight of a set, found once."""
         key = tuple(sorted(chosen))
         if key not in self.log:
             prior = sum(self.members[i].log_prior for i in key)
-            self.by_discrepancy[key] = self.evidence.by_discrepancy(key) + prior
+            value, sizes = self.evidence.best_sizes(key)
+            normal = float(np.logaddexp.reduce(value)) + prior
+            if normal > self.best_normal[0] - OUT_OF_REACH:
+                tails = self.evidence.tails(key, value, sizes)
+            else:
+                tails = self.best_normal[1]
+            self.best_normal = max(self.best_normal, (normal, tails), key=lambda one: one[0])
+            self.by_discrepancy[key] = value + tails + prior
             self.log[key] = float(np.logaddexp.reduce(self.by_discrepancy[key]))
         return self.log[key]
 

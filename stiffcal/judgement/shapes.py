@@ -97,7 +97,7 @@ def _best_shape(
     known = list(tried)
     values = _evidence(ground, known, residual, scale)
     symbol = _continuous(known[0].effect)
-    none = ground.evidence((), residual).of_set(())
+    none = ground.evidence((), residual).normal(())
     for _ in range(ROUNDS):
         if symbol is None or values.max() < none - HOPELESS:
             break
@@ -145,7 +145,7 @@ def _evidence(ground: Ground, tried: Sequence[Regressor], residual: Floats, scal
     found = []
     for first in range(0, len(columns), TOGETHER):
         evidence = ground.evidence(columns[first : first + TOGETHER], residual)
-        found += [evidence.of_set([k]) for k in range(len(evidence.members))]
+        found += [evidence.normal([k]) for k in range(len(evidence.members))]
     return np.array(found)
 
 

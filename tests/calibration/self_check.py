@@ -1,7 +1,7 @@
 """Small problems drawn from the very priors: what is stated with 30 % has to be true in 30 %.
 
 Linear, with sets small enough that all of them are weighed: members with a size of the grid each, a discrepancy of the
-grid, noise whose scale is known or drawn.
+grid, noise of known scale, with tails or without.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
-from stiffcal.judgement.priors import ALONE, DISCREPANCIES, NO_DISCREPANCY
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.priors import ALONE, DISCREPANCIES, NO_DISCREPANCY, NORMAL, TAILS
+from stiffcal.judgement.shared import Shared
+from stiffcal.judgement.tails import Readings
 
 MEMBERS, RUNS, PER_RUN, COMMON = 4, 6, 5, 2
 ODDS = 0.5
@@ -40,7 +42,7 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
     discrepancy = _discrepancy(rng)
     members = [_member(rng.normal(size=(int(rng.integers(1, 4)), n)), rng.uniform() < 0.3) for _ in range(MEMBERS)]
     present = rng.uniform(size=MEMBERS) < ODDS / (1.0 + ODDS)
-    y = rng.normal(size=n)
+    y = _noise(rng, n)
     tau = 0.0 if rng.uniform() < NO_DISCREPANCY else float(rng.choice(DISCREPANCIES))
     at = 0
     for place, basis in discrepancy.of_run:
@@ -55,7 +57,9 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
     common = rng.normal(size=(COMMON, n))
     y += rng.normal(size=COMMON) @ common * 100.0
     shared = Shared(common, np.zeros((0, COMMON + 1)), [(discrepancy, 1.0 - NO_DISCREPANCY)])
-    evidence = SetEvidence.of(shared, y, members, NoiseScale(float(n - COMMON), np.inf))
+    evidence = SetEvidence.of(
+        Readings(shared, y, np.ones(n), np.zeros(n, dtype=np.int64)), members, NoiseScale(float(n - COMMON), np.inf)
+    )
     sets = [chosen for k in range(MEMBERS + 1) for chosen in combinations(range(MEMBERS), k)]
     logs = np.array([evidence.of_set(chosen) + len(chosen) * np.log(ODDS) for chosen in sets])
     p = np.exp(logs - np.logaddexp.reduce(logs))
@@ -67,6 +71,14 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
 
 def _member(rows: Floats, bounded: bool) -> MemberColumns:
     return MemberColumns(rows, np.full(len(rows), bounded), SIZES, WEIGHTS, ALONE if len(rows) > 1 else 0.0)
+
+
+def _noise(rng: np.random.Generator, count: int) -> Floats:
+    """Return noise of unit variance, normal or with tails."""
+    if rng.uniform() < NORMAL:
+        return rng.normal(size=count)
+    dof = float(rng.choice(TAILS))
+    return np.asarray(rng.standard_t(dof, size=count) * np.sqrt(1.0 - 2.0 / dof))
 
 
 def _discrepancy(rng: np.random.Generator) -> Discrepancy:

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.arrays import Floats, Integers
 from stiffcal.judgement.checks import _LeftOver, checks_of
 from stiffcal.judgement.judge import Judged, judge_states
 from stiffcal.judgement.reading import read_off
@@ -54,18 +53,3 @@ def test_a_run_of_three_times_the_noise_is_found(campaign: FieldCampaign) -> Non
     assert probability > 0.999
     assert found.groups == ()
     assert not found.unexplained
-
-
-def left_over(square: Floats, run: Integers) -> _LeftOver:
-    """Return squares of which one is expected of each reading."""
-    return _LeftOver(square, np.ones(square.shape), run, np.zeros(len(run), dtype=np.bool_))
-
-
-def test_a_degree_of_freedom_is_worth_less_where_noise_has_tails() -> None:
-    rng = np.random.default_rng(8)
-    run = np.repeat(np.arange(4), 500)
-    normal, tailed = rng.normal(size=(3, 2000)), rng.standard_t(5, size=(3, 2000)) / np.sqrt(5.0 / 3.0)
-    louder = normal * np.where(run == 2, 3.0, 1.0)
-    assert left_over(normal**2, run).tails > 0.9
-    assert left_over(louder**2, run).tails > 0.9
-    assert left_over(tailed**2, run).tails < 0.6

@@ -11,8 +11,10 @@ from scipy.stats import multivariate_normal
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY
+from stiffcal.judgement.shared import Shared
+from stiffcal.judgement.tails import Readings
 
 N, RUNS = 24, 4
 EXACTLY = NoiseScale(float(N - 2), np.inf)
@@ -36,6 +38,12 @@ def member(rng: np.random.Generator, count: int, bounded: bool = False) -> Membe
 def kinds(discrepancy: Discrepancy) -> list[tuple[Discrepancy, float]]:
     """Return it as the only kind."""
     return [(discrepancy, 1.0 - NO_DISCREPANCY)]
+
+
+def read(common: Floats, discrepancy: Discrepancy, y: Floats) -> Readings:
+    """Return readings of one kind, none of which runs' constants take a part of."""
+    shared = Shared(common, np.zeros((0, len(common) + 1)), kinds(discrepancy))
+    return Readings(shared, y, np.ones(N), np.zeros(N, dtype=np.int64))
 
 
 def covariance_of(discrepancy: Discrepancy, size: float) -> Floats:
@@ -87,11 +95,11 @@ def drawn() -> tuple[Floats, Floats, list[MemberColumns], Discrepancy]:
 
 def test_ratios_are_those_of_brute_force(drawn: tuple[Floats, Floats, list[MemberColumns], Discrepancy]) -> None:
     common, y, members, discrepancy = drawn
-    evidence = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, members, EXACTLY)
+    evidence = SetEvidence.of(read(common, discrepancy, y), members, EXACTLY)
     none = by_brute_force(common, 1e4, y, [], discrepancy)
     for number, one in enumerate(members):
         expected = by_brute_force(common, 1e4, y, [one], discrepancy) - none
-        assert evidence.of_set([number]) - evidence.of_set([]) == pytest.approx(expected, abs=1e-4)
+        assert evidence.normal([number]) - evidence.normal([]) == pytest.approx(expected, abs=1e-4)
 
 
 def test_several_members_are_summed_about_their_best_sizes(
@@ -99,10 +107,10 @@ def test_several_members_are_summed_about_their_best_sizes(
 ) -> None:
     """The sum over all combinations is approached by one line per member: exact where sizes do not depend on others."""
     common, y, members, discrepancy = drawn
-    evidence = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, members, EXACTLY)
+    evidence = SetEvidence.of(read(common, discrepancy, y), members, EXACTLY)
     none = by_brute_force(common, 1e4, y, [], discrepancy)
     expected = by_brute_force(common, 1e4, y, members[:2], discrepancy) - none
-    assert evidence.of_set([0, 1]) - evidence.of_set([]) == pytest.approx(expected, abs=0.05)
+    assert evidence.normal([0, 1]) - evidence.normal([]) == pytest.approx(expected, abs=0.05)
 
 
 def test_a_coefficient_that_cannot_be_negative_counts_by_its_probability(
@@ -114,13 +122,13 @@ def test_a_coefficient_that_cannot_be_negative_counts_by_its_probability(
     bounded = MemberColumns(free.rows, np.ones(1, dtype=np.bool_), free.sizes[:1], np.ones(1))
     plain = MemberColumns(free.rows, free.bounded, free.sizes[:1], np.ones(1))
     y = y - 1.4 * free.rows[0]
-    evidence = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, [plain, bounded], EXACTLY)
+    evidence = SetEvidence.of(read(common, discrepancy, y), [plain, bounded], EXACTLY)
     at = evidence.inner.at(0)
     precision = at.gram[0, 0, 0] + 1.0 / free.sizes[0] ** 2
     rng = np.random.default_rng(1)
     draws = at.target[0, 0] / precision + rng.normal(size=400_000) / np.sqrt(precision)
     share = float(np.mean(draws > 0.0))
-    gain = evidence.by_discrepancy([1])[0] - evidence.by_discrepancy([0])[0]
+    gain = evidence.best_sizes([1])[0][0] - evidence.best_sizes([0])[0][0]
     error = np.sqrt((1.0 - share) / share / 400_000)
     assert gain == pytest.approx(np.log(2.0 * share), abs=5.0 * error)
 
@@ -132,8 +140,8 @@ def test_units_of_common_columns_and_of_coefficients_change_nothing(
     common, y, members, discrepancy = drawn
     noise = NoiseScale(float(N - 2), known)
     mixed = np.array([[1e3, 2e3], [0.0, 1e-4]]) @ common
-    one = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, members, noise)
-    other = SetEvidence.of(Shared(mixed, np.zeros((0, 3)), kinds(discrepancy)), y, members, noise)
+    one = SetEvidence.of(read(common, discrepancy, y), members, noise)
+    other = SetEvidence.of(read(mixed, discrepancy, y), members, noise)
     change = [evidence.of_set([0, 2]) - evidence.of_set([]) for evidence in (one, other)]
     assert change[0] == pytest.approx(change[1], abs=1e-6)
 
@@ -143,9 +151,9 @@ def test_conditional_products_are_those_of_the_larger_set(
 ) -> None:
     common, y, members, discrepancy = drawn
     fixed = [MemberColumns(one.rows, one.bounded, one.sizes[:1], np.ones(1)) for one in members]
-    evidence = SetEvidence.of(Shared(common, np.zeros((0, 3)), kinds(discrepancy)), y, fixed, EXACTLY)
+    evidence = SetEvidence.of(read(common, discrepancy, y), fixed, EXACTLY)
     where = evidence.place[0]
     left = evidence.inner.given(where, np.full(len(where), fixed[0].sizes[0]))
     gain = evidence.best_sizes([2], left)[0] - evidence.best_sizes([], left)[0]
-    direct = evidence.by_discrepancy([0, 2]) - evidence.by_discrepancy([0])
+    direct = evidence.best_sizes([0, 2])[0] - evidence.best_sizes([0])[0]
     np.testing.assert_allclose(gain, direct, atol=1e-9)

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence, Shared
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
 from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY, MemberKind, Share
 from stiffcal.judgement.sensitivity import FACTOR, varied
 from stiffcal.judgement.sets import WeighedSets
+from stiffcal.judgement.shared import Shared
+from stiffcal.judgement.tails import Readings
 
 N = 24
 EFFECT, UNLISTED, RUN = (0,), (1,), (2,)
@@ -34,7 +36,11 @@ def judged() -> Judged:
         members.append(Member(kind.value, Share(f"place {k}", "", kind, False), None, {}, 0.0, columns, -3.0))
     none = (1.0 - NO_DISCREPANCY) / 2
     shared = Shared(np.zeros((0, N)), np.zeros((0, 1)), ((poses, none), (poses, none)))
-    evidence = SetEvidence.of(shared, y, [one.columns for one in members], NoiseScale(float(N), 4.0))
+    evidence = SetEvidence.of(
+        Readings(shared, y, np.ones(N), np.zeros(N, dtype=np.int64)),
+        [one.columns for one in members],
+        NoiseScale(float(N), 4.0),
+    )
     weighed = WeighedSets(members, evidence)
     for key in ((), EFFECT, UNLISTED, RUN):
         weighed.weigh(key)
@@ -58,16 +64,16 @@ def test_odds_move_by_the_factor(judged: Judged) -> None:
 
 
 def test_every_prior_is_varied_both_ways(judged: Judged) -> None:
-    """Three odds, two discrepancies, two typical sizes and how well stated noise is known; larger, then smaller."""
+    """Four odds, two discrepancies, two typical sizes and how well stated noise is known; larger, then smaller."""
     every = list(varied(judged))
-    assert len(every) == 2 * (3 + 2 + 2 + 1)
+    assert len(every) == 2 * (4 + 2 + 2 + 1)
     assert all(sum(sets.values()) == pytest.approx(1.0) for sets in every)
     assert len(DISCREPANCIES) > 1
 
 
 def test_a_size_far_from_typical_costs_what_its_prior_says(judged: Judged) -> None:
     """With sizes a third as large the effect of four noises is less probable, the run as probable as before."""
-    smaller = [dict(sets) for sets in varied(judged)][8 + 5]
+    smaller = [dict(sets) for sets in varied(judged)][9 + 6]
     plain = judged.weighed.probabilities()
     assert odds(smaller, EFFECT) < 0.9 * odds(plain, EFFECT)
     assert odds(smaller, RUN) == pytest.approx(odds(plain, RUN))
