@@ -130,9 +130,11 @@
     g.clip();
     bands(g, box, points, ends, axes);
     let { x, y } = points;
+    const onPage = (at) => ({ px: placed(at.x, across.levels, toX), py: placed(at.y, up.levels, toY) }),
+      before = ghost && onPage(ghost);
     if (ghost) {
       g.beginPath();
-      for (let p = 0; p < count; p++) if (Number.isFinite(ghost.x[p] + ghost.y[p])) S.marker(g, 0, toX(ghost.x[p]), toY(ghost.y[p]), 1.6);
+      for (let p = 0; p < count; p++) if (Number.isFinite(before.px[p] + before.py[p])) S.marker(g, 0, before.px[p], before.py[p], 1.6);
       g.fillStyle = theme.line;
       g.fill();
       const between = (from, to) => to.map((value, p) => (Number.isFinite(from[p]) ? from[p] + moved * (value - from[p]) : value));
@@ -141,8 +143,7 @@
         y = between(ghost.y, y);
       }
     }
-    const px = placed(x, across.levels, toX),
-      py = placed(y, up.levels, toY);
+    const { px, py } = onPage({ x, y });
     const inside = (p) => px[p] >= box.x - 1 && px[p] <= box.x + box.w + 1 && py[p] >= box.y - 1 && py[p] <= box.y + box.h + 1;
     for (let p = 0; p < count; p++) if (!inside(p)) px[p] = NaN;
     const r = count > MANY ? 1.8 : 2.8;
@@ -159,14 +160,17 @@
         g.fill();
       }
     }
-    if (hollow) circles(g, hollow.x.map(toX), hollow.y.map(toY), 3, theme.accent);
+    if (hollow) {
+      const forecast = onPage(hollow);
+      circles(g, forecast.px, forecast.py, 3, theme.accent);
+    }
     g.lineWidth = 1.5;
     circles(g, px, py, 5, theme.warm, (p) => S.selected[stateOf(p)]);
     const apart = count / S.n;
     g.strokeStyle = theme.ink;
     for (let p = apart * S.state.at; p < apart * (S.state.at + 1); p++)
       if (Number.isFinite(px[p] + py[p])) g.strokeRect(px[p] - 7, py[p] - 7, 14, 14);
-    nameBand(g, box, up, toY, { px, py }, ...(ghost ? [{ px: ghost.x.map(toX), py: ghost.y.map(toY) }] : []));
+    nameBand(g, box, up, toY, { px, py }, ...(before ? [before] : []));
     g.restore();
     return { px, py };
   };

@@ -262,7 +262,8 @@
     }
     error.textContent = S.visible(S.error(S.errorNow()));
     error.classList.toggle("waiting", Boolean(S.waitsFor));
-    noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; ${S.noiseWords()}`);
+    const known = S.data.noise ? "" : ": repeat readings or state sigma";
+    noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; ${S.noiseWords()}${known}`);
     fillHint();
     undo.disabled = !S.canUndo();
     const isDue = !S.data.is_diagnosed || Boolean(S.data.diagnosis_of);

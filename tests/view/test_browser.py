@@ -382,6 +382,28 @@ def test_an_effect_in_the_bar_has_its_first_place_on_its_line(page: Any) -> None
     assert all(all(pair) for pair in tops)
 
 
+def test_points_of_one_level_are_spread_alike_now_before_and_as_forecast(page: Any) -> None:
+    now, before, forecast = page.evaluate(
+        """(() => {
+        const drawn = [], real = document.createElement("canvas").getContext("2d");
+        const noted = { arc: (x, y, r) => drawn.push([r, x]) };
+        const g = new Proxy(real, {
+            get: (on, key) => noted[key] ?? (typeof on[key] === "function" ? on[key].bind(on) : on[key]),
+            set: (on, key, value) => Reflect.set(on, key, value),
+        });
+        const one = { label: "a", unit: "", sigma: 0 };
+        const points = { across: { ...one, levels: ["p", "q"] }, up: { ...one, levels: [] }, count: stiffcal.n,
+            stateOf: (p) => p, x: Array(stiffcal.n).fill(1), y: Array(stiffcal.n).fill(0.5) };
+        const colours = { numbers: Array(stiffcal.n).fill(0), palette: ["#000"], scale: false };
+        const { px } = stiffcal.drawPoints(g, { x: 50, y: 10, w: 300, h: 200 }, {
+            points, colours, ends: { x: [-0.5, 1.5], y: [0, 1] }, ghost: points, hollow: points, moved: 1 });
+        return [[...px], ...[1.6, 3].map((radius) => drawn.filter(([r]) => r === radius).map(([, x]) => x))];
+    })()"""
+    )
+    assert before == now
+    assert forecast == now
+
+
 def test_estimates_are_written_as_in_terminal_and_report(page: Any) -> None:
     estimates = [
         (2.7e6, 2.69396e6, 2.70604e6), (65100.0, 65093.0, 65107.0), (-3.55e-4, -3.759e-4, -3.341e-4),
