@@ -11,7 +11,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.python.answers import FittedModel
 from stiffcal.python.frames import frame_of_rows
 from stiffcal.validation.change import change_of
-from stiffcal.wording import place_label
+from stiffcal.wording import place_label, significant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -121,11 +121,11 @@ class FitComparison:
         """Return both errors in a line."""
         errors = self.errors
         texts = [
-            f"{title}: fit {1e6 * row['fit_m']:.3g} µm"
+            f"{title}: fit {significant(1e6 * row['fit_m'])} µm"
             + (
                 ""
                 if row["heldout_m"] is None or math.isnan(row["heldout_m"])
-                else f", held out {1e6 * row['heldout_m']:.3g} µm"
+                else f", held out {significant(1e6 * row['heldout_m'])} µm"
             )
             for title, row in errors.iterrows()
             if row["fit_m"] is not None

@@ -80,7 +80,7 @@ def sentences(found: GeometryFound) -> Iterator[str]:
         zeros = ", ".join(in_words).replace("-", "−")
     else:
         zeros = ", ".join(f"{_DEGREES * zero:.4f}" for zero in left.zeros).replace("-", "−") + "°"
-    mean, rms, worst = (f"{_MILLIMETRES * distance:.3g} mm" for distance in (left.mean, left.rms, left.max))
+    mean, rms, worst = (f"{significant(_MILLIMETRES * distance)} mm" for distance in (left.mean, left.rms, left.max))
     yield (
         f"a controller that takes only offsets: add {zeros} to the logged angles; this leaves {mean} mean, {rms} rms, "
         f"{worst} at worst over the measured poses"

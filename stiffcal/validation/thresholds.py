@@ -18,6 +18,7 @@ from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import Change
 from stiffcal.validation.results import ThresholdCheck
 from stiffcal.validation.schemes import held_out
+from stiffcal.wording import significant
 
 JOINT_STIFFNESS_UNIT = "N·m/rad"
 _COMPLIANCE_UNIT = "rad/(N·m)"
@@ -114,7 +115,7 @@ def _errors(limits: Thresholds, validation: HeldoutErrors) -> list[ThresholdChec
             )
             continue
         satisfied = value <= limit
-        text = f"{quantity} {value * factor:.3g}{unit_text} is {'within' if satisfied else 'above'} {bound}"
+        text = f"{quantity} {significant(value * factor)}{unit_text} is {'within' if satisfied else 'above'} {bound}"
         checks.append(ThresholdCheck(name, "", limit, value, unit, satisfied, text))
     return checks
 
@@ -162,14 +163,14 @@ def _stiffnesses(
             else f"the model fixes the stiffness of {label}"
         )
         satisfied = False if asked is not None and _limit_of(asked, joint) is not None else None
-        text = f"{subject}, no measurement: min_stiffness {limit:.3g} {JOINT_STIFFNESS_UNIT} cannot be judged"
+        text = f"{subject}, no measurement: min_stiffness {significant(limit)} {JOINT_STIFFNESS_UNIT} cannot be judged"
         checks.append(ThresholdCheck("min_stiffness", joint, limit, None, JOINT_STIFFNESS_UNIT, satisfied, text))
     return checks
 
 
 def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> ThresholdCheck:
     unit, value = JOINT_STIFFNESS_UNIT, parameter.known_stiffness
-    bound = f"min_stiffness {limit:.3g} {unit}"
+    bound = f"min_stiffness {significant(limit)} {unit}"
     if parameter.value is None:
         text = f"stiffness of {joint} cannot be identified from these data: {bound} cannot be judged"
         return ThresholdCheck("min_stiffness", joint, limit, None, unit, None, text)
@@ -178,7 +179,7 @@ def _stiffness(parameter: IdentifiedParameter, joint: str, limit: float) -> Thre
             "min_stiffness", joint, limit, None, unit, True, f"no compliance was measured at {joint}: above {bound}"
         )
     satisfied = value >= limit
-    text = f"stiffness of {joint} {value:.3g} {unit} is {'above' if satisfied else 'below'} {bound}"
+    text = f"stiffness of {joint} {significant(value)} {unit} is {'above' if satisfied else 'below'} {bound}"
     return ThresholdCheck("min_stiffness", joint, limit, value, unit, satisfied, text)
 
 
@@ -236,7 +237,8 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
         text = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"
         return ThresholdCheck("max_drift", joint, limit, None, "", None, text)
     drift, chance = after / before - 1.0, min(p_value * judged, 1.0)
-    words = f"stiffness of {joint} is {100 * drift:+.3g} % against {name} ({after:.3g} and {before:.3g} N·m/rad)"
+    stiffnesses = f"{significant(after)} and {significant(before)} N·m/rad"
+    words = f"stiffness of {joint} is {100 * drift:+.3g} % against {name} ({stiffnesses})"
     # 1.96 standard uncertainties of the relative change: smaller drifts these two fits cannot detect.
     blur = NORMAL_95 * std / abs(value)
     if abs(drift) > limit and chance < CHANCE:

@@ -24,6 +24,7 @@ from stiffcal.identification.fit_results import IdentifiedParameter, Unidentifie
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, Where
 from stiffcal.validation.results import ErrorSlice
+from stiffcal.wording import significant
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -221,7 +222,7 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
             level, noise = abs(shared.mean), rms_of(fit.residual[of_joint])
             if level > 4.0 * noise / math.sqrt(of_joint.sum()) and level > 0.02 * rms_of(fit.friction[of_joint]):
                 texts.append(
-                    f"joint {name} carries no weight, but its drive needs {2.0 * level:.3g} N·m more in one "
+                    f"joint {name} carries no weight, but its drive needs {significant(2.0 * level)} N·m more in one "
                     "direction than in the other: friction depends on the direction, or the torque has a zero offset"
                 )
         for parameter in joint_fit.parameters:
@@ -245,8 +246,8 @@ def expected_words(fit: FrictionFit) -> str:
     """Return one sentence on how well friction is determined."""
     relative = rms_of(fit.residual) / max(rms_of(fit.friction), 1e-300)
     return (
-        f"residual of the friction of a drive: {rms_of(fit.residual):.3g} N·m rms over the measured speeds, "
-        f"{100.0 * relative:.3g} % of it"
+        f"residual of the friction of a drive: {significant(rms_of(fit.residual))} N·m rms over the measured speeds, "
+        f"{significant(100.0 * relative)} % of it"
     )
 
 
