@@ -75,8 +75,8 @@ COUNT ?= 0
 rates: $(VENV)/test.stamp
 	$(BIN)/python -m tests.rates --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --verbose
 
-# the field mix: campaigns in the proportions of laboratories, judged by today's search (JUDGE=today) or by the
-# distribution over sets of effects (JUDGE=evidence); kept in build/calibration, so that a second call goes on
+# the field mix: campaigns in the proportions of laboratories, judged as `diagnose` does; kept in build/calibration, so
+# that a second call goes on
 JUDGE ?= evidence
 calibration: $(VENV)/test.stamp
 	$(BIN)/python -m tests.calibration $(JUDGE) --seed $(SEED) $(if $(filter-out 0,$(COUNT)),--count $(COUNT)) --workers $(WORKERS)

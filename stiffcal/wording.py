@@ -199,6 +199,21 @@ def share(fraction: float | None, number: NumberText) -> str:
     return DASH if fraction is None or not math.isfinite(fraction) else f"{number(100 * fraction)} %"
 
 
+def probability_in_words(p: float) -> str:
+    """Return a probability in per cent: a digit more close to certainty, and no certainty.
+
+    Examples
+    --------
+    >>> [probability_in_words(p) for p in (0.0001, 0.314, 0.972, 0.99993)]
+    ['under 1 %', '31 %', '97.2 %', 'over 99.9 %']
+    """
+    if p < 0.01:
+        return "under 1 %"
+    if p >= 0.999:
+        return "over 99.9 %"
+    return f"{100.0 * p:.1f} %" if p >= 0.95 else f"{100.0 * p:.0f} %"
+
+
 def place_label(where: Where) -> str:
     """Return a place as parameter names have it, several of them with commas.
 

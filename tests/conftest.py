@@ -102,7 +102,6 @@ PRACTICE = (
     "diagnosis/test_model_settings.py::test_of_few_poses_the_frame_is_named_and_never_the_geometry_alone[2",
     "diagnosis/test_model_settings.py::test_of_few_poses_the_frame_is_named_and_never_the_geometry_alone[3",
     "diagnosis/test_model_settings.py::test_of_few_poses_the_frame_is_named_and_never_the_geometry_alone[4",
-    "diagnosis/test_search.py::test_one_effect_takes_the_place_of_two",
     "experiments/test_clamped_sigma.py::test_an_encoders_step",
     "experiments/test_clamped_sigma.py::test_correlated_noise",
     "experiments/test_clamped_sigma.py::test_filtered_noise_is_stated_as_it_is[20.0]",

@@ -32,7 +32,7 @@ COMMANDS = {
     "identify": "Fit the model: each stiffness with its uncertainty.",
     "validate": "Validate the model in held-out poses, runs or regions.",
     "diagnose": "Find which physical effect the model lacks.",
-    "improve": "Add what is missing, step by step, then remove what is not needed.",
+    "improve": "Add what is missing, step by step, then remove what was added and is not needed.",
     "compare": "Compare two campaigns of one robot.",
     "trend": "Track one robot over many campaigns.",
     "history": "List every fit: model, error in held-out data, noise.",

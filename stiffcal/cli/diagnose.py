@@ -20,7 +20,7 @@ from stiffcal.escapes.shell import command_line
 from stiffcal.printed_units import printed_unit
 from stiffcal.results.next_step import Step
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import listing, variable
+from stiffcal.wording import listing, probability_in_words, variable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,14 +36,17 @@ EXPLAINS = (
     "line is of the refitted model"
 )
 
-FIRST_IN = "first in: share of the resamplings in which it ranks first; at the tool: its rms displacement there"
+FIRST_IN = "first in: share of the resamplings in which it ranks first"
+PROBABILITY = "probability: that it is there, next to all other effects, mistakes in the data and laws of no catalogue"
+AT_TOOL = "at the tool: its rms displacement there"
 
 
 def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate = False, store: StoreAt = None) -> int:
     """Find which physical effect the model lacks.
 
-    Adds every effect at every place to the model in turn, refits everything, and judges each in held-out poses. States
-    the confidence, the look-alikes, and whether any effect is missing.
+    Compares every set of effects, mistakes in the data and laws of no catalogue that is worth it, and states how
+    probable each effect is, what looks the same, and whether anything is missing; the error in held-out poses shows
+    what adding it does.
 
     Example: stiffcal diagnose demo
     """
@@ -87,7 +90,8 @@ def effect_words(effect: EffectAt | ProposedEffect) -> str:
 def look_alike_words(effect: LookAlike) -> str:
     """Return a look-alike with its place and how alike its displacements are."""
     alike = "" if effect.cosine is None else f", cosine {effect.cosine:.3f}"
-    return f"{effect.effect} ({places(effect.where)}{alike})"
+    sure = "" if effect.probability is None else f" {probability_in_words(effect.probability)}"
+    return f"{effect.effect} ({places(effect.where)}{alike}){sure}"
 
 
 def show_diagnosis(
@@ -115,7 +119,11 @@ def show_diagnosis(
         _show_followed(console, followed)
     names = ", ".join(effect_words(effect) for effect in result.missing)
     show_moved(console, result.before_after, f"what adding {names} would change")
+    _show_in_model(console, result)
+    _show_excluded(console, result)
     for rival in result.undecided:
+        if rival.probability is not None:
+            continue  # among the look-alikes above
         runs = f": lower error without {', '.join(rival.deciding_runs)}" if rival.deciding_runs else ""
         console.print(
             f"  {rival.effect} ({places(rival.where)}): first in {share(rival.share)} of the comparisons{runs}",
@@ -127,11 +135,11 @@ def show_diagnosis(
             console.print(f"  {candidate.effect}: {places(candidate.where)}", soft_wrap=True)
         console.print("  measure more poses, or the same poses with loads along other axes")
     if result.superfluous:
-        console.print("\nnot needed, the error without it is no larger:")
+        console.print("\nnot needed, in the model and probably not there:")
         for redundant in result.superfluous:
-            console.print(f"  {effect_words(redundant)}", soft_wrap=True)
+            line = command_line("remove", folder, redundant.effect, *place_words(redundant.where))
+            console.print(f"  {effect_words(redundant)}; to remove: {line}", soft_wrap=True)
         console.print("  that these data cannot distinguish it from zero does not show that it is zero")
-        console.print(f"  to remove: {command_line('improve', folder, store=store)}", soft_wrap=True)
     if result.structure:
         console.print("\nthe remaining error depends on:")
         for dependence in result.structure:
@@ -173,7 +181,7 @@ def _show_with_all_missing(console: AnswerConsole, result: DiagnoseResult) -> No
 
 
 def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:
-    console.print(f"\nmissing: {effect_words(effect)}")
+    console.print(f"\nmissing: {effect_words(effect)}{_sure_words(effect)}", soft_wrap=True)
     if effect.alternatives:
         names = ", ".join(look_alike_words(alternative) for alternative in effect.alternatives)
         console.print(f"  cannot be distinguished from: {names}", soft_wrap=True)
@@ -190,6 +198,42 @@ def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: Propos
     for text in (alike, explanation.check):
         if text:
             console.print(f"  {text}", soft_wrap=True)
+
+
+def _sure_words(effect: ProposedEffect) -> str:
+    """Return how sure the diagnosis is of an effect; "" where it states no probability."""
+    if effect.probability is None or effect.member_probability is None:
+        return ""
+    certain = "certain" if effect.firm else "not certain: improve adds it when asked, or with --likely"
+    if not effect.alternatives:
+        return f": {probability_in_words(effect.probability)}, {certain}"
+    return (
+        f": {probability_in_words(effect.probability)} that it or one of those below is; of these it is this one with "
+        f"{probability_in_words(effect.member_probability)}, {certain}"
+    )
+
+
+def _show_in_model(console: AnswerConsole, result: DiagnoseResult) -> None:
+    """Print how sure it is that the effects of the model are there, and what looks the same."""
+    for effect in result.in_model or ():
+        alike = ", ".join(look_alike_words(other) for other in effect.alternatives)
+        words = f"; cannot be distinguished from: {alike}" if alike else ""
+        p = probability_in_words(effect.probability or 0.0)
+        console.print(f"in the model: {effect_words(effect)}: {p}{words}", soft_wrap=True)
+
+
+def _show_excluded(console: AnswerConsole, result: DiagnoseResult) -> None:
+    """Print how large an effect at each place would have been found, where nothing is."""
+    if result.missing or result.unexplained or not result.excluded_sizes:
+        return
+    known = [size for size in result.excluded_sizes if size.size_m is not None]
+    hidden = [size.of for size in result.excluded_sizes if size.size_m is None]
+    if known:
+        largest = sorted(known, key=lambda size: -(size.size_m or 0.0))
+        sizes = ", ".join(f"{size.of} {length(size.size_m)}" for size in largest)
+        console.print(f"\nwould have been found in nine campaigns of ten, rms at the tool: {sizes}", soft_wrap=True)
+    if hidden:
+        console.print(f"shows in no pose and load of this campaign: {', '.join(hidden)}", soft_wrap=True)
 
 
 def _show_refitted(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:
@@ -235,9 +279,8 @@ def _show_pace(console: AnswerConsole, pace: SearchPace) -> None:
     if pace.candidates == 0:
         return
     console.print(
-        f"\ntried {pace.candidates} candidates ({pace.signatures} with their shapes) next to "
-        f"{pace.models} model{'s' * (pace.models != 1)} in {significant(pace.seconds)} s: "
-        f"{pace.candidates_per_second:.0f} candidates per second, the selection repeated in every fold",
+        f"\ncompared {pace.candidates} effects at their places ({pace.signatures} with their shapes) about "
+        f"{pace.models} model{'s' * (pace.models != 1)} in {significant(pace.seconds)} s",
         soft_wrap=True,
     )
 
@@ -246,7 +289,9 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Show the ranking for the next single step."""
     if not result.findings:
         return
-    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", "first in>", "at the tool>")
+    judged = any(finding.probability is not None for finding in result.findings)
+    sure = "probability>" if judged else "first in>"
+    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", sure, "at the tool>")
     table.add_row("present model", "", "", deviation(result.rms), "", "", "")
     for finding in result.findings[:MOST_ROWS]:
         table.add_row(
@@ -255,7 +300,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
             finding.verdict,
             deviation(finding.heldout_rms_after),
             share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0)),
-            share(finding.confidence),
+            share(finding.confidence) if finding.probability is None else probability_in_words(finding.probability),
             length(finding.size_m) if finding.size_m else NOT_KNOWN,
         )
     table.add_row("noise", "", "", deviation(result.noise) if result.noise else NOT_KNOWN, "", "", "")
@@ -266,7 +311,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
         console.print(f"  and {more} more with lower rank (all in --json)")
     if any(finding.explains is not None for finding in result.findings):
         console.print(f"  {EXPLAINS}", soft_wrap=True)
-    console.print(f"  {FIRST_IN}", soft_wrap=True)
+    console.print(f"  {PROBABILITY if judged else FIRST_IN}; {AT_TOOL}", soft_wrap=True)
     _show_found_later(console, result)
 
 

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 def improve(
     folder: Folder = HERE,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask for confirmation.")] = False,
+    likely: Annotated[
+        bool, typer.Option("--likely", help="Add what is probable (0.5 and more) too, not only what is certain.")
+    ] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only show what would be added and removed.")] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
@@ -47,11 +50,11 @@ def improve(
     ] = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Add what is missing, step by step, then remove what is not needed.
+    """Add what is missing, step by step, then remove what was added and is not needed.
 
-    At a terminal and without --yes it shows the reason, the expected error and the look-alikes before each step, and
-    asks: yes, another effect, details, skip or quit. There it also writes DIR/view.html and DIR/report.pdf anew if the
-    model was changed.
+    Without questions only what is certain is added. At a terminal and without --yes it shows the reason, the expected
+    error and the look-alikes before each step, and asks: yes, another effect, details, skip or quit. There it also
+    writes DIR/view.html and DIR/report.pdf anew if the model was changed.
 
     Example: stiffcal improve demo --yes
     """
@@ -72,7 +75,7 @@ def improve(
             check_pages(folder, context)
         asks = sys.stdin.isatty() and not yes and not as_json
         ask = ImproveDialog(answer.notify) if asks else always
-        result = improve_campaign(folder, context, ask, dry_run, _step_shown(answer, at_terminal))
+        result = improve_campaign(folder, context, ask, dry_run, _step_shown(answer, at_terminal), likely or asks)
         answer.progress.above = None
         if at_terminal if report is None else report:
             result = with_pages(result, folder, context)

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stiffcal.cli.wording import deviation, length, places, share
+from stiffcal.cli.wording import deviation, places, share
+from stiffcal.wording import probability_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stiffcal.diagnosis.everywhere_results import EffectEverywhere
     from stiffcal.diagnosis.results import Finding, ProposedEffect
     from stiffcal.model.summary import EffectAt
     from stiffcal.workflow.improve import Decision, EffectProposal
@@ -101,25 +101,19 @@ def _proposal_lines(proposal: EffectProposal) -> list[str]:
         lines += [f"  reason: {reason}"] if reason else []
         before, after = deviation(finding.heldout_rms_before), deviation(finding.heldout_rms_after)
         lines.append(f"  expected error in held-out poses: {before} now, {after} with it{_explained(finding)}")
-    if proposal.effect is proposal.diagnosed.everywhere:
-        return [*lines, *_whole_lines(proposal.diagnosed.everywhere)]
-    alike = [_named(effect) for effect in getattr(proposal.effect, "alternatives", [])]
+    proposed = getattr(proposal.effect, "probability", None)
+    if proposed is not None:
+        certain = "certain" if getattr(proposal.effect, "firm", False) else "not certain"
+        lines.append(f"  probability: {probability_in_words(proposed)}, {certain}")
+    alike = [_alike(effect) for effect in getattr(proposal.effect, "alternatives", [])]
     lines.append(f"  look-alikes in these poses and loads: {', '.join(alike) or 'no other effect'}")
     return lines
 
 
-def _whole_lines(effect: EffectEverywhere) -> list[str]:
-    """Return what is known of an effect at all joints together: what it lowers, and that it is no cause."""
-    region, random = effect.heldout_region, effect.heldout_random
-    reason = (
-        "the error is unexplained, and no effect at one joint can be named; at all of these joints together this one "
-        f"lowers it. It is a better calibration with {effect.n_parameters} more parameters, not a cause"
-    )
-    return [
-        f"  reason: {reason}",
-        f"  expected mean distance in held-out regions: {length(region.before)} now, {length(region.after)} with it",
-        f"  in poses held out at random: {length(random.before)} now, {length(random.after)} with it",
-    ]
+def _alike(effect: EffectAt) -> str:
+    """Return a look-alike with its probability, where one is stated."""
+    p = getattr(effect, "probability", None)
+    return _named(effect) if p is None else f"{_named(effect)} {probability_in_words(p)}"
 
 
 def _explained(finding: Finding) -> str:
@@ -136,6 +130,9 @@ def _detail_lines(proposal: EffectProposal) -> list[str]:
     if finding.evidence is not None:
         parts = (finding.evidence.means, finding.evidence.check)  # what looks alike stands above
         lines += [f"  {text}" for text in parts if text]
+    p = getattr(finding, "probability", None)
+    if p is not None:
+        lines.append(f"  probability {probability_in_words(p)} next to all other explanations")
     if finding.confidence is not None:
         lines.append(f"  first in {share(finding.confidence)} of the resamplings of poses")
     return lines or ["  no further details"]

@@ -8,7 +8,7 @@ OPTIONS = {
     "identify": "--coupling --dual-quaternions --loss --no-update --store",
     "validate": "--model --no-update --store --thresholds",
     "diagnose": "--no-update --store",
-    "improve": "--dry-run --no-report --no-update --report --store --yes",
+    "improve": "--dry-run --likely --no-report --no-update --report --store --yes",
     "compare": "--no-update",
     "trend": "--max-change --no-update --output",
     "history": "--restore --store --yes",

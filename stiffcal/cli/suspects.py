@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.wording import places
+from stiffcal.wording import probability_in_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +20,10 @@ def show_suspects(
     """Draw each suspect: why, the likely cause and cure, and the lines to copy; and what was not checked."""
     for suspect in suspects or ():
         row = "" if suspect.row is None else f", row {suspect.row}"
-        console.print(f"suspect: run {suspect.run}{row}: {suspect.kind}: {suspect.why}", soft_wrap=True, markup=False)
+        p = suspect.probability
+        sure = "" if p is None else f" ({probability_in_words(p)})"
+        text = f"suspect: run {suspect.run}{row}{sure}: {suspect.kind}: {suspect.why}"
+        console.print(text, soft_wrap=True, markup=False)
         console.print(f"  likely: {suspect.likely}", soft_wrap=True, markup=False)
         if suspect.explained_by:
             effects = " and ".join(f"{effect.effect} ({places(effect.where)})" for effect in suspect.explained_by)

@@ -82,7 +82,7 @@ def evidence_for(
 
     Parameters
     ----------
-    scan : the scan of the model that holds the effects (`Search.final_scan`).
+    scan : the scan of the model that holds the effects.
     chosen : ``effect place-label`` of those to look at.
     catalogue : effects by name.
     kept_names : ``effect place-label`` that the model would hold in place of one that includes it.

@@ -21,6 +21,8 @@ from stiffcal.diagnosis.thresholds import (
     LOOK_ALIKE_SHARE,
     STANDARD_ERRORS,
 )
+from stiffcal.identification.document import finite
+from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.model.effect import ParameterRole
 
 
@@ -68,6 +70,13 @@ def f_tail(statistic: float, dof: float, denominator_dof: float) -> float:
     if not np.isfinite(denominator_dof):
         return float(chdtrc(dof, statistic * dof))
     return float(fdtrc(dof, denominator_dof, statistic))
+
+
+def against_noise(lack: LackOfFit | None) -> VarianceRatio | None:
+    """Return residuals against noise as a result; None where that is not known."""
+    if lack is None:
+        return None
+    return VarianceRatio(statistic=lack.statistic, dof=[lack.dof[0], finite(lack.dof[1])], p_value=lack.p_value)
 
 
 def lack_of_fit(fit: ModelFit, scan: Scan) -> LackOfFit | None:

@@ -7,17 +7,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.base_rows import BaseRows, in_order
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.drift import drift_of
 from stiffcal.diagnosis.folds import inner_outside
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
-from stiffcal.diagnosis.thresholds import LINGERING
 from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import amplitudes
 from stiffcal.identification.fit import Fit
@@ -63,34 +62,10 @@ class LoadScan(Scan):
         return inner_outside(np.column_stack([self.outside[:, :p][:, kept], target]), k)
 
     def drift(self) -> tuple[float, float, float]:
-        """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals.
-
-        Half the mean squared difference over the variance is 1 for independent readings, with variance 1/n (von
-        Neumann 1941; Young 1941). Readings next to each other may be correlated (air, filters of instruments), and
-        repeats a cycle later scatter by all of that noise. So readings a fifth of a run apart are compared, up to
-        `LINGERING` readings, and the variance allows for the correlation within that distance (Bartlett 1946:
-        1 + 2 Σ ρ²).
-        """
-        from scipy.special import ndtr
-
-        data = self.fit.data
-        white = self.space.rows(self._without_sag()[None]).reshape(len(data.measured), -1)
-        residual_dof = self.residual_dof
-        if residual_dof < 1 or not data.free_offset:
-            return 1.0, 1.0, 0.0
-        _, n_of_run = np.unique(data.run[data.carries_offset], return_counts=True)
-        lags = int(np.clip(np.median(n_of_run) // 5, 1, LINGERING))
-        halves = [_half_square(data.run, data.measured_mask, white, lag) for lag in range(1, lags + 1)]
-        (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / residual_dof
-        if n_pairs < 2 or far <= 0.0:
-            return 1.0, 1.0, 0.0
-        correlation = np.clip([1.0 - half / far for half, _ in halves], 0.0, 1.0)
-        n_independent = n_pairs / (1.0 + 2.0 * float(np.sum(correlation**2)))
-        return (
-            float(np.sqrt(whole / far)),
-            float(ndtr(-(1.0 - far / whole) * np.sqrt(n_independent))),
-            float(correlation[0]),
-        )
+        """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals."""
+        white = self.space.rows(self._without_sag()[None]).reshape(len(self.fit.data.measured), -1)
+        found = drift_of(self.fit.data, white, self.residual_dof)
+        return found.ratio, found.p_value, found.correlation[0]
 
     def _without_sag(self) -> Floats:
         """Return (m, n) the residual; where runs have a sag of their own, it and the model are fitted to them."""
@@ -106,16 +81,6 @@ class LoadScan(Scan):
     def release(self) -> None:
         """Let go of the model at rest."""
         self.source.release()
-
-
-def _half_square(
-    run: NDArray[np.int64], measured_mask: NDArray[np.bool_], white: Floats, lag: int
-) -> tuple[float, int]:
-    """Return half the mean squared difference of readings so many states apart in their runs, and of how many."""
-    measured_pairs = (run[lag:] == run[:-lag]) & measured_mask[:, lag:] & measured_mask[:, :-lag]
-    n_pairs = int(np.count_nonzero(measured_pairs))
-    total = float(np.sum(np.where(measured_pairs, white[:, lag:] - white[:, :-lag], 0.0) ** 2))
-    return total / (2.0 * max(n_pairs, 1)), n_pairs
 
 
 def fold_rows(data: Observations, fold: Integers) -> list[Integers]:

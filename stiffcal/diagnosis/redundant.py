@@ -1,4 +1,4 @@
-"""Effects that a model holds and does not need: of the present model, and of those that the search added."""
+"""Effects that a model of moving joints holds and does not need."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.judge import judge, reduction_between
 from stiffcal.diagnosis.search_context import SearchContext, without
-from stiffcal.diagnosis.search_results import F, MissingEffect, S
+from stiffcal.diagnosis.search_results import F, S
 from stiffcal.diagnosis.thresholds import LEAST_FALL, STANDARD_ERRORS
-from stiffcal.model.no_balance import NoBalanceError
 
 
 def redundant_effects(bench: SearchContext[S, F], fit: F, basic: Sequence[str]) -> list[Candidate]:
@@ -47,29 +46,3 @@ def redundant_effects(bench: SearchContext[S, F], fit: F, basic: Sequence[str]) 
             candidates.append(candidate)
             robot = reduced
     return candidates
-
-
-def without_redundant(
-    bench: SearchContext[S, F], scan: S, tried: tuple[MissingEffect, ...]
-) -> tuple[S, tuple[MissingEffect, ...]]:
-    """Drop what only made up for the form in which another law was added.
-
-    Parameters
-    ----------
-    bench : data, catalogue and settings.
-    scan : of the model with all that was tried.
-    tried : the effects that were added.
-    """
-    kept = list(tried)
-    for missing_effect in sorted(tried, key=lambda missing_effect: missing_effect.judgement.fall):
-        if not bench.in_other_form(scan.fit.robot, missing_effect.candidate):
-            continue
-        try:
-            look = bench.look(without(scan.fit.robot, missing_effect.candidate))
-        except NoBalanceError:
-            continue
-        rise, errors = reduction_between(look, scan)
-        if rise <= LEAST_FALL and errors <= STANDARD_ERRORS:
-            scan = look
-            kept.remove(missing_effect)
-    return scan, tuple(kept)

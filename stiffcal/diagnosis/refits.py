@@ -27,7 +27,6 @@ from stiffcal.validation.validate import rms_of
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.load_scan import LoadScan
-    from stiffcal.diagnosis.search_results import Search
 
 LEADING = 5
 """Candidates that are refitted even where they are rejected."""
@@ -74,20 +73,20 @@ class Refit:
     """
 
 
-def refits_of(search: Search, diagnosis: DiagnoseResult) -> Iterator[Refit]:
+def refits_of(scan: LoadScan, with_all: LoadScan | None, diagnosis: DiagnoseResult) -> Iterator[Refit]:
     """Refit the present model with each candidate not rejected, with all that is missing, and without each effect.
 
     Parameters
     ----------
-    search : that was made.
-    diagnosis : its result.
+    scan : of the present model.
+    with_all : of the model with all that is missing; None where nothing is.
+    diagnosis : what is missing.
 
     Yields
     ------
     Refit
         Linear about the present fit, as the ranking of candidates is; with all that is missing about its own fit.
     """
-    scan = search.first
     data = scan.fit.data
     leading = refitted_candidates(diagnosis)
     places = [(trial.candidate.effect.name, Where.of(trial.candidate.place)) for trial in scan.trials]
@@ -98,9 +97,9 @@ def refits_of(search: Search, diagnosis: DiagnoseResult) -> Iterator[Refit]:
         fold = scan.fold_of_state
     else:
         as_validated = partial(residual_without_folds, fold=fold)
-    if search.found:
-        residual = as_validated(search.final_scan, None)
-        yield Refit(refit_with_all(diagnosis, Rms.of(rms_of(residual, search.final.data))), residual)
+    if with_all is not None:
+        residual = as_validated(with_all, None)
+        yield Refit(refit_with_all(diagnosis, Rms.of(rms_of(residual, with_all.fit.data))), residual)
     for trial in (scan.trials[places.index(place)] for place in leading if place in places):
         residual = as_validated(scan, trial)
         candidate, rms = trial.candidate, Rms.of(rms_of(residual, data))

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from stiffcal.diagnosis.everywhere_results import EffectEverywhere
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated, ErrorInExperiment
 from stiffcal.diagnosis.pattern_results import CandidateParameter, CompliancePattern
 from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
@@ -25,6 +24,8 @@ class LookAlike(EffectAt):
 
     cosine: OrAbsent[float] = None
     """Of its displacements, as fitted, with those of the named effect, beyond what the model absorbs: 1 for equal."""
+    probability: OrAbsent[float] = None
+    """That it is this one, given that the named effect or one that looks the same is missing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +38,12 @@ class ProposedEffect:
     """Its place."""
     alternatives: list[LookAlike]
     """Those that look the same in these poses and loads, at most four."""
+    probability: OrAbsent[float] = None
+    """That it or one of those that look the same is missing; None of moving joints."""
+    member_probability: OrAbsent[float] = None
+    """That it is this one, given that it or one of those that look the same is missing."""
+    firm: OrAbsent[bool] = None
+    """Whether it is certain: both at least 0.95, also under other assumptions, and nothing is left unexplained."""
     form: OrAbsent[dict[str, float]] = None
     """Fitted values, SI, by symbol, of the form of the law that fits best, where `add` writes another by itself."""
     searched_in: OrAbsent[str] = None
@@ -54,7 +61,11 @@ class UndecidedEffect:
     where: Where
     """Its place."""
     share: Number
-    """Of all poses left out in turn (of all resamplings where no pose decides), how many in which it errs least."""
+    """Probability that it is this one, given that one of them is missing. Of moving joints: of all speeds left out in
+    turn (of all resamplings where none decides), how many in which it errs least.
+    """
+    probability: OrAbsent[float] = None
+    """The same number where it is a probability."""
     deciding_runs: list[str]
     """Runs without which it has less error than the effect that is named, by more than two standard errors."""
 
@@ -120,7 +131,9 @@ class Finding:
     heldout_rms_after_choosing: Rms | None
     """The same with the choice itself repeated without each pose; of the first alone."""
     confidence: Number
-    """Share of resamplings of the poses in which it ranks first."""
+    """Share of resamplings of moving joints' speeds in which it ranks first; null of load states."""
+    probability: OrAbsent[float] = None
+    """That it is there; None of moving joints."""
     parameters: list[CandidateParameter]
     """First estimates, from one linear step with it; `before_after` has the refitted values of what is missing."""
     alternatives: list[EffectAt]
@@ -133,6 +146,32 @@ class Finding:
     """The verdict's reason, in words."""
     evidence: Annotated[Explanation | None, NOT_PROMISED] = None
     """The same in parts; null for what is rejected."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnknownLaw:
+    """A law that is none of the catalogue's effects, and is probably missing."""
+
+    follows: str
+    """What it follows."""
+    where: Where
+    """The joint or link at which it acts; empty for the set-up."""
+    of: str
+    """The same in words."""
+    probability: float
+    """That it is there."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExcludedSizeAt:
+    """How large something at a place would have been found in nine campaigns of ten like this one."""
+
+    where: Where
+    """The joint or link; empty for the set-up."""
+    of: str
+    """The same in words."""
+    size_m: Number
+    """m, rms of the tool's displacement by it; null where nothing there shows in these poses and loads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,7 +306,17 @@ class DiagnoseResult(CommandResult):
     lack_of_fit: VarianceRatio | None
     """What is left against what repeats scatter."""
     missing: list[ProposedEffect]
-    """Effects to add, in order; empty where ``undecided`` is not."""
+    """Effects to add, in order."""
+    p_nothing: OrAbsent[float] = None
+    """Probability that nothing is missing that shows more than half of the noise; None of moving joints."""
+    p_unknown: OrAbsent[float] = None
+    """Probability that something is missing that is none of the catalogue's effects; None of moving joints."""
+    unknown: OrAbsent[list[UnknownLaw]] = None
+    """Laws that nobody has written down, most probable first."""
+    excluded_sizes: OrAbsent[list[ExcludedSizeAt]] = None
+    """What could not be excluded, place by place, where nothing is found."""
+    in_model: OrAbsent[list[ProposedEffect]] = None
+    """Effects that the model holds beyond its springs, each with its probability and those that look the same."""
     contradicted: Annotated[list[ContradictedSetting], NOT_PROMISED] = field(default_factory=list)
     """What model.toml sets and the data contradict; ``missing`` is the answer without these settings."""
     undecided: Annotated[list[UndecidedEffect], NOT_PROMISED] = field(default_factory=list)
@@ -285,10 +334,6 @@ class DiagnoseResult(CommandResult):
     """What the unexplained error follows, most first."""
     wrong_geometry: Annotated[OrAbsent[WrongGeometry], NOT_PROMISED] = None
     """Where absolute poses contradict the robot file: nothing is named that its errors explain."""
-    everywhere: Annotated[OrAbsent[EffectEverywhere], NOT_PROMISED] = None
-    """Where nothing is named and the error of absolute poses is unexplained: one effect that at all joints together
-    lowers it in poses left out. ``improve`` adds it; the model stays unexplained.
-    """
     pattern: Annotated[CompliancePattern | None, NOT_PROMISED] = None
     """Whose compliance varies with what, where something is left that nothing accounts for; null where none does."""
     explained_by_missing: Annotated[Number, KeyIf("has_searched"), NOT_PROMISED] = None

@@ -10,14 +10,15 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import choice_without_each_group
-from stiffcal.diagnosis.document import against_noise, proposed
 from stiffcal.diagnosis.folds import FoldProducts
-from stiffcal.diagnosis.judge import rms_reduction
+from stiffcal.diagnosis.judge import against_noise, rms_reduction
 from stiffcal.diagnosis.ranking import effect_at, ranked_findings
 from stiffcal.diagnosis.results import (
     DiagnoseResult,
     Explanation,
     Finding,
+    LookAlike,
+    ProposedEffect,
     SearchPace,
     UndecidedEffect,
     UntestableEffect,
@@ -26,12 +27,13 @@ from stiffcal.diagnosis.row_context import RowSearchContext
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.scoring import score_variants
-from stiffcal.diagnosis.search_results import SearchOf
+from stiffcal.diagnosis.search_results import MissingEffect, SearchOf
 from stiffcal.diagnosis.thresholds import LEAST_FOLDS, LOOK_ALIKE_ERRORS, LOOK_ALIKE_SHARE
 from stiffcal.diagnosis.words import candidate_in_words, place_in_words, values_in_words
 from stiffcal.experiments.row_search import RowFit, RowProblem
 from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
 from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import Where
 
 RowSearch = SearchOf[RowScan, RowFit]
 
@@ -62,7 +64,7 @@ def row_diagnosis(context: RowSearchContext, search: RowSearch) -> DiagnoseResul
         noise=noise,
         rms=before,
         lack_of_fit=against_noise(search.before),
-        missing=[proposed(missing) for missing in search.found],
+        missing=[_proposed(missing) for missing in search.found],
         undecided=[
             UndecidedEffect(
                 effect=effect_at(rival.candidate).effect,
@@ -99,6 +101,16 @@ def row_diagnosis(context: RowSearchContext, search: RowSearch) -> DiagnoseResul
         fit_id="",
         key="",
     )
+
+
+def _proposed(missing: MissingEffect) -> ProposedEffect:
+    """Return an effect to add."""
+    at = effect_at(missing.candidate)
+    alternatives = [
+        LookAlike(effect=candidate.effect.name, where=Where.of(candidate.place), cosine=cosine)
+        for candidate, cosine in zip(missing.alternatives, missing.cosines, strict=True)
+    ]
+    return ProposedEffect(effect=at.effect, where=at.where, alternatives=alternatives)
 
 
 def too_few_folds(problem: RowProblem, fit: RowFit) -> DiagnoseResult | None:

@@ -8,74 +8,34 @@ the best in that last look is its look-alike.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.choosing import confidence
 from stiffcal.diagnosis.decision import decide
 from stiffcal.diagnosis.deletions import rivals_without_a_pose, too_many_alike
 from stiffcal.diagnosis.explained import explained_share
 from stiffcal.diagnosis.judge import LackOfFit, judge, judge_choice, lack_of_fit, possible_values
-from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.diagnosis.naming import look_alikes, near_best, ties_with_named
-from stiffcal.diagnosis.own_weights import with_alike_in_own_weights
 from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.redundant import without_redundant
-from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.diagnosis.scan import Scan, Trial, score_together
 from stiffcal.diagnosis.search_context import NoBalanceWithError, SearchContext, without
-from stiffcal.diagnosis.search_results import F, MissingEffect, S, Search, SearchOf
+from stiffcal.diagnosis.search_results import F, MissingEffect, S, SearchOf
 from stiffcal.diagnosis.sufficient import sufficient_alone
 from stiffcal.diagnosis.thresholds import (
-    LEAST_EXPLAINED,
+    EVIDENCE_TIE,
     LEAST_FALL,
     MOST_EFFECTS,
     MOST_FOR_TWO,
 )
-from stiffcal.diagnosis.together import better_set, no_less_likely, with_sets_alike
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.identify import Problem, Settings, fit_problem, without_noise_dominated
-from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Effect
 from stiffcal.model.no_balance import NoBalanceError
-
-
-def search_missing(
-    states: LoadStates,
-    robot: CompliantRobot,
-    catalogue: Mapping[str, Effect],
-    settings: Settings | None = None,
-    progress: Progress = no_progress,
-    problem: Problem | None = None,
-    n_searches: int = 1,
-) -> Search:
-    """Find which effects the model lacks.
-
-    Parameters
-    ----------
-    states : the campaign's load states.
-    robot : the present model, with or without values.
-    catalogue : effects by name.
-    settings : how fits are made.
-    progress : receives a description of each step.
-    problem : prepared observations, where they are at hand.
-    n_searches : how many searches of the campaign there are, this among them, that share nothing.
-
-    Raises
-    ------
-    InputError : the data hold no more readings than the model has values.
-    """
-    problem = problem or fit_problem(states, robot)
-    settings = settings or Settings()
-    if states.clamped.any():
-        # joints that were not driven turn with the driven one's reading by what bends the chain: within its noise
-        settings = without_noise_dominated(problem, robot, settings)
-    bench = LoadSearchContext(states, problem, catalogue, settings, n_searches)
-    return search_in(bench, robot, progress)
 
 
 def search_in(bench: SearchContext[S, F], robot: CompliantRobot, progress: Progress = no_progress) -> SearchOf[S, F]:
@@ -147,23 +107,6 @@ def _judged(
     )
     if simpler is not None:
         scan, tried = _reconsider(bench, first, *simpler, progress)
-    scan, tried = _sets_that_win(bench, first, scan, tried, progress)
-    looks = [bench.look(_reduced(bench, first, scan.fit.robot, missing_effect.candidate)) for missing_effect in tried]
-    pairs = zip(looks, tried, strict=True)
-    return scan, tuple(with_sets_alike(look, with_alike_in_own_weights(bench, look, scan, one)) for look, one in pairs)
-
-
-def _sets_that_win(
-    bench: SearchContext[S, F], first: S, scan: S, tried: tuple[MissingEffect, ...], progress: Progress
-) -> tuple[S, tuple[MissingEffect, ...]]:
-    """Name like effects at neighbouring joints in place of one effect that errs clearly more than they together."""
-    for missing_effect in tried:
-        look = bench.look(_reduced(bench, first, scan.fit.robot, missing_effect.candidate))
-        members = better_set(look, missing_effect.candidate)
-        if members:
-            chosen = [one.candidate for one in tried if one is not missing_effect]
-            chosen += [member.candidate for member in members]
-            return _reconsider(bench, first, bench.look_with(look.fit.robot, *members), chosen, progress)
     return scan, tried
 
 
@@ -245,7 +188,7 @@ def _reconsider(
         changed = False
         for number, candidate in enumerate(list(chosen)):
             progress(f"is {candidate.name} still needed?", 0.6 + 0.05 * number)
-            look = bench.look(_reduced(bench, first, scan.fit.robot, candidate))
+            look = bench.look(_reduced(first, scan.fit.robot, candidate))
             missing_effect = _supported_effect(look, candidate)
             if candidate.effect.name in bench.basic:
                 missing_effect = _basic_effect(look, candidate)
@@ -255,7 +198,7 @@ def _reconsider(
             changed = True
             chosen.remove(candidate)
             tried.pop(candidate.name, None)
-            scan = bench.in_best_form(look)
+            scan = look
             if missing_effect is not None:
                 trial = next(t for t in look.trials if t.candidate.name == missing_effect.candidate.name)
                 scan = bench.look_with(look.fit.robot, trial)
@@ -263,16 +206,14 @@ def _reconsider(
                 tried[missing_effect.candidate.name] = missing_effect
         if not changed:
             break
-    found = tuple(tried[candidate.name] for candidate in chosen if candidate.name in tried)
-    return without_redundant(bench, scan, found)
+    return scan, tuple(tried[candidate.name] for candidate in chosen if candidate.name in tried)
 
 
-def _reduced(bench: SearchContext[S, F], first: S, robot: CompliantRobot, *candidates: Candidate) -> CompliantRobot:
-    """Return a model without some effects, the other laws in forms to which candidates can be added."""
-    present = first.fit.robot
+def _reduced(first: S, robot: CompliantRobot, *candidates: Candidate) -> CompliantRobot:
+    """Return a model without some effects."""
     for candidate in candidates:
-        robot = without(robot, candidate, present)
-    return bench.in_added_form(robot, present)
+        robot = without(robot, candidate, first.fit.robot)
+    return robot
 
 
 def one_for_two(
@@ -286,7 +227,7 @@ def one_for_two(
     for pair in combinations([candidate for candidate in chosen if candidate.effect.name not in bench.basic], 2):
         progress(f"is one effect enough for {pair[0].name} and {pair[1].name}?", 0.8)
         try:
-            look, left = bench.look(_reduced(bench, first, scan.fit.robot, *pair)), MOST_FOR_TWO
+            look, left = bench.look(_reduced(first, scan.fit.robot, *pair)), MOST_FOR_TWO
         except NoBalanceError:
             continue
         names = {candidate.name for candidate in pair}
@@ -311,56 +252,44 @@ def one_for_two(
     return None
 
 
+def no_less_likely(scan: Scan, one: Trial, members: Sequence[Trial]) -> bool:
+    """Return whether one effect errs least often enough, against several together, to take their place.
+
+    Where poses are drawn anew it must come first at least half as often as they do, as a simpler effect that is named.
+    Of one that is not a candidate next to the others, because a law includes it, nothing is known: then it is.
+    """
+    if len(members) < 2:
+        return True
+    candidate = Candidate(members[0].candidate.effect, members[0].candidate.place, 0)
+    several = replace(members[0], candidate=candidate, score=score_together(scan, members))
+    share = confidence(scan, among=[one, several])
+    return share[one.candidate.name] >= EVIDENCE_TIE * share[several.candidate.name]
+
+
 def _error(scan: Scan, trial: Trial | None = None) -> float:
     """Return the held-out error over the noise, of the scan's model or of that model with a candidate."""
     score = scan.base if trial is None else trial.score
     return float(np.sqrt(np.sum(score.heldout) / scan.dof))
 
 
-def _form_to_add(
-    bench: SearchContext[S, F], first: S, robot: CompliantRobot, candidate: Candidate, n_effects: int
-) -> tuple[tuple[str, float], ...]:
-    """Return symbols and values of the form in which an effect is added to the present model.
-
-    Values of a model with all that is missing are no start for a fit with this effect alone: a curve that makes room
-    for other laws may turn over within the loads, and the fit not come back from there.
-
-    Parameters
-    ----------
-    first : look at the present model. robot : the model with all ``n_effects`` that are missing.
-    """
-    form = bench.form_of(robot, candidate)
-    return (bench.form_alone(first, candidate) or form) if form and n_effects > 1 else form
-
-
 def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[MissingEffect, ...]) -> SearchOf[S, F]:
     present, fit = bench.fit_of(first), bench.fit_of(scan)
-    bench.release()
     _, not_tried = bench.candidates(present.robot)
     # What matters most is named first: the order of finding is that of falls against a poorer model.
-    tried = tuple(
-        replace(missing_effect, form=_form_to_add(bench, first, fit.robot, missing_effect.candidate, len(tried)))
-        for missing_effect in sorted(tried, key=lambda missing_effect: -missing_effect.judgement.fall)
-    )
+    tried = tuple(sorted(tried, key=lambda missing_effect: -missing_effect.judgement.fall))
     after = lack_of_fit(fit, scan)
-    own = lack_of_fit(present, first)
-    before = None if own is None else bench.in_units_of(fit, present, own)
+    before = lack_of_fit(present, first)
     explained = explained_share(first, scan, before, after)
     # What is left without structure is noise, more of it than stated: it is not avoidable, and no part of the share.
-    noise_understated = after is not None and not after.adequate and _mere_noise(bench, scan, after, bool(tried))
+    noise_understated = after is not None and not after.adequate and _mere_noise(bench, scan, after)
     partly_explained = bool(tried) and after is not None and not noise_understated and not explained.whole
     # Where no noise is known, only a structure of what is left shows that something is.
     structured = after is None and bool(bench.follows(scan))
     unexplained = structured or partly_explained or (after is not None and not after.adequate and not noise_understated)
-    geometry = bench.wrong_geometry(first)
-    # No effect is named in place of an error of a robot file that absolute places contradict.
-    mimicked = bool(tried) and geometry is not None and geometry.explains >= LEAST_EXPLAINED
-    many_laws = bench.mimics_anything([missing_effect.candidate for missing_effect in tried])
-    unexplained = unexplained or mimicked or many_laws
-    withheld = mimicked or many_laws or (unexplained and explained.too_little)
+    withheld = unexplained and explained.too_little
     supported = () if withheld else tried
     decision = decide(supported)
-    could_be = sufficient_alone(first) if unexplained and not supported and not mimicked else ()
+    could_be = sufficient_alone(first) if unexplained and not supported else ()
     return SearchOf(
         first,
         decision.named,
@@ -376,18 +305,10 @@ def _conclude(bench: SearchContext[S, F], first: S, scan: S, tried: tuple[Missin
         decision.undecided,
         decision.undecided_next,
         could_be=could_be,
-        wrong_geometry=geometry,
-        many_laws=many_laws,
     )
 
 
-def _mere_noise(bench: SearchContext[S, F], scan: S, after: LackOfFit, has_found: bool) -> bool:
-    """Return whether what is left above a noise that was only stated is no structure, but more noise than stated.
-
-    Of readings without repeats (`SearchContext.most_understated` is finite) it is not where effects were found: what a
-    wrong effect leaves of an error looks like noise to the others.
-    """
+def _mere_noise(bench: SearchContext[S, F], scan: S, after: LackOfFit) -> bool:
+    """Return whether what is left above a noise that was only stated is no structure, but more noise than stated."""
     noise = scan.fit.noise
-    if noise is None or noise.source != "manifest" or (has_found and np.isfinite(bench.most_understated)):
-        return False
-    return after.ratio <= bench.most_understated and not after.drifts and not bench.follows(scan)
+    return noise is not None and noise.source == "manifest" and not after.drifts and not bench.follows(scan)

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic
 
-import numpy as np
-
 from stiffcal.diagnosis.candidates import Candidate, impossible_configuration
-from stiffcal.diagnosis.judge import LackOfFit, fitted_values
+from stiffcal.diagnosis.judge import fitted_values
 from stiffcal.diagnosis.results import ResidualDependence, UntestableEffect
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.diagnosis.search_results import F, Pace, S
-from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole
 from stiffcal.model.no_balance import NoBalanceError
@@ -67,28 +64,10 @@ class SearchContext(ABC, Generic[S, F]):
     def follows(self, scan: S) -> list[ResidualDependence]:
         """Return what the residual of a scan's model follows, largest share first."""
 
-    @property
-    def most_understated(self) -> float:
-        """By what factor noise that was only stated can be larger, where what is left follows nothing."""
-        return np.inf
-
-    def mimics_anything(self, candidates: Iterable[Candidate]) -> bool:
-        """Return whether effects together have so many different laws that they explain any error of these data."""
-        return False
-
-    def wrong_geometry(self, scan: S) -> WrongGeometry | None:
-        """Return how wrong the robot's geometry is, where these data contradict it."""
-        return None
-
-    def in_units_of(self, final: F, present: F, own: LackOfFit) -> LackOfFit:
-        """Return the present model's residuals against the noise as the final model estimates it."""
-        return own
-
     def look(self, robot: CompliantRobot) -> S:
         """Fit a model and try every candidate as an addition to it."""
         key = _key_of(robot)
         if key not in self.looks:
-            self.release()
             fit = self.fit(robot)
             listed, _ = self.candidates(fit.robot)
             candidates = [candidate for candidate in listed if candidate.name not in self.without_balance]
@@ -139,42 +118,6 @@ class SearchContext(ABC, Generic[S, F]):
             left = tuple(trial for trial in scan.trials if trial.candidate.name != name)
             share = sum(trial.n_variants for trial in left) / max(sum(trial.n_variants for trial in scan.trials), 1)
             self.looks[key] = replace(scan, trials=left, n_tried=max(round(scan.n_tried * share), 1))
-
-    def in_best_form(self, scan: S) -> S:
-        """Return the look at the same laws, each in the form that errs least in what is left out."""
-        return scan
-
-    def in_added_form(self, robot: CompliantRobot, present: CompliantRobot) -> CompliantRobot:
-        """Return a model with laws in the form that is added to others, where the search replaced it.
-
-        Parameters
-        ----------
-        robot : the model.
-        present : the model that was there before the search.
-        """
-        return robot
-
-    def in_other_form(self, robot: CompliantRobot, candidate: Candidate) -> bool:
-        """Return whether another law at the candidate's place is not in the form in which it is added."""
-        return False
-
-    def form_of(self, robot: CompliantRobot, candidate: Candidate) -> tuple[tuple[str, float], ...]:
-        """Return symbols and values of the form that an effect has in a model; empty where it is the catalogue's."""
-        return ()
-
-    def form_alone(self, first: S, candidate: Candidate) -> tuple[tuple[str, float], ...]:
-        """Return symbols and values from which a fit starts where a candidate alone is added, in its replaced form.
-
-        Parameters
-        ----------
-        first : look at the present model. candidate : an effect that the search added in another form of its law.
-        """
-        return ()
-
-    def release(self) -> None:
-        """Let go of the models at rest of all looks so far."""
-        for scan in self.looks.values():
-            scan.release()
 
     def pace(self) -> Pace:
         """Return the number of fits tried so far, and their rate."""

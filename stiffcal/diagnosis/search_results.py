@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Generic, TypeAlias, TypeVar
+from typing import Generic, TypeVar
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.deletions import Rival
 from stiffcal.diagnosis.explained import Explained
 from stiffcal.diagnosis.judge import Judgement, LackOfFit
-from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.scan import ModelFit, Scan
-from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
-from stiffcal.identification.fit import Fit
 
 
 @dataclass(frozen=True)
@@ -28,8 +25,6 @@ class MissingEffect:
     """How sure."""
     rivals: tuple[Rival, ...] = ()
     """Candidates, itself among them, between which single poses decide; empty where none does."""
-    form: tuple[tuple[str, float], ...] = ()
-    """Symbols and values of the form of the law that fits best; empty where it is the catalogue's."""
     cosines: tuple[float, ...] = ()
     """Of each alternative: the cosine of its displacements, as fitted, with the effect's own, beyond what the model
     absorbs (`naming.displacement_cosine`).
@@ -72,22 +67,12 @@ class SearchOf(Generic[S, F]):
     """Candidates for the effect that matters most, where single poses decide between them or too many look alike."""
     undecided_next: tuple[Rival, ...] = ()
     """The same for a lesser effect: it stays open until those that are named are in the model."""
-    contradicted: tuple[ContradictedSetting, ...] = ()
-    """What the model file sets and the data contradict; the search is without these settings."""
     could_be: tuple[Candidate, ...] = ()
     """Where nothing is named and something is left: effects of which each alone fits all poses down to noise, while the
     poses are too few to judge any of them in one left out.
     """
-    wrong_geometry: WrongGeometry | None = None
-    """How wrong the robot file is, where absolute places contradict it."""
     without_balance: bool = False
     """Effects were found without one of which the robot has no equilibrium: whether each is needed cannot be judged."""
-    many_laws: bool = False
-    """``tried`` has so many different laws that it would explain any error: none of them is named."""
-
-
-Search: TypeAlias = SearchOf[LoadScan, Fit]
-"""Of load states."""
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ class SettingKind(Enum):
     FIXED = "fixed parameter"
     BALANCE = "first-order balance"
     FRAME = "given frame"
+    TOOL = "tool not stated"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,14 +32,14 @@ class ContradictedSetting:
     """Its estimate where it is free, in the same unit; null for a frame."""
     free_std: Number
     """Standard uncertainty of that."""
-    standard_errors: float
-    """By how many standard errors over poses the error in poses left out falls."""
+    probability: float
+    """That the setting is wrong."""
     heldout_rms_before: Rms
-    """In poses left out of the fit, with the setting."""
+    """In poses left out of the fit, with all settings as they are."""
     heldout_rms_after: Rms
-    """The same without it."""
+    """The same without those that are contradicted, and with what is missing."""
     alternatives: list[EffectAt]
-    """Effects that these data cannot distinguish from a wrong frame; empty for other settings."""
+    """Effects that these data cannot distinguish from a wrong setting."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,9 +7,6 @@ ADEQUATE_RATIO = 1.05
 # The lack of fit must be as sure as this before something is called missing on its ground alone: with one campaign in
 # a hundred judged wrongly the rest of the two per cent allowed for false alarms is left to the candidates.
 LACK_OF_FIT_P = 0.005
-# An instrument is rarely worse than stated by more than this factor: of places measured once each, which show no
-# repeats, what is left beyond it is no noise.
-MOST_UNDERSTATED = 2.0
 # A candidate is supported where the held-out error falls by more than this share of the noise … (section 5.3)
 LEAST_FALL = 0.01
 # … and by more than this many standard errors over poses …
@@ -55,10 +52,6 @@ LEAST_EXPLAINED_LIMIT = 0.6
 # Avoidable squares, in units of the noise's, above which the share itself decides; below, where noise makes the share
 # itself uncertain, only resampling does.
 SHARE_DECIDES = 1.0
-# Of places measured once each, a set of more different laws than are asked for, or of more than one general law, mimics
-# whatever moves the robot: its values fit the poses, and say nothing of those left out.
-MOST_LAWS = 3
-MOST_GENERAL_LAWS = 1
 # How many effects are looked for, one after another: three are asked for, one more shows that nothing is left.
 MOST_EFFECTS = 5
 # Effects that are tried in place of two with the whole catalogue next to them, best first: where so many as good as the
@@ -80,8 +73,6 @@ LINGERING = 8
 # Correlation of successive residuals beyond which this is reported: uncertainties are then too small by a fifth or
 # more.
 REPORTED_LINGERING = 0.2
-# For so many look-alikes of the first missing effect a measurement is looked for that separates them.
-PAIRS_PLANNED = 3
 # What of a simpler effect's unit columns may be left after projecting out those of one that holds it as a special
 # case: one percent.
 # The deformed robot's levers differ by less (a joint's whole compliance and the bending of the link behind it: 0.4 %).

@@ -71,6 +71,8 @@ class _LeftOver:
     """(n,) True for states that are off, or of runs that are: they follow no model."""
     tail: Tail
     """How single readings scatter."""
+    independent: float
+    """What a square is worth next to those before it in its run."""
 
     @classmethod
     def of(cls, judged: Judged) -> _LeftOver:
@@ -87,15 +89,15 @@ class _LeftOver:
         tail = max(tails, key=lambda one: tails[one])
         square = left**2 * tail.weights(left**2 / np.maximum(free, 1e-300), readings.kind)
         shape = data.measured.shape
-        return cls(square.reshape(shape), free.reshape(shape), data.run, off, tail)
+        return cls(square.reshape(shape), free.reshape(shape), data.run, off, tail, judged.drift.independent)
 
     def against_noise(self, judged: Judged) -> Iterator[Check]:
         """Give the checks by kind of reading."""
         noise = judged.fit.noise
         if noise is None:
             return
-        dof = judged.ground.noise.known or self.tail.worth_plain * noise.dof
-        worth = self.tail.worth
+        dof = judged.ground.noise.known or self.independent * self.tail.worth_plain * noise.dof
+        worth = self.independent * self.tail.worth
         for kind, rows in ((CheckKind.TRANSLATION, slice(0, 3)), (CheckKind.ROTATION, slice(3, 6))):
             expected = float(self.expected[rows][:, ~self.off].sum())
             if expected > 1.0:
@@ -112,7 +114,7 @@ class _LeftOver:
             return
         others = expected.sum() - expected
         ratios = [squares[k] / expected[k] * others[k] / (squares.sum() - squares[k]) for k in tried]
-        worth = self.tail.worth
+        worth = self.independent * self.tail.worth
         chances = [
             f_tail(ratio, worth * expected[k], worth * others[k]) for ratio, k in zip(ratios, tried, strict=True)
         ]

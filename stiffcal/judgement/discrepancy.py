@@ -16,6 +16,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.projection import Projection
+from stiffcal.judgement.decomposition import thin_svd
 from stiffcal.judgement.priors import DISCREPANCIES, LOUDER, RUN_SIZES
 
 WAVES = 20
@@ -89,7 +90,7 @@ class Discrepancy:
             states = np.flatnonzero(group == number)
             place = (np.arange(m)[:, None] * n + states).ravel()
             own = rows[:, :, states].reshape(len(stack), -1).T
-            basis, values, _ = np.linalg.svd(own, full_matrices=False)
+            basis, values, _ = thin_svd(own)
             kept = values**2 > LEAST * max(float(values.max(initial=0.0)) ** 2, 1e-300)
             parts.append((place, basis[:, kept]))
             variances.append(values[kept] ** 2)
@@ -231,7 +232,7 @@ def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Ite
         walk = walks[run][1]
         loads = answer / np.maximum(np.linalg.norm(answer, axis=0), 1e-300)
         # of a long run the walk's first waves alone, next to all that it can answer; a short one moves in any way
-        basis, size, _ = np.linalg.svd(walk - loads @ (loads.T @ walk), full_matrices=False)
+        basis, size, _ = thin_svd(walk - loads @ (loads.T @ walk))
         moved = np.column_stack([answer, (basis * size)[:, size > LEAST * walk.max(initial=0.0)]])[:, :MOST_OF_RUN]
         if moved.any():
             moved = np.column_stack([moved, _beyond(flat[:, place].T, moved)])
@@ -248,7 +249,7 @@ def _beyond(shared: Floats, moved: Floats) -> Floats:
     size = float(np.linalg.norm(moved))
     basis, _ = np.linalg.qr(moved)
     left = shared * size / np.maximum(np.linalg.norm(shared, axis=0), 1e-300)
-    axes, values, _ = np.linalg.svd(left - basis @ (basis.T @ left), full_matrices=False)
+    axes, values, _ = thin_svd(left - basis @ (basis.T @ left))
     return np.asarray((axes * values)[:, values * RUN_SIZES[-1] > size])
 
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -45,12 +45,19 @@ class MemberColumns:
     """Probability that one of the coefficients stands alone, each alike; else they have a common size."""
     present: Floats = field(default_factory=lambda: np.zeros(0))
     """(q,) coefficients that the model about which this is has already; empty: none."""
+    any_of_them: bool = False
+    """Whether coefficients that do not stand alone are any of them, as of a frame that is off along some of its axes;
+    else all.
+    """
 
     @cached_property
     def patterns(self) -> Floats:
-        """(g, q) which coefficients there are: all of them, then each alone."""
+        """(g, q) which coefficients there are: several (all, or any two and more), then each alone."""
         count = len(self.rows)
-        return np.concatenate([np.ones((1, count)), np.eye(count if self.alone else 0, count)])
+        several = np.ones((1, count))
+        if self.any_of_them:
+            several = np.array([row for row in product((1.0, 0.0), repeat=count) if sum(row) > 1.0])
+        return np.concatenate([several, np.eye(count if self.alone else 0, count)])
 
     @cached_property
     def scales(self) -> Floats:
@@ -60,9 +67,10 @@ class MemberColumns:
     @cached_property
     def log_weights(self) -> Floats:
         """(g · s,) logarithms of their probabilities."""
-        count = len(self.patterns) - 1
-        share = np.full(count + 1, self.alone / max(count, 1))
-        share[0] = 1.0 - self.alone * bool(count)
+        n_alone = len(self.rows) if self.alone else 0
+        n_several = len(self.patterns) - n_alone
+        share = np.full(len(self.patterns), self.alone / max(n_alone, 1))
+        share[:n_several] = (1.0 - self.alone * bool(n_alone)) / n_several
         return np.asarray(np.log(share[:, None] * self.weights / self.weights.sum()).ravel())
 
 

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.drift import Drift, drift_of
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
+from stiffcal.diagnosis.held_to_places import ReferencePlaces
+from stiffcal.diagnosis.suspects.influence import most_suspects
+from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.identification.noise import Noise
@@ -19,7 +25,9 @@ from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.weights import residual_noise
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
 from stiffcal.judgement.evidence import NoiseScale
+from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_symbol
 from stiffcal.judgement.ground import Ground, columns_of
+from stiffcal.judgement.lasting_errors import lasting_errors
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.priors import (
     ALONE,
@@ -33,10 +41,11 @@ from stiffcal.judgement.priors import (
     RobotScale,
     log_odds_of_doubt,
 )
+from stiffcal.judgement.reference_places import with_reference_places
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off, off_mask, rows_off
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
-from stiffcal.judgement.settings_off import settings_off
+from stiffcal.judgement.settings_off import GivenSettings, changed_model, freed
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
 from stiffcal.judgement.weight import WeightOfLinks, shown
@@ -48,6 +57,8 @@ from stiffcal.model.no_balance import NoBalanceError
 
 ROUNDS = 6
 """Models about which the members are compared, at most."""
+INSTEAD = 4.0
+"""Nats behind the best set up to which an effect explains what is off nearly as well."""
 SET_ASIDE = 0.5
 """Probability of being off from which on a run takes no part."""
 
@@ -68,8 +79,12 @@ class Judged:
     """… and the set of them, with the unlisted laws of the best set."""
     rounds: int
     """Models about which members were compared."""
+    model: frozenset[str] = frozenset()
+    """Names of the effects of the model under test."""
     aside: Mapping[Off, float] = field(default_factory=dict)
     """Runs and states that took no part, as they are off, with the probability of that about the last model."""
+    explained: Mapping[Off, tuple[str, ...]] = field(default_factory=dict)
+    """Of these the effects that explained them nearly as well before they were set aside."""
 
     @property
     def louder(self) -> float:
@@ -88,6 +103,13 @@ class Judged:
             for parameter in self.fit.parameters
             if (parameter.effect, parameter.place) in own
         )
+
+    @cached_property
+    def drift(self) -> Drift:
+        """What the best model leaves in the course of runs."""
+        ground = self.ground
+        white = ground.white.reshape(ground.space.data.measured.shape)
+        return drift_of(ground.space.data, white, ground.noise.dof)
 
     @property
     def members(self) -> Sequence[Member]:
@@ -111,7 +133,12 @@ class Judged:
 
 
 def judge_states(
-    states: LoadStates, robot: CompliantRobot, catalogue: Mapping[str, Effect], settings: Settings | None = None
+    states: LoadStates,
+    robot: CompliantRobot,
+    catalogue: Mapping[str, Effect],
+    settings: Settings | None = None,
+    progress: Progress = no_progress,
+    doubt: bool = True,
 ) -> Judged:
     """Compare all sets of members that are worth it.
 
@@ -120,33 +147,64 @@ def judge_states(
     states : the campaign's load states.
     robot : the present model, with or without values.
     catalogue : effects by name.
+    settings : how fits are made.
+    progress : receives a description of each step.
+    doubt : whether runs and single readings may be off.
+
+    Raises
+    ------
+    InputError : the data hold no more readings than the model has values.
     """
     settings = settings or Settings()
     fit = fit_observations(fit_problem(states, robot), robot, settings)
-    campaign = _Campaign.of(states, robot, fit, catalogue, settings)
-    chosen = frozenset(_name_of(placed) for placed in fit.robot.placed if _is_member(placed))
+    campaign = _Campaign.of(states, robot, fit, catalogue, settings, doubt)
+    model = chosen = frozenset(_name_of(placed) for placed in fit.robot.placed if _is_member(placed))
     aside = frozenset[Off]()
-    tried = {(chosen, aside)}
+    present = [placed for placed in fit.robot.placed if _is_member(placed)]
+    explained = dict[Off, tuple[str, ...]]()
+    tried = {(_orders((_name_of(one), one.effect, one.values) for one in present), aside)}
     for number in range(1, ROUNDS + 1):
-        judged = campaign.judged(fit, chosen, number)
+        progress(f"comparing every effect at every place, model {number}", 0.05 + 0.1 * number)
+        judged = replace(campaign.judged(fit, chosen, number), model=model)
         effects, without = _next_model(judged, aside)
-        if (_names(effects), without) in tried:
+        if (_model_of(effects), without) in tried:
             judged = campaign.with_rivals(judged, aside)
             effects, without = _next_model(judged, aside)
-        if (_names(effects), without) in tried:
+        if (_model_of(effects), without) in tried:
             judged = replace(judged, aside=campaign.asked_again(judged, aside))
             without = frozenset(off for off, p in judged.aside.items() if p >= SET_ASIDE)
-        if (_names(effects), without) in tried:
+        if (_model_of(effects), without) in tried:
             break
+        explained |= {off: _instead_of(off, judged.weighed) for off in without - aside}
         try:
             fit = campaign.fit(effects, without)
         except (NoBalanceError, ArithmeticError):
-            break
+            # a law without which, or with which, the robot has no equilibrium explains nothing
+            new = _names(effects) - chosen
+            if not new:
+                break
+            campaign = campaign.without(new)
+            judged = replace(campaign.judged(fit, chosen, number), model=model)
+            continue
         if without != aside:
-            campaign = _Campaign.of(states, robot, fit, catalogue, settings)
+            campaign = _Campaign.of(states, robot, fit, catalogue, settings, doubt)
         chosen, aside = _names(effects), without
-        tried.add((chosen, aside))
-    return judged
+        tried.add((_model_of(effects), aside))
+    return replace(judged, explained=explained)
+
+
+def _instead_of(off: Off, weighed: WeighedSets) -> tuple[str, ...]:
+    """Return effects of which sets nearly as probable as the best have one in place of what is off."""
+    members, best = weighed.members, set(weighed.best)
+    top = weighed.log[weighed.best]
+    names = {
+        members[i].name: value
+        for key, value in sorted(weighed.log.items(), key=lambda item: item[1])
+        if value > top - INSTEAD and not any(off in members[i].off for i in key)
+        for i in key
+        if i not in best and members[i].kind is MemberKind.EFFECT
+    }
+    return tuple(sorted(names, key=lambda name: -names[name]))
 
 
 def _next_model(judged: Judged, aside: frozenset[Off]) -> tuple[list[Member], frozenset[Off]]:
@@ -156,8 +214,26 @@ def _next_model(judged: Judged, aside: frozenset[Off]) -> tuple[list[Member], fr
     it is set aside first, and effects are compared anew.
     """
     off = {off for one in judged.best for off in one.off}
-    effects = [one for one in judged.best if one.kind is MemberKind.EFFECT and (not off or one.name in judged.chosen)]
+    effects = [
+        one
+        for one in judged.best
+        if one.kind is MemberKind.SETTING or (one.kind is MemberKind.EFFECT and (not off or one.name in judged.chosen))
+    ]
     return effects, aside | off
+
+
+def _model_of(members: Sequence[Member]) -> frozenset[str]:
+    """Return what distinguishes a model: its effects, those of their shapes that no fit changes, changed settings."""
+    effects = _orders((one.name, one.candidate.effect, one.shape) for one in members if one.candidate is not None)
+    return effects | {one.name for one in members if one.setting is not None}
+
+
+def _orders(effects: Iterable[tuple[str, Effect, Mapping[str, float]]]) -> frozenset[str]:
+    """Return names of effects with their discrete shapes: orders, states at which something begins."""
+    return frozenset(
+        " ".join((name, *(f"{values[spec.symbol]:g}" for spec in effect.parameters if spec.discrete)))
+        for name, effect, values in effects
+    )
 
 
 def _names(members: Sequence[Member]) -> frozenset[str]:
@@ -172,6 +248,13 @@ def _is_member(placed: PlacedEffect) -> bool:
 
 def _name_of(placed: PlacedEffect) -> str:
     return f"{placed.effect.name} {placed.place.label}"
+
+
+def _nothing_left(dof: int, n_parameters: int) -> InputError:
+    """Return the fault where the model's own values use up all readings: no residual could show an effect."""
+    reason = f"{max(dof, 0)} readings for {n_parameters} parameters of the model"
+    mend = "measure more poses or loads, or remove effects from model.toml: there are no degrees of freedom left"
+    return InputError.at(FaultCode.DATA_MISSING, "campaign.toml", "runs", reason, mend)
 
 
 def _noise_of(fit: Fit) -> Noise:
@@ -201,6 +284,12 @@ class _Campaign:
     """What the links weigh beyond what is stated."""
     settings: Settings
     """How fits are made."""
+    given: GivenSettings
+    """What model file and manifest set."""
+    places: ReferencePlaces | None
+    """Absolute places of reference states; None where there are none."""
+    doubt: bool
+    """Whether runs and single readings may be off."""
 
     @classmethod
     def of(
@@ -210,24 +299,44 @@ class _Campaign:
         fit: Fit,
         catalogue: Mapping[str, Effect],
         settings: Settings,
+        doubt: bool,
     ) -> _Campaign:
         """Prepare, with the fit of a model: the robot is as large and as loaded as in the runs that took part in it."""
         springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not _is_member(placed)))
         candidates, _ = list_candidates(springs, states, catalogue)
         scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, fit.data).loads)
         geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
-        return cls(states, model, fit.data, springs, candidates, scale, geometry, weight, settings)
+        given = GivenSettings.of(model, settings.fixed, fit.data)
+        places = ReferencePlaces.of(states, fit)
+        return cls(
+            states, model, fit.data, springs, candidates, scale, geometry, weight, settings, given, places, doubt
+        )
+
+    def without(self, names: frozenset[str]) -> _Campaign:
+        """Return it without some effects."""
+        return replace(self, candidates=[one for one in self.candidates if one.name not in names])
+
+    @property
+    def most_off(self) -> int:
+        """How many mistakes of runs are possible next to those that are set aside, of which two may be one exchange."""
+        of_states, of_data = len(np.unique(self.states.run)), len(np.unique(self.data.run))
+        return max(most_suspects(of_states) - (of_states - of_data + 1) // 2, 0)
 
     def fit(self, chosen: Sequence[Member], aside: frozenset[Off]) -> Fit:
         """Return the fit of the model with some effects; runs that are off take no part."""
-        added = tuple(
-            PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape))
-            for one in chosen
-            if one.candidate is not None
-        )
-        robot = replace(self.springs, placed=(*self.springs.placed, *added))
+        robot = self.springs
+        for one in chosen:
+            if one.candidate is not None:
+                robot = replaced(robot, PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape)))
         kept = ~off_mask(self.states.run, np.arange(len(self.states)), aside) if aside else None
-        return fit_observations(fit_problem(self.states, self.model, kept), robot, self.settings)
+        problem = fit_problem(self.states, self.model, kept)
+        changed = tuple(one.setting for one in chosen if one.setting is not None)
+        settings = replace(self.settings, fixed=self.settings.fixed - freed(changed))
+
+        def refit(robot: CompliantRobot) -> Fit:
+            return fit_observations(problem, robot, settings)
+
+        return in_best_form(self.states, refit(changed_model(robot, changed, self.given)), refit)
 
     def with_rivals(self, judged: Judged, aside: frozenset[Off]) -> Judged:
         """Return a judgement with the nearest rivals of its set refitted, what is off left out."""
@@ -238,6 +347,7 @@ class _Campaign:
             self.scale,
             lambda members: self.fit(members, aside),
             lambda rival: self.ground(rival, noise, self.data),
+            self.given,
         )
         return replace(judged, weighed=weighed)
 
@@ -279,10 +389,17 @@ class _Campaign:
         # who states a tool has not forgotten it: what its link lacks is then a law like those of the others
         of_tool = None if self.data.setup.tool_mass else weights.pop(self.springs.chain.link_names[-1], None)
         laws = [*unlisted_laws(ground.state), *(UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items())]
-        settings = settings_off(ground, fit, of_tool, self.scale)
-        members = list_members(ground, self.candidates, self.scale, laws, settings)
-        start = tuple(i for i, one in enumerate(members) if one.name in chosen and len(one.columns.present))
-        weighed = search_sets(members, ground.evidence([one.columns for one in members]), start)
+        given = replace(self.given, of_tool=of_tool)
+        members = list_members(ground, self.candidates, self.scale, laws, given, self.doubt)
+        start = tuple(
+            i
+            for i, one in enumerate(members)
+            if len(one.columns.present) and (one.name in chosen or one.setting is not None)
+        )
+        evidence = ground.evidence([one.columns for one in members])
+        if self.places is not None:
+            members = with_reference_places(members, evidence, ground, self.places, self.scale)
+        weighed = search_sets(members, evidence, start, self.most_off)
         unlisted = [i for i in weighed.best if members[i].kind is MemberKind.UNLISTED]
         own = tuple(sorted({*start, *unlisted}))
         weighed.weigh(own)
@@ -299,13 +416,22 @@ class _Campaign:
         about = fit.linearised(noise, state, data)
         own = [(placed.effect.name, placed.place) for placed in self.springs.placed]
         present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
-        common = [k for k, column in enumerate(about.columns) if fit.robot.placed[column.placed] not in present]
+        common = [
+            k
+            for k, column in enumerate(about.columns)
+            for placed in (fit.robot.placed[column.placed],)
+            if (placed not in present or column.symbol == spring_symbol(placed))
+            and placed.parameter_name(column.symbol) not in self.given.fixed
+        ]
         columns, prior = about.derivative[common], _prior_of(about.prior, common)
         nuisance = []
         if self.geometry is not None and data is self.data:
             nuisance.append(self.geometry.directions(about.space, columns))
         if not fit.robot.chain.masses_known and data is self.data:
             nuisance.append(shown(self.weight.unknown(self.scale), about.space))
+        lasting = lasting_errors(state, noise)
+        if len(lasting):
+            nuisance.append(shown(lasting, about.space))
         p, q = len(columns), sum(len(part) for part in nuisance)
         columns = np.concatenate([columns, *nuisance])
         prior = np.insert(prior, [p] * q, 0.0, axis=1)
@@ -313,13 +439,16 @@ class _Campaign:
         derivative: dict[tuple[str, Place], dict[str, Floats]] = defaultdict(dict)
         for column, change in zip(about.columns, about.derivative, strict=True):
             placed = fit.robot.placed[column.placed]
-            if placed in present and column.role is not ParameterRole.NONLINEAR:
+            of_curve = is_whole(placed) and column.symbol != spring_symbol(placed)
+            if placed in present and (of_curve or column.role is not ParameterRole.NONLINEAR):
                 derivative[placed.effect.name, placed.place][column.symbol] = change
         space = about.space
         stated = fit.noise is not None and fit.noise.source == "manifest"
+        if about.dof <= len(common):
+            raise _nothing_left(about.dof, len(common))
         scale = NoiseScale(float(about.dof - len(common)), STATED_NOISE_DOF if stated else 0.0)
         of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
-        louder = LouderRun.of(space, space.rows(about.residual[None])[0])
+        louder = LouderRun.of(space, space.rows(about.residual[None])[0]) if self.doubt else None
         kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_loads, OF_LOADS), (of_time, OF_TIME)]
         if louder is not None:
             kinds.append((louder, DOUBTED_RUN))

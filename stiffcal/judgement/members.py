@@ -5,13 +5,15 @@ Each with its whitened columns about one robot at rest, in units of the size tha
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.setting_results import SettingKind
+from stiffcal.diagnosis.suspects.influence import most_suspects
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.exchanged import Exchange, ExchangedPart, exchanges
 from stiffcal.judgement.ground import Ground, columns_of
@@ -26,10 +28,13 @@ from stiffcal.judgement.priors import (
     where,
 )
 from stiffcal.judgement.rows_off import Off, rows_off
-from stiffcal.judgement.settings_off import SettingOff
-from stiffcal.judgement.shapes import shapes_of
+from stiffcal.judgement.settings_off import GivenSettings, SettingOff, setting_columns
+from stiffcal.judgement.shapes import in_other_form, present_as, shapes_of
 from stiffcal.judgement.unlisted import UnlistedLaw
 from stiffcal.judgement.within_run import InRun, mistakes_in_runs
+
+RUNS_KEPT = 8
+"""Runs that may be off and are compared with all else: those that explain most by being so."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ class Member:
     candidate: Candidate | None
     """The effect; None of a law that nobody has written down."""
     shape: Mapping[str, float]
-    """Values of its shape parameters."""
+    """Values of its shape parameters, or all values of a form that the catalogue does not add by itself."""
     log_share: float
     """Logarithm of the share that the shape and those that read alike have of all shapes, before any reading."""
     columns: MemberColumns
@@ -53,6 +58,8 @@ class Member:
 
     off: tuple[Off, ...] = ()
     """Runs and states that are off or exchanged."""
+    setting: SettingOff | None = None
+    """The setting that is wrong."""
 
     @property
     def kind(self) -> MemberKind:
@@ -65,9 +72,16 @@ def list_members(
     candidates: Sequence[Candidate],
     scale: RobotScale,
     unlisted: Sequence[UnlistedLaw],
-    settings: Iterable[SettingOff],
+    given: GivenSettings,
+    doubt: bool = True,
 ) -> list[Member]:
-    """Return all members about a model, listed ones in the shapes that the readings do not rule out."""
+    """Return all members about a model, listed ones in the shapes that the readings do not rule out.
+
+    Parameters
+    ----------
+    given : settings of model file and manifest.
+    doubt : whether runs and single readings may be off.
+    """
     found: list[Member] = []
     # in an order of their own: which sets are weighed must not hang on the order of a catalogue
     for candidate in sorted(candidates, key=lambda one: one.name):
@@ -80,20 +94,30 @@ def list_members(
             candidate.place.kind != "setup",
         )
         for regressor, log_share in shapes_of(ground, candidate, scale):
+            placed = present_as(ground, candidate)
+            whole = placed is not None and in_other_form(candidate, placed)
+            shape = dict(placed.values) if placed is not None and whole else dict(regressor.shape)
+            as_tried = replace(candidate, effect=regressor.effect)
             columns = columns_of(ground, regressor, scale)
-            found.append(Member(candidate.name, share, candidate, dict(regressor.shape), log_share, columns))
+            found.append(Member(candidate.name, share, as_tried, shape, log_share, columns))
     for law in unlisted:
         columns = unlisted_columns(ground, law.columns)
         if not columns.rows.any():
             continue
         share = Share(law.place, law.follows, MemberKind.UNLISTED, True)
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
-    found += [Member(one.name, one.share, None, {}, 0.0, one.columns) for one in settings if one.columns.rows.any()]
-    for run, rows in ground.runs_off():
-        found.append(_run_off(run, rows))
-    found += [_row_off(off, rows) for off, rows in rows_off(ground)]
-    found += [_exchanged(ground, one) for one in exchanges(ground)]
-    found += [_in_run(one) for one in mistakes_in_runs(ground)]
+    for setting in given.listed():
+        changes = setting_columns(ground, setting, given, scale)
+        if changes is not None:
+            kind = MemberKind.SETUP if setting.kind is SettingKind.TOOL else MemberKind.SETTING
+            share = Share("settings", setting.label, kind, False)
+            found.append(Member(setting.label, share, None, {}, 0.0, changes, setting=setting))
+    if doubt:
+        found += [_row_off(off, rows) for off, rows in rows_off(ground)]
+    if doubt and most_suspects(len(np.unique(ground.space.data.run))):
+        found += [_run_off(run, rows) for run, rows in _furthest(ground)]
+        found += [_exchanged(ground, one) for one in exchanges(ground)]
+        found += [_in_run(one) for one in mistakes_in_runs(ground)]
     names = {member.name: member.share for member in found}
     odds = dict(zip(names, log_odds(list(names.values())), strict=True))
     return [replace(one, log_prior=float(odds[one.name]) + one.log_share) for one in found]
@@ -117,6 +141,23 @@ def off_columns(rows: Floats, alone: float = 0.0) -> MemberColumns:
     """
     even = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES))
     return MemberColumns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even, alone if len(rows) > 1 else 0.0)
+
+
+def _furthest(ground: Ground) -> list[tuple[int, Floats]]:
+    """Return the runs that are off most, with their columns as `Ground.runs_off` gives them.
+
+    Of the others none is more probable than before: what they could explain is less.
+    """
+    gains, kept = list[float](), list[tuple[int, Floats]]()
+    for run, rows in ground.runs_off():
+        basis, _ = np.linalg.qr(rows.T)
+        gains.append(float(np.sum((ground.white @ basis) ** 2)) - len(rows))
+        kept.append((run, rows))
+        if len(kept) > 2 * RUNS_KEPT:
+            best = np.argsort(-np.array(gains), kind="stable")[:RUNS_KEPT]
+            gains, kept = [gains[k] for k in best], [kept[k] for k in best]
+    best = np.argsort(-np.array(gains), kind="stable")[:RUNS_KEPT]
+    return sorted((kept[k] for k in best), key=lambda one: one[0])
 
 
 def _run_off(run: int, rows: Floats) -> Member:

@@ -22,6 +22,8 @@ from stiffcal.model.effect import Effect, NodeLoads, Place
 JOINT_SPRING = "joint-compliance"
 COMMON = frozenset({JOINT_SPRING, "frame", "link-geometry", "joint-offset"})
 """Effects that every hypothesis has where the model has them: springs, frames and geometry that are asked for."""
+SPRING = 0.5
+"""Probability that a joint gives whose spring the model lacks."""
 EXPECTED_EFFECTS = 0.8
 """Effects beyond the present model that are expected in all."""
 UNLISTED = 0.25
@@ -44,7 +46,7 @@ TOOL_SIZES = np.geomspace(0.02, 1.0, 5)
 LEVER_OF_TOOL = 0.1
 """… and how far from the flange its centre lies, m."""
 CONTRADICTED = 0.05
-"""Probability that one of the settings is contradicted: a parameter that is held, the first-order balance."""
+"""Probability that a setting is contradicted: a parameter that is held, the first-order balance, a given frame."""
 DOUBTED_RUN = 0.01
 """Probability that a run is off: mislabelled, knocked, in another unit …"""
 DOUBTED_ROW = 0.001
@@ -67,6 +69,9 @@ TYPICAL_COMPLIANCE = 2e-6
 """rad/(N·m), the joint compliance of the robots whose effects the catalogue calls typical …"""
 TYPICAL_TORQUE = 1e3
 """… and the torque, N·m, that their joints carry."""
+
+BEND = 0.2
+"""Share of a spring's angle by which its curve bends at the largest torque: the catalogue's quadratic term at these."""
 
 _OF_SETUP = {
     "base-compliance": "base", "tool-compliance": "tool", "fixture-compliance": "tool", "thermal-drift": "time",
@@ -145,6 +150,9 @@ def _of_laws(shares: Sequence[Share]) -> Floats:
     per_place = EXPECTED_EFFECTS / max(len(places), 1)
     odds = []
     for share in shares:
+        if (share.family, share.kind) == (JOINT_SPRING, MemberKind.EFFECT):
+            odds.append(_log_odds(SPRING))
+            continue
         own = families[share.place, share.kind]
         part = UNLISTED if share.kind is MemberKind.UNLISTED else 1.0 - UNLISTED
         if (share.place, MemberKind.UNLISTED) not in families:
@@ -187,6 +195,10 @@ class RobotScale:
     def typical(self, effect: Effect, place: Place, symbol: str) -> float:
         """Return the typical size of an amplitude on this robot, in its own unit (rigidities: of the inverse)."""
         spec = effect.spec(symbol)
+        if spec.unit.startswith("N·m/rad") and spec.unit[-1] in "²³":
+            order = {"²": 2, "³": 3}[spec.unit[-1]]
+            torque = float(self.torque[place.joints[0] - 1]) * TYPICAL_TORQUE
+            return float(BEND / (self.compliance * TYPICAL_COMPLIANCE) ** order / torque ** (order - 1))
         size = abs(spec.amplitude_of(spec.typical)) or 1.0
         unit = spec.unit
         if "N" not in unit or unit.startswith("N/") or unit == "N·m":

@@ -16,6 +16,7 @@ from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.sets import Key
+from stiffcal.judgement.settings_off import SettingOff
 
 T = TypeVar("T")
 
@@ -43,6 +44,32 @@ class AlikeEffects:
     """Name and probability of each, given that one of the group is missing; largest first."""
     firm: bool
     """Whether the first of them is named without doubt."""
+    size: float
+    """Rms over all readings of what its leading effect makes in the best set, in noises."""
+
+
+@dataclass(frozen=True)
+class WrongSetting:
+    """A setting that is probably wrong."""
+
+    setting: SettingOff
+    """Which."""
+    probability: float
+    """That it is wrong."""
+    alike: tuple[str, ...]
+    """Names of effects that make what it makes."""
+
+
+@dataclass(frozen=True)
+class UnlistedFound:
+    """A law that nobody has written down, and is probably there."""
+
+    place: str
+    """As `Share.place`."""
+    follows: str
+    """What it follows."""
+    probability: float
+    """That it is there."""
 
 
 @dataclass(frozen=True)
@@ -59,14 +86,22 @@ class WhatIsMissing:
     """Probability of laws that nobody has written down, a discrepancy of the poses that shows among them."""
     checks: tuple[Check, ...]
     """Of the best set."""
-    contradicted: tuple[tuple[str, float], ...] = ()
-    """Mistakes in the set-up and settings that the readings contradict, by name, with a probability of a half and
-    more."""
+    probability: Mapping[str, float]
+    """Of each effect at its place, by ``effect place``, that it is there."""
+    settings: tuple[WrongSetting, ...]
+    """Settings that are wrong, with a probability of a half and more."""
+    unlisted: tuple[UnlistedFound, ...]
+    """Laws that nobody has written down with a probability of `DOUBT` and more, the most probable first."""
 
     @property
     def failed(self) -> tuple[Check, ...]:
         """The checks that the best set does not pass."""
         return tuple(check for check in self.checks if check.failed)
+
+    @property
+    def adequate(self) -> bool:
+        """Whether what is left by the model under test is noise: nothing shows more than half of it."""
+        return self.p_nothing >= FIRM and not self.failed
 
     @property
     def unexplained(self) -> bool:
@@ -110,16 +145,23 @@ def read_off(judged: Judged) -> WhatIsMissing:
             firm = all(_sure(first, own, others, one, names) >= STILL_FIRM for one in every)
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: -item[1])
-        groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm))
+        groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm, _size_of(judged, leader, sets, names)))
     off = _sums({key: frozenset(one for i in key for one in members[i].off) for key in sets}, sets)
     of_poses = weighed.of_discrepancy()[1 : 1 + 2 * len(DISCREPANCIES)]
-    shows = float(np.sum(of_poses.reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS]))
-    small = sum(value for key, value in sets.items() if not key or (value > 1e-4 and _size(judged, key) < SHOWS))
+    of_loads, of_time = of_poses.reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS].sum(axis=1)
+    # a wander that has died away within some readings is noise that lingers (air, a filter)
+    shows = float(of_loads + (of_time if judged.drift.drifts else 0.0))
+    model = _present(judged, names)
+    small = sum(value for key, value in sets.items() if value > 1e-4 and _change(judged, key, model) < SHOWS)
+    laws = _sums(
+        {key: frozenset(members[i].name for i in key if members[i].kind is MemberKind.UNLISTED) for key in sets}, sets
+    )
+    wrong = _sums({key: frozenset(one for i in key if (one := members[i].setting) is not None) for key in sets}, sets)
+    share_of = {one.name: one.share for one in members}
+    probable = sorted((item for item in laws.items() if item[1] >= DOUBT), key=lambda item: -item[1])
     off |= judged.aside
     if judged.ground.louder is not None:
         off[Off(judged.ground.louder.run)] += judged.louder
-    settings = {one.name for one in members if one.kind in (MemberKind.SETUP, MemberKind.SETTING)}
-    contradicted = _sums({key: names[key] & settings for key in sets}, sets)
     doubted = tuple((one, min(p, 1.0)) for one, p in sorted(off.items(), key=str) if p >= NAMED)
     return WhatIsMissing(
         tuple(groups),
@@ -127,7 +169,13 @@ def read_off(judged: Judged) -> WhatIsMissing:
         float(max(small * (1.0 - shows), 0.0)),
         float(1.0 - (1.0 - unlisted) * (1.0 - shows)),
         checks,
-        tuple((name, min(p, 1.0)) for name, p in sorted(contradicted.items()) if p >= NAMED),
+        {name: min(p, 1.0) for name, p in included.items()},
+        tuple(
+            WrongSetting(one, min(p, 1.0), tuple(sorted(_alike(judged, one.label, sets, names) & listed)))
+            for one, p in sorted(wrong.items(), key=lambda item: -item[1])
+            if p >= NAMED
+        ),
+        tuple(UnlistedFound(share_of[name].place, share_of[name].family, min(p, 1.0)) for name, p in probable),
     )
 
 
@@ -221,9 +269,40 @@ def _unlisted_in_place(judged: Judged, leader: str, sets: dict[Key, float], name
     return max((p for i, p in probable.items() if p >= DOUBT and _share(judged, signal, i) >= SHARED), default=0.0)
 
 
-def _size(judged: Judged, key: Key) -> float:
-    """Return the rms over all readings of what a set makes, in noises."""
+def _size_of(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key, frozenset[str]]) -> float:
+    """Return the rms over all readings of what a member makes in the most probable set with it, in noises."""
+    evidence = judged.weighed.evidence
+    key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
+    number = next(i for i in key if judged.members[i].name == leader)
+    best, own, coefficients = _signal(judged, key, number)
+    return _rms(judged, evidence.inner.gram[best][np.ix_(own, own)], coefficients)
+
+
+def _present(judged: Judged, names: Mapping[Key, frozenset[str]]) -> Key:
+    """Return the set of the effects that the model under test has, in the shapes that are best for it."""
+    own = [key for key in names if names[key] == judged.model]
+    if own:
+        return max(own, key=lambda key: judged.weighed.log[key])
+    best = judged.weighed.log
+    alone: dict[str, int] = {}
+    for number, one in enumerate(judged.members):
+        if one.name in judged.model and (one.name not in alone or best[(number,)] > best[(alone[one.name],)]):
+            alone[one.name] = number
+    return tuple(sorted(alone.values()))
+
+
+def _change(judged: Judged, key: Key, model: Key) -> float:
+    """Return the rms over all readings by which two sets differ, in noises."""
     evidence = judged.weighed.evidence
     best, where, solution = evidence.coefficients(key)
-    square = float(solution @ evidence.inner.gram[best][np.ix_(where, where)] @ solution)
-    return float(np.sqrt(square / evidence.noise.dof))
+    _, other, less = evidence.coefficients(model)
+    both = np.union1d(where, other)
+    change = np.zeros(len(both))
+    change[np.searchsorted(both, where)] += solution
+    change[np.searchsorted(both, other)] -= less
+    return _rms(judged, evidence.inner.gram[best][np.ix_(both, both)], change)
+
+
+def _rms(judged: Judged, gram: Floats, coefficients: Floats) -> float:
+    square = float(coefficients @ gram @ coefficients)
+    return float(np.sqrt(max(square, 0.0) / judged.weighed.evidence.noise.dof))

@@ -16,6 +16,7 @@ from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.members import Member
 from stiffcal.judgement.priors import MemberKind, RobotScale
 from stiffcal.judgement.sets import Key, WeighedSets
+from stiffcal.judgement.settings_off import GivenSettings, setting_columns
 from stiffcal.model.no_balance import NoBalanceError
 
 NEAR = 25.0
@@ -50,6 +51,7 @@ def with_rivals_refitted(
     scale: RobotScale,
     fitted: Callable[[list[Member]], Fit],
     ground_of: Callable[[Fit], Ground],
+    given: GivenSettings,
 ) -> WeighedSets:
     """Return the sets with what the nearest rivals gain about fits of their own.
 
@@ -62,13 +64,14 @@ def with_rivals_refitted(
     scale : of the robot.
     fitted : fits the model with some members, runs that are off left out.
     ground_of : returns what members are compared about, with the noise of the best set carried through its own model.
+    given : settings of model file and manifest.
     """
     gains = dict[Rival, float]()
     for old, other in rivals_of(weighed, own):
         key = tuple(sorted({*own} - {old} | ({other} if other is not None else set())))
         try:
             fit = fitted([weighed.members[i] for i in key])
-            gains[old, other] = _about_its_own(weighed, key, ground_of(fit), scale) - weighed.log[key]
+            gains[old, other] = _about_its_own(weighed, key, ground_of(fit), scale, given) - weighed.log[key]
         except (NoBalanceError, ArithmeticError, np.linalg.LinAlgError):
             continue
     changed = {key: _gain_of(key, gains) for key in weighed.log}
@@ -88,7 +91,7 @@ def _gain_of(key: Key, gains: Mapping[Rival, float]) -> float:
     return total
 
 
-def _about_its_own(weighed: WeighedSets, key: Key, ground: Ground, scale: RobotScale) -> float:
+def _about_its_own(weighed: WeighedSets, key: Key, ground: Ground, scale: RobotScale, given: GivenSettings) -> float:
     """Return the log weight of a set about its own fit."""
     placed = {f"{one.effect.name} {one.place.label}": one for one in ground.present}
     columns = []
@@ -98,6 +101,8 @@ def _about_its_own(weighed: WeighedSets, key: Key, ground: Ground, scale: RobotS
             one = placed[member.name]
             regressor = ground.state.regressor(one.effect, one.place, one.shape())
             columns.append(columns_of(ground, regressor, scale))
+        elif member.setting is not None:
+            columns.append(setting_columns(ground, member.setting, given, scale) or member.columns)
         else:
             columns.append(member.columns)
     prior = sum(weighed.members[i].log_prior for i in key)

@@ -103,13 +103,20 @@ def _together(one: Member, other: Member) -> bool:
     return not (a.name in (*b.excludes, *b.includes) or b.name in (*a.excludes, *a.includes))
 
 
-def search_sets(members: Sequence[Member], evidence: SetEvidence, present: Key = ()) -> WeighedSets:
+def search_sets(
+    members: Sequence[Member],
+    evidence: SetEvidence,
+    present: Key = (),
+    most_off: int = MOST_NEW[MemberKind.MISTAKE],
+) -> WeighedSets:
     """Weigh the empty set, all single members, and sets about the best ones.
 
     Parameters
     ----------
     present : members that the model about which columns are has already: of others a set has `MOST_NEW` at most.
+    most_off : mistakes of runs in a set: most runs have to agree.
     """
+    most = {**MOST_NEW, MemberKind.MISTAKE: min(most_off, MOST_NEW[MemberKind.MISTAKE])}
     found = WeighedSets(members, evidence)
     found.weigh(())
     for number in range(len(members)):
@@ -120,7 +127,7 @@ def search_sets(members: Sequence[Member], evidence: SetEvidence, present: Key =
     expanded: set[Key] = {()}
     while len(expanded) < MOST_EXPANDED and (key := _next(found, expanded)) is not None:
         expanded.add(key)
-        able = [i for i in range(len(members)) if i not in key and _room(found, i, key, present)]
+        able = [i for i in range(len(members)) if i not in key and _room(found, i, key, present, most)]
         for number in _most_promising(found, key, able):
             found.weigh((*key, number))
     return found
@@ -140,11 +147,11 @@ def _next(found: WeighedSets, expanded: set[Key]) -> Key | None:
     return max(near, key=lambda k: found.log[k]) if near else None
 
 
-def _room(found: WeighedSets, number: int, key: Key, present: Key) -> bool:
+def _room(found: WeighedSets, number: int, key: Key, present: Key, most: Mapping[MemberKind, int]) -> bool:
     """Return whether a set may have one member more."""
     kind = found.members[number].kind
     new = sum(found.members[i].kind is kind for i in key if i not in present)
-    return new < MOST_NEW[kind] and found.may_join(number, key)
+    return new < most[kind] and found.may_join(number, key)
 
 
 def _most_promising(found: WeighedSets, key: Key, able: Sequence[int]) -> list[int]:

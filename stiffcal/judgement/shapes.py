@@ -38,7 +38,9 @@ Shaped = tuple[Regressor, float]
 
 def shapes_of(ground: Ground, candidate: Candidate, scale: RobotScale) -> list[Shaped]:
     """Return an effect in its best shapes: next to what the model has, and in place of what it has there."""
-    placed = _present(ground, candidate)
+    placed = present_as(ground, candidate)
+    if placed is not None and in_other_form(candidate, placed):
+        return [(ground.state.regressor(placed.effect, placed.place, placed.shape()), 0.0)]
     if is_slip(candidate.effect):
         return _steps(ground, candidate, placed)
     tried = [one for one in variants(candidate, ground.state, ALL_SHAPES) if len(one.symbols) or one.fixed.any()]
@@ -50,13 +52,25 @@ def shapes_of(ground: Ground, candidate: Candidate, scale: RobotScale) -> list[S
     found: dict[tuple[float, ...], Shaped] = {}
     for residual in _residuals(ground, candidate, placed, scale):
         best, share = _best_shape(ground, tried, residual, scale, own)
-        key = tuple(best.shape.values())
-        # next to what explains all, every shape reads alike; in its place fewer do
-        found[key] = best, min(share, found.get(key, (best, 0.0))[1])
+        shaped = [(best, share)]
+        if own is not None and _continuous(candidate.effect) is None:
+            # a fit does not change an order: the best in place of the model's is another member
+            shaped.append(_best_shape(ground, tried, residual, scale, None))
+        for best, share in shaped:
+            key = tuple(best.shape.values())
+            # next to what explains all, every shape reads alike; in its place fewer do
+            found[key] = best, min(share, found.get(key, (best, 0.0))[1])
     return list(found.values())
 
 
-def _present(ground: Ground, candidate: Candidate) -> PlacedEffect | None:
+def in_other_form(candidate: Candidate, placed: PlacedEffect) -> bool:
+    """Return whether a model has an effect in a form that is none of those in which it is tried."""
+    forms = candidate.forms or (candidate.effect,)
+    return not any(placed.effect.parameters == form.parameters for form in forms)
+
+
+def present_as(ground: Ground, candidate: Candidate) -> PlacedEffect | None:
+    """Return an effect as the model has it at its place; None where it does not."""
     for placed in ground.present:
         if (placed.effect.name, placed.place) == (candidate.effect.name, candidate.place):
             return placed

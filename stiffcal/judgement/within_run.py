@@ -13,6 +13,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.slips import best_slip
+from stiffcal.judgement.decomposition import thin_svd
 from stiffcal.judgement.ground import Ground
 
 KEPT = 2
@@ -108,6 +109,6 @@ def _moved_for_a_while(ground: Ground) -> Iterator[InRun]:
 
 def _independent(rows: Floats, count: int) -> Floats:
     """Return directions (d, r) of rows that are not made of each other, together of rms one over so many readings."""
-    _, size, axes = np.linalg.svd(rows, full_matrices=False)
+    _, size, axes = thin_svd(rows)
     kept = (axes * size[:, None])[size > 1e-6 * max(float(size.max(initial=0.0)), 1e-300)]
     return np.asarray(kept * np.sqrt(count / max(float(np.sum(kept**2)), 1e-300)))

@@ -285,6 +285,7 @@ def _finding(finding: Finding) -> dict[str, str | float | None]:
         "place": place_label(finding.where),
         "verdict": finding.verdict,
         "explains": finding.explains,
+        "probability": finding.probability,
         "confidence": finding.confidence,
         "p_value": finding.p_value,
         "size_m": finding.size_m,
@@ -302,7 +303,8 @@ def _candidates(effects: Sequence[EffectAt]) -> str:
 
 
 def _look_alike(effect: LookAlike) -> str:
-    alike = "" if effect.cosine is None else f" ({effect.cosine:.3f})"
+    sure = effect.cosine if effect.probability is None else effect.probability
+    alike = "" if sure is None else f" ({sure:.3f})"
     return f"{effect.effect} {place_label(effect.where)}{alike}"
 
 

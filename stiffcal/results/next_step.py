@@ -79,7 +79,7 @@ def _is_called_for(step: Step, standing: Standing) -> bool:
         case Step.DIAGNOSE:
             return diagnosis is None and not is_within_noise(standing.heldout_rms, standing.noise)
         case Step.IMPROVE:
-            return diagnosis is not None and bool(diagnosis.missing or diagnosis.everywhere is not None)
+            return diagnosis is not None and bool(diagnosis.missing)
         case Step.NEW_EFFECT:
             return standing.untested is not None
         case Step.REPORT | Step.VIEW | Step.EXPORT:

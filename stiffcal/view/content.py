@@ -155,8 +155,8 @@ class ViewCandidate:
     """``effect place``."""
     standing: CandidateStanding
     """What the diagnosis says of it."""
-    first_in: float | None
-    """Share of resamplings in which it comes first; None where that is not known."""
+    sure: str
+    """How sure the diagnosis is of it, in words; "" where it does not say."""
     heldout_rms: Rms | None
     """In held-out data by a linear refit with it; None where none was made."""
     why: str

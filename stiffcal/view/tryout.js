@@ -118,11 +118,8 @@
     const on = ticked().includes(entry.name),
       names = on ? ticked().filter((name) => name !== entry.name) : [...ticked(), entry.name];
     const possible = S.isLive() || !names.length || Boolean(S.storedRefit(names)) || S.canForecast(names);
-    const named = entry.standing === "missing" || entry.standing === "undecided";
-    const isSure = named && entry.first_in !== null;
-    const sure = isSure ? `, ${Math.round(100 * entry.first_in)} % sure` : "";
-    const resampled = isSure ? `The best of all in ${S.percent(entry.first_in)} of the trials in which the poses were drawn anew. ` : "";
-    const why = possible ? `${resampled}${entry.why}` : "no refit of this combination is stored: stiffcal view --live fits any";
+    const sure = entry.sure ? `, ${entry.sure}` : "";
+    const why = possible ? entry.why : "no refit of this combination is stored: stiffcal view --live fits any";
     const made = S.make(
       "span",
       { className: `candidate ${entry.standing}` },

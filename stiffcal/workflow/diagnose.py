@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from stiffcal.diagnosis.drive_parts import drive_parts
 from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
 from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, UntestableEffect, WithSuspects
 from stiffcal.documents import Origin, document_of
-from stiffcal.experiments.results import HeldoutSection
+from stiffcal.errors import no_progress
 from stiffcal.measurements.rms import Rms
 from stiffcal.store.document_shape import result_from
+from stiffcal.wording import listing
 from stiffcal.workflow.diagnose_rows import diagnose_rows
 from stiffcal.workflow.evidence import (
     DIAGNOSES,
@@ -24,25 +24,23 @@ from stiffcal.workflow.evidence import (
     evidence_of,
     refit_columns,
 )
-from stiffcal.workflow.experiments import robot_to_fit
 from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.load_search import diagnosis_of, search_now
+from stiffcal.workflow.judged_states import diagnose_now, diagnosis_of
 from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_document, up_to_date_states
-from stiffcal.workflow.suspects import described, suspicion_of
+from stiffcal.workflow.suspects import described, described_doubts, misplaced_in
 
 if TYPE_CHECKING:
-    from stiffcal.arrays import Booleans
-    from stiffcal.diagnosis.drive_parts import DrivePart
     from stiffcal.diagnosis.refits import StoredRefits
-    from stiffcal.diagnosis.search_results import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
+    from stiffcal.diagnosis.suspects.result import Suspect
+    from stiffcal.judgement.diagnosed import DiagnosedStates
+    from stiffcal.measurements.load_states import LoadStates
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.store.trial import TrialResults
     from stiffcal.workflow.diagnose_rows import RowDiagnoses
     from stiffcal.workflow.evidence import Columns
 
 DIAGNOSE = "diagnose"
-NOT_JUDGED = HeldoutSection(scheme="none", n_readings=0, rms={}, noise={}, zero_model={})
 
 
 def diagnose_campaign(folder: Path, context: RunContext | None = None) -> DiagnoseResult:
@@ -85,61 +83,29 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
         )
         return replace(diagnosis, origin=cast(Origin, data.origin))
     loss = identified.loss
-    suspicion = suspicion_of(data.campaign, data.states, loss, context.progress)
-    sound = _without(data, suspicion)
-    drives = drive_parts(sound.states, robot_to_fit(sound), _values(identified))
-    if drives:
-        return _diagnosis_of_drives(data, sound, drives, suspicion, identified, context)
-    search = search_now(sound, loss, context)
-    diagnosis = diagnosis_of(sound, search)
+    misplaced = misplaced_in(data.campaign, data.states, loss, context.progress)
+    in_place = _without(data, misplaced)
+    found = diagnose_now(in_place, loss, context)
+    sound_index = np.flatnonzero(misplaced.keep(data.states))[found.kept]
+    sound = replace(data, states=data.states.select(sound_index))
+    diagnosis = diagnosis_of(sound, found)
     context.progress("computing the evidence", 0.9)
-    table, evidence = evidence_of(sound, search)
+    table, evidence = evidence_of(sound, found)
     diagnosis = replace(diagnosis, evidence=evidence, fit_id=fit_id, key=key, registration=data.registration)
-    diagnosis = _with_suspects(diagnosis, suspicion, (data, sound), search, loss, context)
-    refits = list(refits_of(search, diagnosis))
-    sound_index = np.flatnonzero(_kept(data, suspicion))
+    diagnosis = _with_suspects(diagnosis, data, misplaced, found, loss, context)
+    refits = list(refits_of(found.first, found.last if found.found else None, diagnosis))
     table["state"] = sound_index[np.asarray(table["state"], dtype=np.int64)]
-    kept = sound_index[search.first.fit.data.index]
+    kept = sound_index[found.first.fit.data.index]
     stored_refits = StoredRefits(key=key, entries=[refit.summary for refit in refits])
-    falls = tuple(missing.judgement.fall for missing in search.found)
-    diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, falls, len(sound.states)), *rows.parts], in_model)
-    refit_table = refit_columns(sound.states, search.first.fit.data, refits, kept)
+    sizes = tuple(one.group.size for one in found.found)
+    diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, sizes, len(sound.states)), *rows.parts], in_model)
+    refit_table = refit_columns(sound.states, found.first.fit.data, refits, kept)
     return _stored(data, diagnosis, stored_refits, rows, {EVIDENCE: table, REFITS: refit_table})
 
 
 def _names_in_model(identified: IdentifyResult) -> frozenset[str]:
     """Return the names of the effects that a fitted model holds."""
     return frozenset(entry.type for entry in identified.model.effects)
-
-
-def _diagnosis_of_drives(
-    data: Ingested,
-    sound: Ingested,
-    drives: Sequence[DrivePart],
-    suspicion: Suspicion,
-    identified: IdentifyResult,
-    context: RunContext,
-) -> DiagnoseResult:
-    """Diagnose a campaign of clamped runs joint by joint, and store the answer."""
-    import numpy as np
-
-    from stiffcal.diagnosis.refits import StoredRefits
-    from stiffcal.workflow.diagnose_drives import diagnose_drives
-
-    key = diagnosis_key(data, identified)
-    answers = diagnose_drives(sound, drives, np.flatnonzero(_kept(data, suspicion)), identified.loss, context)
-    rows = diagnose_rows(data, context)
-    diagnosis = merged_diagnosis([*answers.parts, *rows.parts], _names_in_model(identified))
-    diagnosis = replace(
-        diagnosis,
-        fit_id=identified.fit_id,
-        key=key,
-        registration=data.registration,
-        suspects=described(suspicion, data.campaign, data.states, [], identified.loss),
-        suspects_not_checked=suspicion.not_checked,
-    )
-    stored_refits = StoredRefits(key=key, entries=answers.refit_entries)
-    return _stored(data, diagnosis, stored_refits, rows, {EVIDENCE: answers.evidence, REFITS: answers.refits})
 
 
 def _stored(
@@ -163,30 +129,17 @@ def _stored(
     return replace(diagnosis, origin=cast(Origin, data.origin))
 
 
-def _values(identified: IdentifyResult) -> dict[str, float]:
-    """Return the identified values by full name."""
-    return {parameter.name: parameter.value for parameter in identified.parameters if parameter.value is not None}
-
-
-def _without(data: Ingested, suspicion: Suspicion) -> Ingested:
-    """Return the campaign without its suspects; a step inside a run stays, as an effect explains it."""
-    keep = _kept(data, suspicion)
+def _without(data: Ingested, misplaced: Suspicion) -> Ingested:
+    """Return the campaign without what is misplaced."""
+    keep = misplaced.keep(data.states)
     return data if keep.all() else replace(data, states=data.states.select(keep))
-
-
-def _kept(data: Ingested, suspicion: Suspicion) -> Booleans:
-    """Return (n,) True for the states that are not of a suspect."""
-    from stiffcal.diagnosis.suspects.words import without_steps
-
-    firm = without_steps(suspicion)
-    return firm.keep(data.states)
 
 
 def _with_suspects(
     diagnosis: DiagnoseResult,
-    suspicion: Suspicion,
-    campaigns: tuple[Ingested, Ingested],
-    search: Search,
+    data: Ingested,
+    misplaced: Suspicion,
+    found: DiagnosedStates,
     loss: str,
     context: RunContext,
 ) -> DiagnoseResult:
@@ -194,32 +147,33 @@ def _with_suspects(
 
     Parameters
     ----------
-    campaigns : with all states, and without what was left out. search : of the second.
+    data : with all states. misplaced : what was left out before. found : what is missing, without these.
     """
-    from stiffcal.diagnosis.document import diagnosis_result
-
-    data, sound = campaigns
-    diagnosis = replace(diagnosis, suspects=[], suspects_not_checked=suspicion.not_checked)
-    if not suspicion.suspects and suspicion.moved is None:
-        return diagnosis
-    everything = search if sound is data else search_now(data, loss, context)
-    searches = [(sound.states, search)] if sound is data else [(data.states, everything), (sound.states, search)]
-    diagnosis = replace(diagnosis, suspects=described(suspicion, data.campaign, data.states, searches, loss))
-    if sound is data:
-        return diagnosis
-    answer = diagnosis_result(data.states, everything)
-    remaining_runs = set(sound.states.run.tolist())
-    left_out = [
-        data.states.runs[suspect.run].name for suspect in suspicion.suspects if suspect.run not in remaining_runs
+    suspects = [
+        *described(misplaced, data.campaign, data.states),
+        *described_doubts(found, data.campaign, loss),
     ]
-    if suspicion.moved is not None and not suspicion.moved.or_drift:
-        left_out.append(f"{int(suspicion.moved.leave_out.sum())} rows before or after a move of the base")
-    run_names = ", ".join(left_out)
+    diagnosis = replace(diagnosis, suspects=suspects, suspects_not_checked=misplaced.not_checked)
+    left_out = [_place_of(suspect, data.states) for suspect in suspects if suspect.between is None]
+    if misplaced.moved is not None and not misplaced.moved.or_drift:
+        left_out.append(f"{int(misplaced.moved.leave_out.sum())} rows before or after a move of the base")
+    if not left_out:
+        return diagnosis
+    everything = diagnose_now(data, loss, replace(context, progress=no_progress), doubt=False)
+    answer = diagnosis_of(data, everything)
     return replace(
         diagnosis,
         with_suspects=WithSuspects(missing=answer.missing, unexplained=answer.unexplained),
-        summary=f"Without the suspect runs ({run_names}): {diagnosis.summary}",
+        summary=f"Left out, as probably off: {listing(left_out)}. {diagnosis.summary}",
     )
+
+
+def _place_of(suspect: Suspect, states: LoadStates) -> str:
+    """Return a suspect in words: the run, and the row where it is one of several."""
+    names = [info.name for info in states.runs]
+    alone = int((states.run == names.index(suspect.run)).sum()) == 1
+    run = f'run "{suspect.run}"'
+    return run if suspect.row is None or alone else f"row {suspect.row} of {run}"
 
 
 TOO_FEW_READINGS = "No effect can be diagnosed: too few readings per run for load states; log at a higher rate."

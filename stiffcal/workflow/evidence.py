@@ -20,8 +20,8 @@ from stiffcal.workflow.steps import Ingested, key_of_table
 if TYPE_CHECKING:
     from stiffcal.diagnosis.evidence import EffectEvidence
     from stiffcal.diagnosis.refits import Refit
-    from stiffcal.diagnosis.search_results import Search
     from stiffcal.identification.readings import Observations
+    from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.columns import Values
     from stiffcal.measurements.load_states import LoadStates
 
@@ -35,13 +35,13 @@ MOST_SHOWN = 12
 RANKS_KEPT = 8
 
 
-def evidence_of(data: Ingested, search: Search) -> tuple[Columns, list[EffectEvidenceSummary]]:
+def evidence_of(data: Ingested, found: DiagnosedStates) -> tuple[Columns, list[EffectEvidenceSummary]]:
     """Gather the evidence of every effect that is missing, and of those in the model beyond the basic ones.
 
     Parameters
     ----------
-    data : the campaign.
-    search : a finished search.
+    data : the campaign, without what is off.
+    found : what is missing.
 
     Returns
     -------
@@ -57,16 +57,16 @@ def evidence_of(data: Ingested, search: Search) -> tuple[Columns, list[EffectEvi
     basic = {entry.type for entry in default_model(campaign.chain.n_joints, experiments).effects}
     present = {
         f"{placed_effect.effect.name} {placed_effect.place.label}": placed_effect.effect.name
-        for placed_effect in search.first.fit.robot.placed
+        for placed_effect in found.first.fit.robot.placed
         if placed_effect.place.kind != "frames"
     }
-    missing = [evidence_by_name.candidate.name for evidence_by_name in search.found]
+    missing = [one.candidate.name for one in found.found]
     beyond = [name for name, effect in present.items() if effect not in basic]
     in_model = {*present} | {f"{name} j{joint}" for name in basic for joint in range(1, campaign.chain.n_joints + 1)}
     catalogue, _ = all_effects(campaign)
     evidence_by_name = {
         f"{evidence.placed.effect.name} {evidence.placed.place.label}": evidence
-        for evidence in evidence_for(search.final_scan, {*missing, *beyond}, catalogue, in_model)
+        for evidence in evidence_for(found.last, {*missing, *beyond}, catalogue, in_model)
     }
     order = [name for name in missing if name in evidence_by_name]
     order += sorted(

@@ -26,10 +26,13 @@ from stiffcal.workflow.validate import validate_campaign
 
 # More steps than six joints with five effects each: the loop ends by itself long before.
 MOST_STEPS = 36
-# An effect at all joints is a better calibration, no cause, and with each the next search takes longer.
-MOST_EVERYWHERE = 2
+
+LIKELY = 0.5
+"""Share of its group from which an effect that is not certain is added where that is asked for."""
 
 Change = Literal["add", "remove"]
+Made: TypeAlias = tuple[Change, str, Where]
+"""A change, the effect and its place."""
 Decision = Literal["yes", "skip", "stop"] | EffectAt
 """What to do with a proposal: make it, leave it and go on with the next, end, or add this effect in its place."""
 
@@ -61,10 +64,11 @@ def improve_campaign(
     ask: Ask = always,
     dry_run: bool = False,
     notify_step: Callable[[ImproveStep], None] | None = None,
+    likely: bool = False,
 ) -> ImproveResult:
     """Add what is missing, one effect after another, each followed by a fit and its error in held-out poses.
 
-    Once nothing is missing, effects that the model does not need are removed, one after another.
+    Added is what is certain. Once nothing is missing, what was added and is not needed any more is removed.
 
     Parameters
     ----------
@@ -73,6 +77,7 @@ def improve_campaign(
     ask : asked before each change; what it skips is not proposed again.
     dry_run : only report what would be added and removed.
     notify_step : called with each step once it is validated.
+    likely : whether effects that are probable and not certain are added too.
 
     Returns
     -------
@@ -83,7 +88,7 @@ def improve_campaign(
     ------
     InputError : the input is wrong.
     """
-    reached = improvement(folder, context or RunContext(), ask, dry_run)
+    reached = improvement(folder, context or RunContext(), ask, dry_run, likely)
     while True:
         try:
             step = next(reached)
@@ -95,7 +100,7 @@ def improve_campaign(
 
 
 def improvement(
-    folder: Path, context: RunContext, ask: Ask = always, dry_run: bool = False
+    folder: Path, context: RunContext, ask: Ask = always, dry_run: bool = False, likely: bool = False
 ) -> Generator[Reached, None, ImproveResult]:
     """Do as `improve_campaign`, and hand out each step once it is validated, and each diagnosis.
 
@@ -115,10 +120,10 @@ def improvement(
     diagnosed = diagnose_campaign(folder, context)
     yield diagnosed
     if dry_run:
-        recorder.steps += _planned_steps(diagnosed)
+        recorder.steps += _planned_steps(diagnosed, likely)
         yield from recorder.steps[1:]
     else:
-        diagnosed = yield from _add_and_remove(recorder, diagnosed, ask)
+        diagnosed = yield from _add_and_remove(recorder, diagnosed, ask, likely)
     judged = validate_campaign(folder, context)
     return ImproveResult(
         warnings=list(diagnosed.warnings),
@@ -150,6 +155,8 @@ class _StepRecorder:
     """The steps, first the model as it was."""
     estimates: list[list[EstimatedParameter]] = field(default_factory=list)
     """The identified values at each step."""
+    added: list[Made] = field(default_factory=list)
+    """What was added."""
 
     def validate_and_add_step(self, action: Action, effect: str | None, where: Where) -> ImproveStep:
         """Validate the present model, and append and return the step that led to it, with its error in held-out poses.
@@ -185,21 +192,27 @@ class _StepRecorder:
 
     def edit(self, change: Change, effect: ProposedEffect | EffectAt) -> ImproveStep:
         """Add or remove an effect, then validate the changed model."""
-        start = effect.form if isinstance(effect, ProposedEffect) else None
+        proposed = effect if isinstance(effect, ProposedEffect) else None
+        start = None if proposed is None else proposed.form
         edit_model(
             self.folder, change, effect.effect, where=places_as_options(effect.where), start=start, context=self.context
         )
-        return self.validate_and_add_step(change, effect.effect, effect.where)
+        if change == "add":
+            self.added.append((change, effect.effect, effect.where))
+        step = self.validate_and_add_step(change, effect.effect, effect.where)
+        if proposed is not None:
+            step = self.steps[-1] = replace(step, probability=proposed.probability, firm=proposed.firm)
+        return step
 
 
 def _add_and_remove(
-    recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask
+    recorder: _StepRecorder, diagnosed: DiagnoseResult, ask: Ask, likely: bool
 ) -> Generator[Reached, None, DiagnoseResult]:
-    """Add what is missing and remove what is not needed until the model stays, or the answer is no.
+    """Add what is missing and remove what was added and is not needed until the model stays, or the answer is no.
 
     What is missing comes first: with it, other effects may turn out to be needed, or not. What is not needed is removed
-    once after each addition, and once where nothing is missing: a diagnosis names what can go together, and one after
-    another might take away what is needed in sum.
+    once after each addition: a diagnosis names what can go together, and one after another might take away what is
+    needed in sum.
 
     Yields
     ------
@@ -211,26 +224,12 @@ def _add_and_remove(
     DiagnoseResult
         The last diagnosis.
     """
-    removed, n_everywhere = False, 0
-    skipped: list[tuple[Change, str, Where]] = []
-    waiting: list[ProposedEffect] = []
+    removed = False
+    skipped: list[Made] = []
     for _ in range(MOST_STEPS):
-        changes = _next_changes(diagnosed, skipped)
-        waiting = diagnosed.missing or waiting
-        if not changes and diagnosed.unexplained:
-            changes = [("add", effect) for effect in _still_supported(waiting, diagnosed, skipped)[:1]]
-        whole = diagnosed.everywhere
-        further = whole if whole is not None and ("add", whole.effect, whole.where) not in skipped else None
-        if further is not None and n_everywhere < MOST_EVERYWHERE:
-            changes = [("add", further)]
+        changes = _next_changes(diagnosed, skipped, recorder.added, likely)
         if not changes or (removed and changes[0][0] == "remove"):
-            if further is None:
-                return diagnosed
-            text = (
-                f"improve adds at most {MOST_EVERYWHERE} effects at all joints: {further.effect} would be the next; "
-                "to go on, run it again"
-            )
-            return replace(diagnosed, warnings=[*diagnosed.warnings, text])
+            return diagnosed
         n_before = len(recorder.steps)
         for change, effect in changes:
             decision = ask(EffectProposal(change, effect, diagnosed))
@@ -241,54 +240,52 @@ def _add_and_remove(
                 continue
             yield recorder.edit(change, effect if decision == "yes" else decision)
             removed = change == "remove"
-            n_everywhere += effect is further
-            waiting = [other for other in waiting if other != effect]
         if len(recorder.steps) > n_before:
             diagnosed = diagnose_campaign(recorder.folder, recorder.context)
             yield diagnosed
     text = f"stopped after {MOST_STEPS} steps: the model still changes; see the history"
-    return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if _next_changes(diagnosed, skipped) else diagnosed
+    still = _next_changes(diagnosed, skipped, recorder.added, likely)
+    return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if still else diagnosed
 
 
-def _still_supported(
-    waiting: Sequence[ProposedEffect], diagnosed: DiagnoseResult, skipped: list[tuple[Change, str, Where]]
-) -> list[ProposedEffect]:
-    """Return those effects named together with the ones that were added which the present diagnosis still supports.
+def _to_add(diagnosed: DiagnoseResult, likely: bool) -> list[ProposedEffect]:
+    """Return what is to be added: what is certain, and what is probable where that is asked for.
 
-    Together they explained enough to be named. What remains once the first is in the model may be less their doing than
-    that of something outside the catalogue, so that none is named again.
+    Effects of one distribution are missing together. Of each search of moving joints, which states no probability, the
+    foremost alone is added before all are made again.
     """
-    supported = []
-    for effect in waiting:
-        finding = diagnosed.finding_of(effect)
-        if (
-            finding is not None
-            and finding.verdict == "supported"
-            and ("add", effect.effect, effect.where) not in skipped
-        ):
-            supported.append(effect)
-    return supported
+    foremost: dict[str | None, ProposedEffect] = {}
+    added = []
+    for effect in diagnosed.missing:
+        if effect.firm is None:
+            if effect.searched_in not in foremost:
+                foremost[effect.searched_in] = effect
+                added.append(effect)
+        elif effect.firm or (likely and (effect.member_probability or 0.0) >= LIKELY):
+            added.append(effect)
+    return added
 
 
 def _next_changes(
-    diagnosed: DiagnoseResult, skipped: list[tuple[Change, str, Where]]
+    diagnosed: DiagnoseResult, skipped: Sequence[Made], added: Sequence[Made], likely: bool
 ) -> list[tuple[Change, ProposedEffect | EffectAt]]:
-    """Return the next changes of the model that a diagnosis calls for; none while it is undecided.
+    """Return the next changes of the model that a diagnosis calls for.
 
-    Of each search that shares no parameter with the others the foremost effect is added, before all are made again.
-    What was skipped is left out.
+    Parameters
+    ----------
+    skipped : what was declined. added : what was added before: nothing else is taken out again.
+    likely : whether what is probable and not certain is added too.
     """
-    missing = [effect for effect in diagnosed.missing if ("add", effect.effect, effect.where) not in skipped]
-    if missing:
-        foremost: dict[str | None, ProposedEffect] = {}
-        for effect in missing:
-            foremost.setdefault(effect.searched_in, effect)
-        return [("add", effect) for effect in foremost.values()]
+    new = [one for one in _to_add(diagnosed, likely) if ("add", one.effect, one.where) not in skipped]
+    if new:
+        return [("add", effect) for effect in new]
     # With something still missing, an effect may only seem unnecessary.
     if diagnosed.undecided or diagnosed.missing:
         return []
     return [
-        ("remove", effect) for effect in diagnosed.superfluous if ("remove", effect.effect, effect.where) not in skipped
+        ("remove", one)
+        for one in diagnosed.superfluous
+        if ("add", one.effect, one.where) in added and ("remove", one.effect, one.where) not in skipped
     ]
 
 
@@ -318,18 +315,19 @@ def _removed_in_words(steps: Sequence[ImproveStep]) -> str:
     )
 
 
-def _planned_steps(diagnosed: DiagnoseResult) -> list[ImproveStep]:
+def _planned_steps(diagnosed: DiagnoseResult, likely: bool) -> list[ImproveStep]:
     """Return the steps that a diagnosis calls for: nothing is changed, so nothing is known of the error."""
-    added: Sequence[ProposedEffect | EffectAt] = diagnosed.missing
-    if diagnosed.everywhere is not None:
-        added = [diagnosed.everywhere]
-    # With something to add, what seems unnecessary now may turn out to be needed.
-    removed = [] if added or diagnosed.undecided else diagnosed.superfluous
-    changes: list[tuple[Action, ProposedEffect | EffectAt]] = [("would add", effect) for effect in added]
-    changes += [("would remove", effect) for effect in removed]
     return [
-        ImproveStep(action=action, effect=effect.effect, where=effect.where, heldout_rms=None, noise=None)
-        for action, effect in changes
+        ImproveStep(
+            action="would add",
+            effect=effect.effect,
+            where=effect.where,
+            heldout_rms=None,
+            noise=None,
+            probability=effect.probability,
+            firm=effect.firm,
+        )
+        for effect in _to_add(diagnosed, likely)
     ]
 
 

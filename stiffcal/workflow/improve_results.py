@@ -36,6 +36,10 @@ class ImproveStep:
     """In the same measure; null where it is not known."""
     before_after: list[BeforeAfter] = field(default_factory=list)
     """What this step did to the identified values; empty for the model as it was and in a dry run."""
+    probability: OrAbsent[float] = None
+    """Of what was added: that it or one that looks the same was missing, as the diagnosis before it states."""
+    firm: OrAbsent[bool] = None
+    """Whether it was certain."""
     zero_model: Annotated[OrAbsent[Rms], NOT_PROMISED] = None
     """What a model without parameters leaves."""
 

@@ -9,16 +9,13 @@ from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.escapes import toml_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.diagnosis.search_results import Search
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
     from stiffcal.identification.fit import Fit
     from stiffcal.identification.moved_base import MovedBase
+    from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.model.summary import EffectAt
 
 
 def suspicion_of(
@@ -68,30 +65,58 @@ def suspicion_of(
         return Suspicion(not_checked=not_checked(NotCheckedReason.NO_FIT, reason=error.reason))
 
 
-def described(
-    suspicion: Suspicion,
-    campaign: Campaign,
-    states: LoadStates,
-    searches: Sequence[tuple[LoadStates, Search]] = (),
-    loss: str = "linear",
-) -> list[Suspect]:
+def misplaced_in(campaign: Campaign, states: LoadStates, loss: str, progress: Progress) -> Suspicion:
+    """Return the runs whose places are not where their joint angles put them, and a move of the base.
+
+    Displacements say nothing of these: they are left out before anything is judged. Parameters as of `suspicion_of`.
+    """
+    suspicion = suspicion_of(campaign, states, loss, progress)
+    chosen = [k for k, one in enumerate(suspicion.suspects) if one.place_m > 0.0 or one.copied is not None]
+    return replace(
+        suspicion,
+        suspects=tuple(suspicion.suspects[k] for k in chosen),
+        without_each=tuple(suspicion.without_each[k] for k in chosen),
+    )
+
+
+def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> list[Suspect]:
+    """Return the runs and readings that are probably off as results, each with the lines that leave it out.
+
+    Parameters
+    ----------
+    found : what is missing. campaign : the folder's three files. loss : of the fit.
+    """
+    from stiffcal.diagnosis.suspects.find import described_runs
+    from stiffcal.diagnosis.suspects.words import suspects_of
+    from stiffcal.identification.identify import Settings
+    from stiffcal.judgement.document import explaining_run
+    from stiffcal.judgement.doubts import reading_off
+    from stiffcal.model.assembly import fixed_parameters
+
+    states, suspects = found.states, []
+    runs = [off.run for off in found.doubted if off.state is None]
+    if runs:
+        settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
+        suspicion = described_runs(states, found.last.fit.robot, settings, runs)
+        probability = {off.run: p for off, p in found.doubted.items() if off.state is None}
+        suspects += [
+            replace(suspect, probability=probability[one.run], explained_by=explaining_run(found, one.run))
+            for one, suspect in zip(suspicion.suspects, suspects_of(suspicion, states, campaign.chain), strict=True)
+        ]
+    suspects += [reading_off(found, off, p) for off, p in found.doubted.items() if off.state is not None]
+    return [replace(suspect, exclude=_exclusion(suspect, campaign, states)) for suspect in suspects]
+
+
+def described(suspicion: Suspicion, campaign: Campaign, states: LoadStates) -> list[Suspect]:
     """Return the suspects as results, each with the lines that leave it out.
 
     Parameters
     ----------
     suspicion : what was found in these states. campaign : the folder's three files.
-    searches : what is missing from the model, with the states that were searched; the last one that holds a suspect
-        gives the effects that explain it as well.
     """
     from stiffcal.diagnosis.suspects.words import suspect_of_move, suspects_of
 
     suspects = suspects_of(suspicion, states, campaign.chain)
-    if searches:
-        effects = _explaining(suspicion, campaign, searches, loss)
-        suspects = [
-            replace(suspect, explained_by=effects.get(found.run, []))
-            for suspect, found in zip(suspects, suspicion.suspects, strict=True)
-        ]
     suspects = [replace(suspect, exclude=_exclusion(suspect, campaign, states)) for suspect in suspects]
     if suspicion.moved is not None:
         suspects.append(_with_exclusion(suspect_of_move(suspicion.moved, states), suspicion.moved, campaign, states))
@@ -119,23 +144,6 @@ def _with_exclusion(suspect: Suspect, moved: MovedBase, campaign: Campaign, stat
         by_run.setdefault(in_file, []).append(int(states.row[k]))
     lines = [line for run, rows in by_run.items() for line in exclusion_lines(name, rows, why, run)]
     return replace(suspect, exclude=lines)
-
-
-def _explaining(
-    suspicion: Suspicion, campaign: Campaign, searches: Sequence[tuple[LoadStates, Search]], loss: str
-) -> dict[int, list[EffectAt]]:
-    """Return the effects that explain suspects, by the run's number."""
-    from stiffcal.diagnosis.ranking import effect_at
-    from stiffcal.diagnosis.suspects.effects import explaining_effects
-    from stiffcal.identification.identify import Settings
-    from stiffcal.model.assembly import fixed_parameters
-
-    settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
-    found: dict[int, list[EffectAt]] = {}
-    for states, search in searches:
-        effects = explaining_effects(suspicion, states, search, settings)
-        found |= {run: [effect_at(effect) for effect in candidates] for run, candidates in effects.items()}
-    return found
 
 
 def suspects_in(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.results import DiagnoseResult, Finding
 from stiffcal.escapes import shell
 from stiffcal.model.summary import EffectAt
 from stiffcal.view.content import CandidateStanding, ViewCandidate
+from stiffcal.wording import probability_in_words, share, significant
 from stiffcal.workflow.view_models import place_words
 
 MOST_OFFERED = 24
@@ -26,19 +27,24 @@ def view_candidates(diagnosis: DiagnoseResult | None) -> list[ViewCandidate]:
         finding = next(
             (one for one in diagnosis.findings if one.effect == effect.effect and one.where == effect.where), None
         )
-        share = next(
-            (one.share for one in diagnosis.undecided if one.effect == effect.effect and one.where == effect.where),
-            None if finding is None else finding.confidence,
-        )
         offered[name] = ViewCandidate(
             name=name,
             standing=standing,
-            first_in=share,
+            sure=_how_sure(finding, standing),
             heldout_rms=None if finding is None else finding.heldout_rms_after,
             why="" if finding is None else finding.why,
             command=command_of("add", effect),
         )
     return list(offered.values())
+
+
+def _how_sure(finding: Finding | None, standing: CandidateStanding) -> str:
+    """Return how sure the diagnosis is of a candidate, in words; "" of what is rejected, and where it does not say."""
+    if finding is None or standing == "rejected":
+        return ""
+    if finding.probability is not None:
+        return probability_in_words(finding.probability)
+    return "" if finding.confidence is None else f"first in {share(finding.confidence, significant)} of resamplings"
 
 
 def _in_order(diagnosis: DiagnoseResult) -> Iterator[tuple[CandidateStanding, EffectAt]]:

@@ -1,6 +1,6 @@
 """`make calibration`: the field mix judged, campaign by campaign, and whether the judge is right as often as it says.
 
-    python -m tests.calibration today --seed 1 --count 300 --to build/calibration
+    python -m tests.calibration evidence --seed 1 --count 300 --to build/calibration
 
 Judged campaigns are kept by judge, seed and number; a second call goes on where the first stopped. With `--stress` the
 campaigns are of one class of `tests.calibration.stress.classes`, or of all, kept under the class's name; they are in no
@@ -24,7 +24,7 @@ from tests.calibration.stress.tables import stress_table
 from tests.calibration.tables import table
 from tests.rates.workers import one_thread_each
 
-JUDGES = ("today", "evidence", "self-check", "numbers")
+JUDGES = ("evidence", "self-check", "numbers")
 
 
 def main(arguments: Sequence[str]) -> int:

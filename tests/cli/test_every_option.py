@@ -50,7 +50,7 @@ CALLS: dict[str, list[str]] = {
     "identify": ["small --loss huber --no-update", "small --dual-quaternions", "small --coupling"],
     "validate": ["small --thresholds thresholds.toml --no-update", "small --model other"],
     "diagnose": ["small --no-update"],
-    "improve": ["small --dry-run --no-update --no-report", "small --yes --report"],
+    "improve": ["small --dry-run --likely --no-update --no-report", "small --yes --report"],
     "compare": ["small other --no-update"],
     "trend": ["small other --max-change 9 -o trend.svg --no-update", "small other --output trend.pdf"],
     "history": ["small --restore 1 --yes"],

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from stiffcal.cli.improve_dialog import ImproveDialog
-from stiffcal.diagnosis.everywhere_results import EffectEverywhere, ErrorLeftOut
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
 
@@ -40,7 +39,7 @@ def proposal(change: str = "add") -> Any:
     return SimpleNamespace(
         change=change,
         effect=effect,
-        diagnosed=SimpleNamespace(findings=findings, finding_of=finding_of, everywhere=None),
+        diagnosed=SimpleNamespace(findings=findings, finding_of=finding_of),
     )
 
 
@@ -82,25 +81,6 @@ def test_another_effect_look_alikes_first_and_nothing_rejected() -> None:
     assert "creep" not in text
     for back in ("0", "3", "x", "-1"):
         assert decide("o", back, "y")[0] == "yes"
-
-
-def test_an_effect_of_all_joints_states_what_it_lowers_and_that_it_is_no_cause() -> None:
-    whole = EffectEverywhere(
-        effect="joint-eccentricity",
-        where=Where(joints=[1, 2]),
-        n_parameters=6,
-        heldout_random=ErrorLeftOut(before=3.65e-4, after=3.47e-4, standard_errors=6.5),
-        heldout_region=ErrorLeftOut(before=3.81e-4, after=3.61e-4, standard_errors=6.3),
-    )
-    lines: list[str] = []
-    asked = proposal()
-    asked.effect = asked.diagnosed.everywhere = whole
-    assert ImproveDialog(lines.append, lambda question, default: default)(asked) == "yes"
-    text = " ".join("\n".join(lines).split())
-    assert "add joint-eccentricity (joints 1, 2)?" in text
-    assert "6 more parameters, not a cause" in text
-    assert "held-out regions: 0.381 mm now, 0.361 mm with it" in text
-    assert "at random: 0.365 mm now, 0.347 mm with it" in text
 
 
 def test_a_removal_has_no_look_alikes() -> None:

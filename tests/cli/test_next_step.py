@@ -21,7 +21,7 @@ LARGE, SMALL = Rms(1e-4, None), Rms(1e-5, None)
 
 def diagnosis(**found: Any) -> Any:
     """Return a diagnosis of a complete model but for what is given."""
-    return SimpleNamespace(**({"missing": [], "superfluous": [], "everywhere": None, "pattern": None} | found))
+    return SimpleNamespace(**({"missing": [], "superfluous": [], "pattern": None} | found))
 
 
 def standing(**known: Any) -> Standing:
@@ -32,7 +32,7 @@ def standing(**known: Any) -> Standing:
 
 def test_no_answer_leads_back_whatever_is_known() -> None:
     """All combinations: the steps that are proposed one after the other rise in their order, so that they end."""
-    diagnoses = (None, diagnosis(), diagnosis(missing=["an effect"]), diagnosis(everywhere="an effect"))
+    diagnoses = (None, diagnosis(), diagnosis(missing=["an effect"]))
     known = [
         Standing(missing, fitted, rms, noise, found, untested)
         for missing, fitted, rms, noise, found, untested in product(
@@ -80,7 +80,6 @@ def test_an_error_is_within_the_noise_only_where_both_are_known(
         ({"heldout_rms": LARGE, "diagnosis": diagnosis()}, Step.DIAGNOSE, Step.REPORT),
         ({"heldout_rms": LARGE, "diagnosis": diagnosis(superfluous=["an effect"])}, Step.DIAGNOSE, Step.REPORT),
         ({"heldout_rms": LARGE, "diagnosis": diagnosis(missing=["an effect"])}, Step.DIAGNOSE, Step.IMPROVE),
-        ({"heldout_rms": LARGE, "diagnosis": diagnosis(everywhere="an effect")}, Step.DIAGNOSE, Step.IMPROVE),
         # once improve has ended, the same command would change nothing
         ({"heldout_rms": LARGE, "diagnosis": diagnosis(missing=["an effect"])}, Step.IMPROVE, Step.REPORT),
         ({"heldout_rms": LARGE, "diagnosis": diagnosis(), "untested": "over-time"}, Step.IMPROVE, Step.NEW_EFFECT),

@@ -13,6 +13,7 @@ from stiffcal.cli.diagnose import _show_missing, _show_with_all_missing
 from stiffcal.cli.identify import fit_verdict
 from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated
+from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
 from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
 from stiffcal.measurements.rms import Rms
@@ -86,14 +87,14 @@ def test_a_missing_effect_is_printed_with_its_refitted_values() -> None:
         )
         for name, unit, value in (("backlash.j4.width", "rad", 2e-3), ("joint-compliance.j4.c", "N·m/rad", 2e5))
     )  # fmt: skip
-    missing = SimpleNamespace(effect="backlash", where=Where(joints=[4]), alternatives=[])
+    missing = ProposedEffect(effect="backlash", where=Where(joints=[4]), alternatives=[])
     # not in the ranking: it was found next to another effect
     result: Any = SimpleNamespace(
         missing=[missing, missing], before_after=values_before_and_after([spring], [spring, width]),
         finding_of=lambda effect: None,
     )  # fmt: skip
     with StringIO() as text:
-        _show_missing(AnswerConsole(file=text, width=120), result, missing)  # type: ignore[arg-type]
+        _show_missing(AnswerConsole(file=text, width=120), result, missing)
         assert text.getvalue() == (
             "\nmissing: backlash (joint 4)\n  Refitted with all that is missing, ± 95 %: width 2.00 ± 0.20 mrad.\n"
         )

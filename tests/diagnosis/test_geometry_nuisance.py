@@ -13,12 +13,12 @@ from stiffcal.diagnosis.heldout_error import left_out_residual
 from stiffcal.diagnosis.judge import judge_choice, lack_of_fit
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.diagnosis.naming import near_best
-from stiffcal.diagnosis.search import search_missing
 from stiffcal.estimation.triangular import triangular_of_rows
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import geometry_slope
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.noise import Noise
+from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects
 from tests.rates.playing import Hidden, simulate_runs
@@ -97,10 +97,13 @@ def test_places_that_contradict_the_robot_file_give_no_tolerance(campaign: Hidde
     assert GeometryNuisance.of(campaign.states, wrong) is None
 
 
+@pytest.mark.long
 def test_no_effect_is_named_for_a_geometry_off_by_twice_its_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tests.rates.playing.GEOMETRY_OFF", (1e-3, 7e-4))
     hidden = simulate_runs("only geometry off", np.random.default_rng([14, 58]))
-    assert not search_missing(hidden.states, hidden.model, built_in_effects()).tried
+    found = diagnose_states(hidden.states, hidden.model, built_in_effects())
+    assert found.found == ()
+    assert not found.unexplained
     # Without the tolerance an effect is supported.
     fit = identify_parameters(hidden.states, hidden.model)
     candidates, _ = list_candidates(fit.robot, hidden.states, built_in_effects())

@@ -9,18 +9,19 @@ import pytest
 
 from stiffcal.diagnosis.held_to_places import ReferencePlaces
 from stiffcal.diagnosis.results import AgreementWithPlaces
-from stiffcal.diagnosis.search import search_missing
 from stiffcal.effects.target_offset import TargetOffset
 from stiffcal.effects.tracker_frame import TrackerFrame
 from stiffcal.effects.wrench_frame import WrenchFrame
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters
+from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
+from tests.laboratory.named_effects import named, named_with_alike
 from tests.rates.hiding import with_effects
 from tests.rates.playing import Hidden, simulate_runs
 
@@ -105,19 +106,21 @@ def test_what_places_cannot_show_is_not_judged(campaign: Hidden, fit: Fit) -> No
     assert places.agreement(with_effects(fit.robot, turned), turned, 0.02) is None
 
 
+@pytest.mark.long
 def test_places_decide_whether_a_turned_tracker_is_named() -> None:
     hidden = simulate_runs("one 1x", np.random.default_rng([31, 5]), only="tracker-frame")
     (turn,) = hidden.hidden
     catalogue = {name: effect for name, effect in built_in_effects().items() if name in KNOWN}
-    search = search_missing(hidden.states, hidden.model, catalogue)
-    assert [missing.candidate.effect.name for missing in search.found] == ["tracker-frame"]
-    supported = search.first.trials[0].places
-    assert supported is not None
-    assert supported.supported
+    found = diagnose_states(hidden.states, hidden.model, catalogue)
+    assert named(found) == ["tracker-frame setup"]
+    trial = found.trial_of(found.found[0].candidate)
+    assert trial is not None
+    assert trial.places is not None
+    assert trial.places.supported
     back = rotation_from_vector(-np.array([turn.values[axis] for axis in ("rx", "ry", "rz")]))
     first = np.searchsorted(hidden.states.run, hidden.states.run)
     rest = hidden.states.position[first]
     unturned = replace(hidden.states, position=hidden.states.position - rest + rest @ back.T)
-    refused = search_missing(unturned, hidden.model, catalogue)
-    assert all(missing.candidate.effect.name != "tracker-frame" for missing in refused.tried)
+    refused = diagnose_states(unturned, hidden.model, catalogue)
+    assert not any("tracker-frame setup" in names for names in named_with_alike(refused))
     assert refused.unexplained

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import tracemalloc
 import weakref
 from collections.abc import Iterator
@@ -15,18 +14,18 @@ import stiffcal.estimation.triangular
 import stiffcal.identification.projection
 import stiffcal.identification.regressors
 from stiffcal.diagnosis.base_rows import choice_groups
-from stiffcal.diagnosis.document import diagnosis_result
+from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.folds import FoldProducts
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
-from stiffcal.diagnosis.load_search_context import LoadSearchContext
 from stiffcal.diagnosis.scoring import score_variants
-from stiffcal.diagnosis.search import search_missing
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.estimation.triangular import triangular_of_rows
-from stiffcal.identification.identify import Settings, fit_problem, identify_parameters
+from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.regressors import StoredRegressor
+from stiffcal.judgement.diagnosed import diagnose_states
+from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -53,26 +52,29 @@ def scan_of(runs: int) -> tuple[LoadScan, LoadStates]:
     return scan_candidates(identify_parameters(states, joint_springs(six_axes())), []), states
 
 
+@pytest.mark.long
 def test_a_diagnosis_is_the_same_when_signatures_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """And when rows are whitened, factorised and solved a little at a time, as those of 20 000 states are."""
     states, robot = with_play(5), joint_springs(six_axes())
     catalogue = {name: effect for name, effect in find_effects().items() if name in TRIED}
-    whole = search_missing(states, robot, catalogue)
+    whole = diagnose_states(states, robot, catalogue)
     monkeypatch.setattr(stiffcal.identification.regressors, "MOST_KEPT", 0)
     monkeypatch.setattr(stiffcal.identification.projection, "NUMBERS_AT_ONCE", 3000)
     monkeypatch.setattr(stiffcal.estimation.triangular, "NUMBERS_AT_ONCE", 3000)
     monkeypatch.setattr(stiffcal.diagnosis.folds, "NUMBERS_AT_ONCE", 200)
-    pieces = search_missing(states, robot, catalogue)
+    pieces = diagnose_states(states, robot, catalogue)
     assert all(isinstance(trial.regressor, StoredRegressor) for trial in pieces.first.trials)
-    expected, found = diagnosis_result(states, whole), diagnosis_result(states, pieces)
+    expected, found = diagnosis_result(whole), diagnosis_result(pieces)
     assert [effect.effect for effect in found.missing] == ["backlash"]
-    assert found.missing == expected.missing
-    for mine, other in zip(found.findings, expected.findings, strict=True):
-        assert (mine.effect, mine.where, mine.verdict) == (other.effect, other.where, other.verdict)
-        for key in ("size_m", "p_value", "explains", "confidence"):
-            assert getattr(mine, key) == pytest.approx(getattr(other, key), rel=1e-6, abs=1e-12)
-        after = dict(mine.heldout_rms_after.items())
-        assert after == pytest.approx(dict(other.heldout_rms_after.items()), rel=1e-9)
+    for mine, other in zip(found.missing, expected.missing, strict=True):
+        assert (mine.effect, mine.where, mine.firm) == (other.effect, other.where, other.firm)
+        assert mine.probability == pytest.approx(other.probability, abs=1e-6)
+    for finding, like in zip(found.findings, expected.findings, strict=True):
+        assert (finding.effect, finding.where, finding.verdict) == (like.effect, like.where, like.verdict)
+        for key in ("size_m", "p_value", "explains", "probability"):
+            assert getattr(finding, key) == pytest.approx(getattr(like, key), rel=1e-6, abs=1e-9)
+        after = dict(finding.heldout_rms_after.items())
+        assert after == pytest.approx(dict(like.heldout_rms_after.items()), rel=1e-9)
 
 
 def test_memory_of_the_search_for_structure_grows_with_the_states() -> None:
@@ -119,32 +121,20 @@ def test_a_factor_of_many_rows_is_made_piece_by_piece(monkeypatch: pytest.Monkey
     assert np.allclose(found.T @ found, rows @ rows.T, rtol=1e-12, atol=1e-12)
 
 
-def test_what_a_look_keeps_of_a_candidate_is_bounded_by_the_poses() -> None:
+def test_what_a_scan_keeps_of_a_candidate_is_bounded_by_the_poses() -> None:
     """Six numbers of eight bytes a pose, and what does not grow; regressors, which have a limit of their own, apart."""
     chain, n = six_axes(), 300
     true = CompliantRobot(chain, tuple(on_all_joints(JointCompliance(), 6, [{"c": 1e-6} for _ in range(6)])))
     states = measured_by(true, absolute_states(chain, n, 1), 2)
     model = CompliantRobot(chain, (*on_all_joints(JointCompliance(), 6), *on_all_joints(LinkGeometry(), 6)))
-    bench = LoadSearchContext(states, fit_problem(states, model), find_effects(), Settings())
-    fit = bench.fit(model)
-    scan = bench.scan(fit, bench.candidates(fit.robot)[0])
+    fit = identify_parameters(states, model)
+    scan = scan_candidates(fit, list_candidates(fit.robot, states, find_effects())[0])
     assert len(scan.trials) > 50
     for trial in scan.trials:
         left, score = trial.score.left, trial.score
         assert left.without is None
         kept = (left.residual, left.rest, score.heldout, score.prediction_change, score.nested, score.normal)
         assert sum(array.nbytes for array in kept) < 64 * n + 50_000
-
-
-def test_one_model_at_rest_is_kept_at_a_time() -> None:
-    """A scan next to the looks lets go of theirs: in a large campaign each is hundreds of megabytes."""
-    states, robot = with_play(3), joint_springs(six_axes())
-    bench = LoadSearchContext(states, fit_problem(states, robot), {}, Settings())
-    look = bench.look(robot)
-    at_rest = weakref.ref(look.source.state())
-    bench.scan(look.fit, [])
-    gc.collect()
-    assert at_rest() is None
 
 
 def test_the_rows_of_one_shape_are_kept_at_a_time() -> None:

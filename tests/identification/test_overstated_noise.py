@@ -7,12 +7,12 @@ from functools import cache
 
 import pytest
 
-from stiffcal.diagnosis.document import diagnosis_result
-from stiffcal.diagnosis.search import search_missing
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.document import fit_warnings
 from stiffcal.identification.identify import identify_parameters
+from stiffcal.judgement.diagnosed import diagnose_states
+from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.composite import CompliantRobot
 from tests.laboratory.absolute_places import SIGMA, absolute_states, measured_by, on_all_joints
@@ -38,5 +38,5 @@ def test_a_stated_noise_that_is_too_large_is_a_warning(stated: float, warned: bo
     robot = CompliantRobot(six_axes(), model)
     fit = identify_parameters(states, robot)
     assert any(TEXT in line for line in fit_warnings(fit)) is warned
-    answer = diagnosis_result(states, search_missing(states, robot, {}))
+    answer = diagnosis_result(diagnose_states(states, robot, {}))
     assert any(TEXT in line for line in answer.warnings) is warned

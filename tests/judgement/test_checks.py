@@ -40,6 +40,7 @@ def test_squares_that_are_expected_are_the_readings_less_what_is_fitted(campaign
     assert not read_off(sound).unexplained
 
 
+@pytest.mark.practice
 def test_a_run_of_three_times_the_noise_is_found(campaign: FieldCampaign) -> None:
     states, rng = campaign.states, np.random.default_rng(4)
     noise = judged(campaign, states).fit.noise

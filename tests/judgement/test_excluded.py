@@ -18,7 +18,7 @@ SEED, NOTHING = 9002, 9
 PLACE = "base"
 
 
-@pytest.mark.long
+@pytest.mark.practice
 def test_an_effect_is_found_from_about_the_stated_size_on() -> None:
     campaign, catalogue = draw_campaign(SEED, NOTHING), built_in_effects()
     judged = judge_states(campaign.states, campaign.model, catalogue)

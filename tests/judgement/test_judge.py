@@ -67,6 +67,7 @@ def test_an_effect_is_taken_back_in_the_shape_that_the_fit_found() -> None:
     assert probabilities(judged)["creep j3"] > 0.9
 
 
+@pytest.mark.practice
 def test_the_order_of_the_catalogue_changes_nothing(friction: FieldCampaign) -> None:
     effects = built_in_effects()
     reverse: dict[str, Effect] = dict(reversed(effects.items()))
@@ -153,6 +154,7 @@ CYCLES_SEED, CYCLES = 9002, 1
 """A campaign of load cycles with nothing hidden."""
 
 
+@pytest.mark.practice
 def test_a_target_that_was_elsewhere_for_a_while_is_no_effect() -> None:
     """Knocked by a millimetre's tenth and put back: a step in time to the end of its run explains a part."""
     campaign = draw_campaign(CYCLES_SEED, CYCLES)

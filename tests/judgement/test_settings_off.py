@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.identification.observation import predicted, rests
 from stiffcal.judgement.judge import judge_states
 from stiffcal.judgement.priors import CONTRADICTED, SETUP_MISTAKE, MemberKind, Share, log_odds
 from stiffcal.judgement.reading import WhatIsMissing, read_off
-from stiffcal.judgement.settings_off import BALANCE, UNSTATED_TOOL
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot
@@ -46,7 +46,9 @@ def said(states: LoadStates, model: CompliantRobot, held: frozenset[str] = froze
 def test_a_parameter_that_is_held_at_a_wrong_value_is_named(campaign: FieldCampaign, fit: Fit) -> None:
     wrong = fit.robot.with_values({HELD: 1.5 * fit.robot.values()[HELD]})
     found = said(campaign.states, wrong, frozenset({HELD}))
-    assert [name for name, p in found.contradicted if p > 0.99] == [HELD]
+    assert [(one.setting.kind, one.setting.name) for one in found.settings if one.probability > 0.99] == [
+        (SettingKind.FIXED, HELD)
+    ]
     assert found.groups == ()
     assert not found.unexplained
     assert found.p_nothing < 0.01
@@ -55,14 +57,14 @@ def test_a_parameter_that_is_held_at_a_wrong_value_is_named(campaign: FieldCampa
 @pytest.mark.long
 def test_a_parameter_that_is_held_at_its_value_is_not(campaign: FieldCampaign, fit: Fit) -> None:
     found = said(campaign.states, fit.robot, frozenset({HELD}))
-    assert found.contradicted == ()
+    assert found.settings == ()
     assert found.p_nothing > 0.9
 
 
 @pytest.mark.long
 def test_a_wrench_that_acts_on_the_deformed_robot_contradicts_the_first_order_balance(campaign: FieldCampaign) -> None:
     found = said(campaign.states, replace(campaign.model, deformed=False))
-    assert [name for name, p in found.contradicted if p > 0.99] == [BALANCE]
+    assert [one.setting.kind for one in found.settings if one.probability > 0.99] == [SettingKind.BALANCE]
     assert found.groups == ()
 
 
@@ -76,7 +78,7 @@ def test_a_tool_that_nobody_stated_is_named(campaign: FieldCampaign, fit: Fit) -
     plain, moved = (predicted(fit.robot, one, *rests(fit.robot, one)) for one in (data, heavy))
     position = campaign.states.position + (moved - plain - 0.9 * fit.residual).T[:, None]
     found = said(replace(campaign.states, position=position), campaign.model)
-    assert [name for name, p in found.contradicted if p > 0.9] == [UNSTATED_TOOL]
+    assert [one.setting.kind for one in found.settings if one.probability > 0.9] == [SettingKind.TOOL]
     assert found.groups == ()
 
 

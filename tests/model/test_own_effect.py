@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.diagnosis.search import search_missing
 from stiffcal.errors import InputError
+from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect
@@ -16,6 +16,7 @@ from stiffcal.model.effect import Place
 from stiffcal.model.plugin_code import PluginCode, read_plugins
 from stiffcal.trust.record import open_record
 from tests.laboratory.documentation import plugin_of_the_documentation
+from tests.laboratory.named_effects import named
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
@@ -33,6 +34,7 @@ def allowed(folder: Path, *names: str) -> PluginCode:
     return read_plugins(folder, names)
 
 
+@pytest.mark.long
 def test_an_own_effect_is_named(plugin: PluginCode) -> None:
     """Hidden in joint 2, found in joint 2; without the file the same data are unexplained."""
     catalogue = find_effects(plugin)
@@ -40,11 +42,11 @@ def test_an_own_effect_is_named(plugin: PluginCode) -> None:
     robot = medium_robot()
     truth = replace(robot, placed=(*robot.placed, hidden))
     states = played(truth, runs=10, noise=Sigma(16e-6, 30e-6), load_scatter=0.03, seed=4, full_pose=False)
-    search = search_missing(states, joint_springs(six_axes()), catalogue)
-    assert [one.candidate.name for one in search.found] == ["cross-stiffness j2"]
-    value = search.final.parameter("cross-stiffness.j2.c").value
+    found = diagnose_states(states, joint_springs(six_axes()), catalogue)
+    assert named(found) == ["cross-stiffness j2"]
+    value = found.last.fit.parameter("cross-stiffness.j2.c").value
     assert value == pytest.approx(4e-7, rel=0.05)
-    assert search_missing(states, joint_springs(six_axes()), find_effects()).unexplained
+    assert diagnose_states(states, joint_springs(six_axes()), find_effects()).unexplained
 
 
 def test_a_broken_file_is_one_clear_line(tmp_path: Path) -> None:

@@ -17,10 +17,10 @@ import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.heldout_error import fitted_rms
-from stiffcal.diagnosis.search import search_missing
 from stiffcal.errors import no_progress
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
@@ -47,7 +47,7 @@ def study(job: tuple[int, int, bool]) -> tuple[float, float, GaugeFree, str]:
     words = f"{campaign.hidden[0].effect.name} {campaign.hidden[0].place.label} ({campaign.settings})"
     ratio = np.nan
     if search_too:
-        final = search_missing(campaign.states, campaign.model, built_in_effects()).final
+        final = diagnose_states(campaign.states, campaign.model, built_in_effects()).last.fit
         best, own = fitted_rms(campaign.states, oracle).translation, fitted_rms(campaign.states, final).translation
         ratio = own / best if own and best else np.nan
     limits = campaign.model.chain.limits
@@ -65,7 +65,7 @@ def practised(name: str) -> tuple[float, float, str]:
     hidden = truth(ABSOLUTE)[name]["hidden"]
     added = [PlacedEffect(built_in_effects()[one["effect"]], hidden_place(one)) for one in hidden]
     oracle = identify_parameters(states, with_effects(model, *added))
-    final = search_missing(states, model, built_in_effects()).final
+    final = diagnose_states(states, model, built_in_effects()).last.fit
     best, own = fitted_rms(states, oracle).translation, fitted_rms(states, final).translation
     words = ", ".join(f"{one['effect']} {hidden_place(one).label}" for one in hidden) or "nothing"
     return oracle.reduced_chi2 or np.nan, own / best if own and best else np.nan, words

@@ -7,10 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.diagnosis.search import search_missing
-from stiffcal.diagnosis.search_results import Search
-from stiffcal.diagnosis.suspects.find import find_suspects
-from stiffcal.diagnosis.suspects.words import without_steps
+from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.model.catalogue import built_in_effects
 from tests.rates.faults import FAULTS, Faulty, draw_faulty
 from tests.rates.measuring import Player
@@ -46,23 +43,19 @@ def simulate_faulty(kind: str, rng: np.random.Generator, player: Player = "balan
 
 
 def judge_faulty(drawn: FaultyCampaign) -> Verdict:
-    """Look for suspects, then for what is missing without them, as `stiffcal diagnose` does.
+    """Judge runs and effects together, as `stiffcal diagnose` does.
 
     Nothing is hidden: every effect that is named without a doubt is wrong, but a step in the run in which there is one.
     """
     campaign = drawn.campaign
     start = time.perf_counter()
-    suspicion = find_suspects(campaign.states, campaign.model)
-    firm = without_steps(suspicion)
-    sound = campaign.states.select(firm.keep(campaign.states)) if firm.suspects else campaign.states
-    search = search_missing(sound, campaign.model, built_in_effects())
+    search = diagnose_states(campaign.states, campaign.model, built_in_effects())
     seconds = time.perf_counter() - start
-    named = {suspect.run for suspect in suspicion.suspects}
+    named = {off.run for off in search.doubted}
     right = set(campaign.runs[:1]) <= named <= set(campaign.runs)
-    right &= all(suspect.kind in campaign.kinds for suspect in suspicion.suspects)
     findable = min(campaign.change, campaign.deflection) >= LEAST_CHANGE
-    firm_wrong = is_firm(search) and not (firm.suspects == () and _is_the_step(campaign, search))
-    suspects = "; ".join(f"{suspect.run} {suspect.kind} {suspect.score:.1f}" for suspect in suspicion.suspects)
+    firm_wrong = is_firm(search) and not _is_the_step(campaign, search)
+    suspects = "; ".join(f"{off.run} {p:.2f}" for off, p in search.doubted.items())
     return Verdict(
         kind=drawn.kind,
         settings=campaign.settings,
@@ -74,7 +67,7 @@ def judge_faulty(drawn: FaultyCampaign) -> Verdict:
         after=search.after.ratio if search.after else np.nan,
         within=False,
         p_parameters=None,
-        unexplained=search.unexplained,
+        unexplained=bool(search.unexplained),
         seconds=seconds,
         firm_wrong=firm_wrong,
         player=drawn.player,
@@ -83,14 +76,14 @@ def judge_faulty(drawn: FaultyCampaign) -> Verdict:
 
 def _outcome(right: bool, findable: bool, any_named: bool) -> str:
     if right:
-        return "right run and kind"
-    return ("other run or kind" if any_named else "not found") if findable else "below what can be found"
+        return "right run"
+    return ("other run" if any_named else "not found") if findable else "below what can be found"
 
 
-def _is_the_step(campaign: Faulty, search: Search) -> bool:
+def _is_the_step(campaign: Faulty, search: DiagnosedStates) -> bool:
     """Return whether the one effect that is named is the step that a bump made, in the run where it is."""
     names = [one.candidate.effect.name for one in search.found]
     if campaign.fault != "bump" or names != ["seat-shift"]:
         return False
-    placed = next(one for one in search.final.robot.placed if one.effect.name == "seat-shift")
+    placed = next(one for one in search.last.fit.robot.placed if one.effect.name == "seat-shift")
     return int(campaign.states.run[round(placed.values["state"]) - 1]) in campaign.runs

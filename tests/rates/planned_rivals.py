@@ -19,9 +19,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.plan_file import load_plan
-from stiffcal.diagnosis.search import search_missing
 from stiffcal.identification.identify import Settings
 from stiffcal.identification.noise import Noise
+from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
@@ -139,18 +139,17 @@ def main(folder: Path, n_seeds: int, n_runs: int, force: float, first_seed: int,
             for seed in range(first_seed, first_seed + n_seeds):
                 truth = CompliantRobot(present.chain, model.robot.placed, model.robot.deformed)
                 played = read(truth, states, model.noise, np.random.default_rng(seed))
-                search = search_missing(played, present, catalogue, Settings())
+                search = diagnose_states(played, present, catalogue, Settings())
                 first = search.found[0] if search.found else None
                 right = first is not None and first.candidate.effect.name == named_rival(rival.label).effect
                 named += right
-                alone += right and first is not None and not first.alternatives and not search.undecided
-                if not right or (first is not None and first.alternatives) or search.undecided:
+                alone += right and first is not None and not first.alternatives
+                if not right or (first is not None and first.alternatives):
                     label = (
                         "nothing" if first is None else f"{first.candidate.effect.name} {first.candidate.place.label}"
                     )
-                    others = [one.name for one in first.alternatives] if first is not None else []
-                    between = [one.candidate.name for one in search.undecided]
-                    print(f"  seed {seed}: {label}, alternatives {others}, undecided {between}", flush=True)
+                    others = [one.name for one, _ in first.alternatives] if first is not None else []
+                    print(f"  seed {seed}: {label}, alternatives {others}", flush=True)
             spent = (time.process_time() - started) / n_seeds
             kind = f"with {n_runs} planned runs" if planned else "without planned runs"
             counts = f"named {named}, alone {alone} of {n_seeds} from seed {first_seed}"

@@ -17,10 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.diagnosis.search import search_missing
-from stiffcal.diagnosis.search_results import MissingEffect, Search
 from stiffcal.errors import no_progress
 from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.judgement.diagnosed import DiagnosedStates, FoundEffect, diagnose_states
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.effect import Place
@@ -44,7 +43,7 @@ class Answer:
     right : see `is_right`.
     before, after : error in held-out poses over the noise.
     noise : mm, as the tool reports it.
-    seconds : of reading and searching.
+    seconds : of reading and judging.
     """
 
     folder: str
@@ -79,54 +78,54 @@ def hidden_place(entry: dict[str, Any]) -> Place:
     return Place("links", (), where["links"][0]) if "links" in where else Place("setup")
 
 
-def search_campaign(folder: Path) -> Search:
-    """Read a campaign as ingest does, bumped readings set aside, and look for what its model lacks."""
+def diagnosed_campaign(folder: Path) -> DiagnosedStates:
+    """Read a campaign as ingest does, bumped readings set aside, and find what its model lacks."""
     campaign = load_campaign(folder)
     states = reduce_campaign(campaign, no_progress).states
-    return search_missing(states, placed_robot(campaign), built_in_effects())
+    return diagnose_states(states, placed_robot(campaign), built_in_effects())
 
 
-def is_right(hidden: Sequence[str], outside: bool, search: Search) -> bool:
-    """Return whether a search says what is true.
+def is_right(hidden: Sequence[str], outside: bool, answer: DiagnosedStates) -> bool:
+    """Return whether an answer says what is true.
 
     Nothing hidden: nothing named, and the model is adequate. Outside the catalogue: unexplained. Else exactly the
     hidden ones are named, or look-alikes that name them, and nothing is left unexplained.
     """
     if outside:
-        return search.unexplained
+        return bool(answer.unexplained)
     left = list(hidden)
-    for one in search.found:
-        known = [one.candidate.name, *(c.name for c in one.alternatives)]
+    for one in answer.found:
+        known = [one.candidate.name, *(candidate.name for candidate, _ in one.alternatives)]
         match = next((name for name in known if name in left), None)
         if match is None:
             return False
         left.remove(match)
-    return not left and not search.unexplained
+    return not left and not answer.unexplained
 
 
 def ask(folder: Path) -> Answer:
-    """Search one campaign and compare with its truth."""
+    """Diagnose one campaign and compare with its truth."""
     entry = truth(folder.parent)[folder.name]
     start = time.perf_counter()
-    search = search_campaign(folder)
+    answer = diagnosed_campaign(folder)
     seconds = time.perf_counter() - start
     hidden = [hidden_name(one) for one in entry["hidden"]]
-    noise = search.final.noise_length["translation"]
+    noise = answer.last.fit.noise_length["translation"]
     return Answer(
         folder=folder.name,
         hidden=" + ".join(hidden),
         outside=entry["outside_the_catalogue"],
-        named=" + ".join(_identified(one) for one in search.found) or ("none of these" if search.unexplained else ""),
-        right=is_right(hidden, entry["outside_the_catalogue"], search),
-        before=search.before.ratio if search.before else float("nan"),
-        after=search.after.ratio if search.after else float("nan"),
+        named=" + ".join(_identified(one) for one in answer.found) or ("none of these" if answer.unexplained else ""),
+        right=is_right(hidden, entry["outside_the_catalogue"], answer),
+        before=answer.before.ratio if answer.before else float("nan"),
+        after=answer.after.ratio if answer.after else float("nan"),
         noise=1e3 * noise if noise else float("nan"),
         seconds=seconds,
     )
 
 
-def _identified(one: MissingEffect) -> str:
-    others = ", ".join(c.name for c in one.alternatives)
+def _identified(one: FoundEffect) -> str:
+    others = ", ".join(candidate.name for candidate, _ in one.alternatives)
     return one.candidate.name + (f" (or {others})" if others else "")
 
 

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.diagnosis.search import search_missing
-from stiffcal.diagnosis.search_results import MissingEffect, Search
-from stiffcal.diagnosis.thresholds import MOST_ALTERNATIVES
+from stiffcal.judgement.diagnosed import DiagnosedStates, FoundEffect, diagnose_states
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole
@@ -66,10 +64,10 @@ def name_of(one: PlacedEffect) -> str:
 
 
 def judge_campaign(campaign: Hidden, without: Container[str] = ()) -> Verdict:
-    """Search a campaign, some effects of the catalogue left out, and compare with its truth."""
+    """Diagnose a campaign, some effects of the catalogue left out, and compare with its truth."""
     start = time.perf_counter()
     catalogue = {name: effect for name, effect in built_in_effects().items() if name not in without}
-    search = search_missing(campaign.states, campaign.model, catalogue)
+    search = diagnose_states(campaign.states, campaign.model, catalogue)
     seconds = time.perf_counter() - start
     outcome, good = _outcome_of(campaign, search)
     before = search.before.ratio if search.before else np.nan
@@ -88,85 +86,78 @@ def judge_campaign(campaign: Hidden, without: Container[str] = ()) -> Verdict:
         after=after,
         within=bool(after <= 1.05),
         p_parameters=_parameter_p(campaign, search),
-        unexplained=search.unexplained,
+        unexplained=bool(search.unexplained),
         seconds=seconds,
         firm_wrong=_is_firm_and_wrong(campaign, search),
         player=campaign.player,
     )
 
 
-def found_in_words(search: Search) -> str:
-    """Return what was reached, and whether it is named."""
-    withheld = " (withheld)" * (bool(search.tried) and not search.found)
-    return "; ".join(_identified(one) for one in search.tried) + withheld
+def found_in_words(search: DiagnosedStates) -> str:
+    """Return what is missing, each with its probability."""
+    return "; ".join(_identified(one) for one in search.found)
 
 
-def is_firm(search: Search) -> bool:
+def is_firm(search: DiagnosedStates) -> bool:
     """Return whether something is named without a doubt."""
-    return bool(search.found) and not search.unexplained and not search.undecided
+    return any(one.group.firm for one in search.found)
 
 
-def _is_firm_and_wrong(campaign: Hidden, search: Search) -> bool:
+def _is_firm_and_wrong(campaign: Hidden, search: DiagnosedStates) -> bool:
     """Return whether a wrong name is given without doubt; where nothing of the catalogue is hidden every name is."""
-    if not is_firm(search):
-        return False
     outside = campaign.kind.startswith("outside")
-    truth = () if outside else {name_of(one) for one in campaign.hidden}
-    first = search.found[0]
-    names = (first.candidate, *first.alternatives[:MOST_ALTERNATIVES])
-    return not any(candidate.name in truth for candidate in names)
+    truth = set[str]() if outside else {name_of(one) for one in campaign.hidden}
+    return any(one.group.firm and not truth.intersection(names_of(one)) for one in search.found)
+
+
+def names_of(one: FoundEffect) -> list[str]:
+    """Return the name of an effect and those of its look-alikes."""
+    return [one.candidate.name, *(candidate.name for candidate, _ in one.alternatives)]
 
 
 def _numbers(one: PlacedEffect) -> str:
     return "(" + ",".join(f"{s}={v:.2g}" for s, v in one.values.items()) + ")"
 
 
-def _identified(one: MissingEffect) -> str:
-    others = ", ".join(c.name for c in one.alternatives)
-    return (
-        one.candidate.name
-        + (f" [{others}]" if others else "")
-        + f" {one.judgement.errors:.1f}se"
-        + (" undecided" if one.rivals else "")
-    )
+def _identified(one: FoundEffect) -> str:
+    name, *others = names_of(one)
+    alike = f" [{', '.join(others)}]" if others else ""
+    return f"{name}{alike} {one.group.probability:.3f}{' firm' if one.group.firm else ''}"
 
 
-def _outcome_of(campaign: Hidden, search: Search) -> tuple[str, bool]:
+def _outcome_of(campaign: Hidden, search: DiagnosedStates) -> tuple[str, bool]:
     truth = [name_of(one) for one in campaign.hidden]
     named = search.found
     if not truth and not campaign.kind.startswith("outside"):
-        quiet = not search.tried and not search.unexplained
-        return ("quiet" if quiet else "false alarm" if search.tried else "not adequate"), quiet
+        quiet = not named and not search.unexplained
+        return ("quiet" if quiet else "false alarm" if named else "not adequate"), quiet
     if campaign.kind.startswith("outside"):
         if search.unexplained:
             return ("unexplained, named too" if named else "unexplained"), True
         return ("wrong name alone" if named else "nothing"), False
-    if search.undecided:
-        among = truth[0] in (rival.candidate.name for rival in search.undecided)
-        return f"undecided, truth {'' if among else 'not '}among them", False
     if len(truth) > 1:
         return _several(truth, search)
+    if named and not named[0].decided:
+        among = truth[0] in names_of(named[0])
+        return f"undecided, truth {'' if among else 'not '}among them", among
     if not named:
-        if search.tried:
-            right = search.tried[0].candidate.name == truth[0]
-            return ("right but withheld" if right else "wrong, withheld"), False
         return ("unexplained" if search.unexplained else "nothing"), False
     first = named[0]
     more = "" if len(named) == 1 else " + more"
     if first.candidate.name == truth[0]:
         return "right" + more, True
-    if truth[0] in (c.name for c in first.alternatives):
+    if truth[0] in names_of(first):
         return "look-alike" + more, True
     return ("right, not first" if any(truth[0] == one.candidate.name for one in named) else "wrong"), False
 
 
-def _several(truth: list[str], search: Search) -> tuple[str, bool]:
+def _several(truth: list[str], search: DiagnosedStates) -> tuple[str, bool]:
     left, exact, strange = list(truth), True, 0
     for one in search.found:
         if one.candidate.name in left:
             left.remove(one.candidate.name)
             continue
-        alike = [c.name for c in one.alternatives if c.name in left]
+        alike = [name for name in names_of(one) if name in left]
         if alike:
             left.remove(alike[0])
             exact = False
@@ -177,14 +168,14 @@ def _several(truth: list[str], search: Search) -> tuple[str, bool]:
     return f"{len(left)} missed, {strange} wrong", False
 
 
-def _parameter_p(campaign: Hidden, search: Search) -> float | None:
+def _parameter_p(campaign: Hidden, search: DiagnosedStates) -> float | None:
     """Return the χ² p of the hidden effects' parameters, where all of them were found themselves."""
     from scipy.special import chdtrc
 
-    found = {one.candidate.name for one in search.tried}
+    found = {one.candidate.name for one in search.found}
     if not campaign.hidden or {name_of(one) for one in campaign.hidden} != found:
         return None
-    fit = search.final
+    fit = search.last.fit
     picked, off = [], []
     for one in campaign.hidden:
         valued = next(p for p in fit.robot.placed if p.effect.name == one.effect.name and p.place == one.place)

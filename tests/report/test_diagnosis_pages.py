@@ -134,7 +134,7 @@ def test_answer_and_look_alikes() -> None:
 
 def test_nothing_missing_and_nothing_known() -> None:
     fine = words(diagnosis.section(content(adequate=True, missing=[], summary="Nothing is missing.")))
-    assert "No effect lowers the error significantly" in fine
+    assert "None of them is probably missing" in fine
     assert "cannot be judged" in words(diagnosis.section(content(adequate=None, missing=[], noise=None)))
 
 

@@ -12,7 +12,6 @@ import pytest
 
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.diagnosis.search import search_missing
 from stiffcal.errors import no_progress
 from stiffcal.estimation.parameters import Parameter
 from stiffcal.identification.fit import Fit
@@ -20,6 +19,7 @@ from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.joint_lines import joint_compliance
 from stiffcal.identification.joint_motion import joint_motions
 from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.assembly import compliant_robot
@@ -31,6 +31,7 @@ from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.validation.results import ErrorSlice
 from stiffcal.validation.validate import validate_fit
 from tests.laboratory.mujoco_robot import MujocoRobot, Spring
+from tests.laboratory.named_effects import named
 
 BODIES = Path(__file__).parents[2] / "campaigns" / "kr125-bodies"
 THIRTY_SIX = ("joint-compliance", "bearing-tilt", "joint-translation")
@@ -159,9 +160,9 @@ def test_the_play_is_found(played: TrueRun) -> None:
         played.fit.robot,
         placed=tuple(replace(one, values={}) for one in played.fit.robot.placed if one.effect.name in names[:2]),
     )
-    search = search_missing(played.states, robot, {name: found[name] for name in names})
-    assert [one.candidate.name for one in search.found] == ["backlash j4"]
-    assert not search.unexplained
+    diagnosed = diagnose_states(played.states, robot, {name: found[name] for name in names})
+    assert named(diagnosed) == ["backlash j4"]
+    assert not diagnosed.unexplained
 
 
 def test_error_at_the_tool(played: TrueRun) -> None:

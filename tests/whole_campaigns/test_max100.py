@@ -13,22 +13,21 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.diagnosis.document import diagnosis_result
-from stiffcal.diagnosis.search import search_missing
 from stiffcal.documents import document_of
 from stiffcal.identification.coupling import without_rods
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
+from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.summary import EffectAt, Where
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.ingest import stored_states
 from stiffcal.workflow.simulate import simulate_campaign
 from stiffcal.workflow.validate import validate_campaign
+from tests.laboratory.named_effects import named, named_with_alike
 
 FOLDER = Path(__file__).parents[2] / "campaigns" / "max100"
 
@@ -131,17 +130,14 @@ def test_diagnosis_with_rods_and_without(folder: Path, states: LoadStates) -> No
     catalogue = {name: find_effects()[name] for name in kinds}
     robot = placed_robot(load_campaign(folder))
     gears = replace(robot, placed=tuple(one for one in robot.placed if one.place.kind == "joints"))
-    with_rods = search_missing(states, gears, catalogue)
-    assert [found.candidate.name for found in with_rods.found] == ["link-beam swing"]
+    with_rods = diagnose_states(states, gears, catalogue)
+    assert named(with_rods) == ["link-beam swing"]
+    assert with_rods.found[0].alternatives == ()
     assert not with_rods.unexplained
-    assert not with_rods.found[0].alternatives
-    assert not with_rods.could_be
-    tool_alone = search_missing(without_rods(states), gears, catalogue)
-    assert not tool_alone.found
-    assert {"link-beam swing", "link-springs swing", "bearing-tilt j2"} <= {one.name for one in tool_alone.could_be}
-    diagnosis = diagnosis_result(states, tool_alone)
-    assert "8 poses are too few" in diagnosis.summary
-    assert EffectAt(effect="link-beam", where=Where(links=["arm", "carousel", "swing"])) in diagnosis.could_be
+    tool_alone = diagnose_states(without_rods(states), gears, catalogue)
+    assert not any(one.group.firm for one in tool_alone.found)
+    (names,) = named_with_alike(tool_alone)
+    assert {"link-beam swing", "link-springs swing", "bearing-tilt j2"} <= names
 
 
 def spoilt(states: LoadStates, fault: str) -> LoadStates:

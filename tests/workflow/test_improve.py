@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.diagnosis.results import ProposedEffect
+from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.improve import Decision, EffectProposal, improve_campaign
+from stiffcal.workflow.improve import Decision, EffectProposal, _next_changes, _to_add, improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
 
@@ -121,14 +123,31 @@ def test_another_effect_can_be_chosen(coupled: Path) -> None:
     assert "bearing-tilt" in effects_of(coupled)
 
 
-def test_what_the_model_does_not_need_is_removed_once_nothing_is_missing(tmp_path: Path) -> None:
+def test_what_a_user_wrote_into_the_model_is_named_and_stays(tmp_path: Path) -> None:
     folder = write_small_campaign(tmp_path / "plain")
     model = folder / "model.toml"
     model.write_text(model.read_text(encoding="utf-8") + '\n[[effects]]\ntype = "bearing-tilt"\njoints = [3]\n')
-    rungs = improve_campaign(folder, dry_run=True).steps
-    assert [(step.action, step.effect) for step in rungs] == [("start", None), ("would remove", "bearing-tilt")]
-    assert effects_of(folder) == ["joint-compliance", "bearing-tilt"]
+    assert [one.effect for one in diagnose_campaign(folder).superfluous] == ["bearing-tilt"]
     result = improve_campaign(folder)
-    assert [(step.action, step.effect) for step in result.steps] == [("start", None), ("remove", "bearing-tilt")]
-    assert "without: bearing-tilt of joint 3. That these data cannot distinguish" in result.summary
-    assert effects_of(folder) == ["joint-compliance"]
+    assert [step.action for step in result.steps] == ["start"]
+    assert effects_of(folder) == ["joint-compliance", "bearing-tilt"]
+
+
+def test_what_was_added_and_is_not_needed_is_removed() -> None:
+    tilt, beam = (EffectAt(effect=name, where=Where(joints=[3])) for name in ("bearing-tilt", "backlash"))
+    diagnosed = cast(DiagnoseResult, SimpleNamespace(missing=[], undecided=[], superfluous=[tilt, beam]))
+    assert _next_changes(diagnosed, [], [("add", tilt.effect, tilt.where)], likely=False) == [("remove", tilt)]
+
+
+def test_what_is_not_certain_is_added_when_asked_for() -> None:
+    certain, likely, undecided = (
+        ProposedEffect(
+            effect=name, where=Where(joints=[3]), alternatives=[], probability=p, member_probability=share, firm=firm
+        )
+        for name, p, share, firm in (
+            ("backlash", 0.99, 0.99, True), ("two-slope", 0.8, 0.8, False), ("creep", 0.99, 0.4, False),
+        )
+    )  # fmt: skip
+    diagnosed = cast(DiagnoseResult, SimpleNamespace(missing=[certain, likely, undecided]))
+    assert _to_add(diagnosed, likely=False) == [certain]
+    assert _to_add(diagnosed, likely=True) == [certain, likely]

@@ -15,15 +15,20 @@ from stiffcal.workflow.improve_results import ImproveResult
 from stiffcal.workflow.steps import RunContext
 from tests.laboratory.small_campaign import write_small_campaign
 
+COUPLED = """
+[[effects]]
+type = "axis-coupling"
+pairs = [[5, 6]]
+[effects.parameters]
+"axis-coupling.j5-j6.c" = { value = 1.5e-5 }
+"""
 pytestmark = pytest.mark.usefixtures("few_known_effects")
 
 
 @pytest.fixture(scope="module")
 def improved(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ImproveResult]:
-    """A campaign whose model had one effect too many."""
-    folder = write_small_campaign(tmp_path_factory.mktemp("pages") / "small")
-    with (folder / "model.toml").open("a", encoding="utf-8") as file:
-        file.write('\n[[effects]]\ntype = "bearing-tilt"\njoints = [3]\n')
+    """A campaign whose model lacked the coupling of two axes."""
+    folder = write_small_campaign(tmp_path_factory.mktemp("pages") / "small", hidden=COUPLED)
     return folder, improve_campaign(folder)
 
 

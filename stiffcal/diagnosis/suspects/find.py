@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -151,6 +152,35 @@ def find_suspects(
     return Suspicion(tuple(placed), all_without, refitted, selection.not_checked)
 
 
+def described_runs(states: LoadStates, robot: CompliantRobot, settings: Settings, runs: Sequence[int]) -> Suspicion:
+    """Return what is wrong with runs that are known to be off.
+
+    Parameters
+    ----------
+    states : all load states. robot : the model with all that is missing. settings : as for a fit.
+    runs : their numbers.
+    """
+    loads = np.flatnonzero(~states.absolute & ~states.clamped & states.used)
+    others = [run for run in runs if not np.isin(run, states.run[loads])]
+    found: list[FoundSuspect] = []
+    chosen = states.select(loads)
+    own = [run for run in runs if run not in others]
+    if own:
+        found += _Search(chosen, robot, settings, len(own), None).of(own)
+    found += [_unknown(run) for run in others]
+
+    def without(left_out: Sequence[int]) -> Fit:
+        return identify_parameters(states.select(np.flatnonzero(~np.isin(states.run, left_out))), robot, settings)
+
+    refits = tuple(without([run]) for run in runs[:MOST_REFITTED])
+    return Suspicion(tuple(found), without(runs), (*refits, *(None for _ in runs[MOST_REFITTED:])))
+
+
+def _unknown(run: int) -> FoundSuspect:
+    """Return a run that is off, of which nothing more is known."""
+    return FoundSuspect(run, None, SuspectKind.UNKNOWN, None, (), None, 0.0, 0.0, np.nan, 0.0)
+
+
 def _in_campaign(suspect: FoundSuspect, index: Integers) -> FoundSuspect:
     return suspect if suspect.state is None else replace(suspect, state=int(index[suspect.state]))
 
@@ -213,6 +243,22 @@ class _Search:
             if len(unexplained) == len(in_place):
                 break
         return found
+
+    def of(self, runs: Sequence[int]) -> list[FoundSuspect]:
+        """Return what is wrong with runs that are known to be off, in their order."""
+        left_out = tuple(sorted(runs))
+        bench, whitened, scores = self._whitened_without(left_out)
+        kept = np.delete(scores, left_out)
+        usual = float(np.median(kept[kept > 0.0])) if (kept > 0.0).any() else 1.0
+        scores = scores / (max(1.0, usual) if bench.noise_known else usual)
+        next_score = float(np.delete(scores, left_out).max(initial=0.0))
+        found = {run: self._judged(run, left_out, bench, whitened, scores) for run in left_out}
+        for run, suspect in list(found.items()):
+            other = None if suspect is None or suspect.variant is None else suspect.variant.other
+            if suspect is not None and other in found:
+                found[other] = self._judged(other, left_out, bench, whitened, scores, (suspect.kind, run))
+        unknown = partial(self._suspect, kind=SuspectKind.UNKNOWN, whitened=whitened, scores=scores)
+        return [found[run] or unknown(run, next_score=next_score) for run in runs]
 
     def _apart(self, whitened: WhitenedRuns, left_out: Sequence[int], relative: bool) -> tuple[int, ...]:
         """Return the runs that stand apart, starting without some of them, until they stay the same."""

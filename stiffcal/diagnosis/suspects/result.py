@@ -19,6 +19,9 @@ class SuspectKind(StrEnum):
     UNIT = "unit"
     EXCHANGED = "exchanged"
     BUMP = "bump"
+    ZERO = "zero"
+    MOVED = "moved"
+    OFF = "off"
     UNKNOWN = "unknown"
 
 
@@ -92,6 +95,8 @@ class Suspect:
     """The run of each of these two rows. Only of such a move."""
     or_drift: OrAbsent[bool] = None
     """Whether a drift over the rows is an explanation too. Only of such a move."""
+    probability: OrAbsent[float] = None
+    """That it is off, as `diagnose` judges it next to all effects."""
     explained_by: OrAbsent[list[EffectAt]] = None
     """Effects of the catalogue with which the run agrees with the others as well; only where effects were searched."""
     exclude: Annotated[list[str], NOT_PROMISED] = field(default_factory=list)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -163,9 +162,3 @@ def suspect_of_move(moved: MovedBase, states: LoadStates) -> Suspect:
         between_runs=names[:2],
         or_drift=moved.or_drift,
     )
-
-
-def without_steps(suspicion: Suspicion) -> Suspicion:
-    """Return the suspicion without steps inside a run: those are an effect, seat-shift, that a model can hold."""
-    firm = tuple(suspect for suspect in suspicion.suspects if suspect.offset is None or not suspect.offset.step)
-    return replace(suspicion, suspects=firm)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 from stiffcal.diagnosis.pattern_results import CompliancePattern
-from stiffcal.diagnosis.results import DiagnoseResult, LookAlike, ProposedEffect
+from stiffcal.diagnosis.results import DiagnoseResult, ExcludedSizeAt, LookAlike, ProposedEffect
 from stiffcal.diagnosis.words import pattern_in_words, what_is_followed
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.report import wording
@@ -24,7 +25,7 @@ from stiffcal.report.blocks import (
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.pattern import draw_pattern
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import variable
+from stiffcal.wording import probability_in_words, variable
 
 ORDER = 72
 _TITLE = "Missing effects"
@@ -41,15 +42,19 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     missing = diagnosis.missing
     if missing:
         blocks.append(Items(tuple(_missing_words(effect) for effect in missing)))
+    if diagnosis.in_model:
+        held = tuple(f"In the model: {_missing_words(effect)}" for effect in diagnosis.in_model)
+        blocks.append(Items(held))
     blocks.append(Facts(tuple(_facts(diagnosis))))
+    if diagnosis.excluded_sizes and not diagnosis.unexplained:
+        blocks.append(Paragraph(_excluded(diagnosis.excluded_sizes)))
     if diagnosis.structure:
         blocks.extend(_remainder(diagnosis))
     if diagnosis.pattern is not None:
         blocks.extend(_pattern(diagnosis.pattern))
     if diagnosis.superfluous:
         names = wording.listing(map(wording.effect_at, diagnosis.superfluous))
-        its = "it" if len(diagnosis.superfluous) == 1 else "any of them"
-        blocks.append(Paragraph(f"Not needed: {names}. Without {its} the error in held-out poses is no larger."))
+        blocks.append(Paragraph(f"In the model and probably not there: {names}."))
     blocks.extend(_way_here(content))
     return ReportSection(_TITLE, tuple(blocks))
 
@@ -72,7 +77,7 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
         )
     if diagnosis.adequate:
         return text + (
-            "No effect lowers the error significantly. The remaining error is the repeatability of the instruments "
+            "None of them is probably missing. The remaining error is the repeatability of the instruments "
             "and of the load application; a better model requires better instruments."
         )
     if diagnosis.could_be:
@@ -96,15 +101,32 @@ def _on_what_it_depends(diagnosis: DiagnoseResult) -> str:
     return "No effect is named, and the remaining error follows none of the variables that were tried."
 
 
+def _excluded(sizes: Sequence[ExcludedSizeAt]) -> str:
+    """Return how large an effect at each place would have been found, in words."""
+    known = sorted((one for one in sizes if one.size_m is not None), key=lambda one: -(one.size_m or 0.0))
+    hidden = [one.of for one in sizes if one.size_m is None]
+    text = ""
+    if known:
+        listed = wording.listing([f"{one.of} {wording.length(one.size_m)}" for one in known], 30)
+        text = f"In nine campaigns of ten like this one an effect of this size at the tool would be found: {listed}."
+    if hidden:
+        text += f" In no pose and load of this campaign shows: {wording.listing(hidden, 30)}."
+    return text.strip()
+
+
 def _missing_words(effect: ProposedEffect) -> str:
     names = [_look_alike_words(alternative) for alternative in effect.alternatives]
     alike = f"; cannot be distinguished in these poses and loads: {wording.listing(names, 6)}" if names else ""
-    return f"{wording.effect_at(effect)}{alike}"
+    sure = "" if effect.probability is None else f": {probability_in_words(effect.probability)}"
+    if effect.probability is not None and not effect.firm:
+        sure += ", not certain"
+    return f"{wording.effect_at(effect)}{sure}{alike}"
 
 
 def _look_alike_words(effect: LookAlike) -> str:
     alike = "" if effect.cosine is None else f", cosine {effect.cosine:.3f}"
-    return f"{wording.effect_at(effect)}{alike}"
+    sure = "" if effect.probability is None else f" {probability_in_words(effect.probability)}"
+    return f"{wording.effect_at(effect)}{alike}{sure}"
 
 
 def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:

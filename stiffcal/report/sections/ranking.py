@@ -15,6 +15,7 @@ from stiffcal.report.blocks import (
     TableColumn,
 )
 from stiffcal.report.content import ReportContent
+from stiffcal.wording import probability_in_words
 
 ORDER = 910
 _TITLE = "Appendix: all effects that were tried"
@@ -28,7 +29,7 @@ _COLUMNS = (
     TableColumn("verdict", align="left"),
     TableColumn("held-out poses,\nrms"),
     TableColumn("explains"),
-    TableColumn("first in"),
+    TableColumn("probability"),
     TableColumn("at the tool"),
     TableColumn("p"),
     TableColumn("look-alikes", align="left", width=1.0),
@@ -80,10 +81,13 @@ def _table(diagnosis: DiagnoseResult | EarlierDiagnosis, most: int) -> TableBloc
         caption += f" {name} is significant and not named: the rest has no explanation."
     if len(findings) > most:
         caption += f" {len(findings) - most} more rank below; stiffcal diagnose --json lists them."
+    columns = list(_COLUMNS)
+    if all(finding.probability is None for finding in findings):
+        columns[5] = TableColumn("first in")
     if not any(row[-1] for row in rows):
         plain = TableColumn("p", align="left", width=1.0)
-        return TableBlock((*_COLUMNS[:-2], plain), tuple(row[:-1] for row in rows), f"{caption} None has a look-alike.")
-    return TableBlock(_COLUMNS, tuple(rows), caption)
+        return TableBlock((*columns[:-2], plain), tuple(row[:-1] for row in rows), f"{caption} None has a look-alike.")
+    return TableBlock(tuple(columns), tuple(rows), caption)
 
 
 def _row(finding: Finding) -> tuple[str, ...]:
@@ -95,7 +99,9 @@ def _row(finding: Finding) -> tuple[str, ...]:
         finding.verdict,
         wording.measure_cell(finding.heldout_rms_after),
         wording.percent(min(max(finding.explains, 0.0), 1.0)) if finding.explains is not None else wording.DASH,
-        wording.percent(finding.confidence),
+        wording.percent(finding.confidence)
+        if finding.probability is None
+        else probability_in_words(finding.probability),
         wording.length(finding.size_m) if finding.size_m else wording.DASH,
         wording.DASH if p is None else "<\u00a010⁻⁶" if p < 1e-6 else wording.digits(p, 2),
         wording.listing(alike, _MOST_ALIKE) if alike else "",
@@ -108,11 +114,19 @@ def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
         "Held-out poses: error with the effect added, each pose left out of the fit in turn. Explains: share of the "
         "avoidable error (above the "
         "noise) that is removed, by a first estimate; the share in the summary is of the refitted model. "
-        "First in: share of resamplings of the poses in which the effect ranks first. At the "
-        "tool: rms contribution of the effect there. p: probability of an equal decrease by chance, allowing for the "
-        "number of candidates. Supported: significant decrease of the error in held-out poses, with the selection "
-        "repeated for every held-out pose."
+        "At the tool: rms contribution of the effect there. p: probability of an equal decrease by chance, allowing "
+        "for the number of candidates. "
     )
+    if any(finding.probability is not None for finding in diagnosis.findings):
+        text += (
+            "Probability: that the effect is there, next to all other effects, mistakes in the data and laws of no "
+            "catalogue. Supported: named; possible: 5 % and more."
+        )
+    else:
+        text += (
+            "First in: share of resamplings in which the effect ranks first. Supported: significant decrease of the "
+            "held-out error, with the selection repeated for everything that is held out."
+        )
     chosen = next(
         (finding.heldout_rms_after_choosing for finding in diagnosis.findings if finding.heldout_rms_after_choosing),
         None,

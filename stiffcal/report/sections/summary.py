@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.state_kinds import state_kinds
 from stiffcal.reduction.registered_frames import RegistrationSummary
@@ -23,6 +23,7 @@ from stiffcal.results.next_step import Standing, Step, next_step
 from stiffcal.results.registration_words import convention_in_words
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.schemes import held_out
+from stiffcal.wording import probability_in_words
 
 ORDER = 10
 NOT_YOURS = (
@@ -65,6 +66,8 @@ def _verdict(content: ReportContent) -> str:
     if diagnosis is None:
         return wording.capital(content.not_diagnosed)
     text = diagnosis.summary
+    if diagnosis.in_model:
+        text += f" In the model: {wording.listing(map(_held, diagnosis.in_model))}."
     if diagnosis.missing:
         before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
         noise = f"; the noise is {wording.measure_text(diagnosis.noise)}" if diagnosis.noise else ""
@@ -82,11 +85,21 @@ def _verdict(content: ReportContent) -> str:
     return text
 
 
+def _held(effect: ProposedEffect) -> str:
+    """Return an effect of the model with its probability, and with what looks the same."""
+    names = [wording.effect_at(other) for other in effect.alternatives]
+    alike = f", or {wording.listing(names)}" if names else ""
+    return f"{wording.effect_at(effect)}{alike}: {probability_in_words(effect.probability or 0.0)}"
+
+
 def _how_sure(diagnosis: DiagnoseResult) -> str:
     """Return in which share of resamplings the missing effect comes first; "" where that was judged next to another."""
     leading = next((effect for effect in diagnosis.missing if diagnosis.finding_of(effect) is not None), None)
     finding = None if leading is None else diagnosis.finding_of(leading)
     if leading is None or finding is None or finding.verdict != "supported":
+        return ""
+    if finding.confidence is None:
+        # the probability stands in the answer
         return ""
     share = wording.percent(finding.confidence)
     return f" When whole poses are resampled, {wording.effect_at(leading)} ranks first in {share} of the draws."
@@ -132,7 +145,7 @@ def _next_step(content: ReportContent) -> str:
         return "see “Missing effects”: the remaining error follows none of the variables that were tried"
     if diagnosis.unexplained:
         return "see “Missing effects”: variables on which the remaining error depends"
-    removes = "; stiffcal improve DIR removes what is not needed" if diagnosis.superfluous else ""
+    removes = "; stiffcal remove DIR EFFECT takes out what is not needed" if diagnosis.superfluous else ""
     return f"none: use the model (stiffcal predict, map, compensate){removes}"
 
 

@@ -6,6 +6,7 @@ from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
+from stiffcal.wording import probability_in_words
 
 ORDER = 12
 _TITLE = "Runs that disagree with the others"
@@ -38,6 +39,8 @@ def _place(suspect: Suspect) -> str:
 
 def _facts(suspect: Suspect) -> list[tuple[str, str]]:
     facts = [("kind", str(suspect.kind)), ("finding", suspect.why), ("likely", suspect.likely)]
+    if suspect.probability is not None:
+        facts.append(("probability", probability_in_words(suspect.probability)))
     if suspect.explained_by:
         effects = wording.listing(map(wording.effect_at, suspect.explained_by))
         facts.append(("equally well explained by", effects))

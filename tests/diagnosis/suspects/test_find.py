@@ -11,7 +11,7 @@ import pytest
 from stiffcal.diagnosis.suspects import find, selection
 from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
 from stiffcal.diagnosis.suspects.time_order import TimeOrder
-from stiffcal.diagnosis.suspects.words import suspects_of, without_steps
+from stiffcal.diagnosis.suspects.words import suspects_of
 from stiffcal.identification.identify import identify_parameters, predict_observations
 from stiffcal.identification.observation import observe
 from stiffcal.measurements.load_states import LoadStates
@@ -140,7 +140,6 @@ def test_a_step_inside_a_run_stays_with_the_effects() -> None:
     assert suspect.offset is not None
     assert suspect.offset.step
     assert suspect.state == run[len(run) // 2]
-    assert not without_steps(suspicion).suspects
 
 
 def test_the_fit_without_the_suspect_is_that_of_the_sound_campaign() -> None:

@@ -1,0 +1,80 @@
+"""Errors of a load that a law with memory keeps: friction holds at a turning point, and with it the error there.
+
+The play operator of dry friction stays where the load turned until it lags by the slip: all states up to there share
+the error of the load at the turning point. It is noise that repeats do not show, and follows the path as a law would.
+In a sweep the load turned between two states, which are means of readings: by as much the largest is too small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from stiffcal.arrays import Floats, Integers
+from stiffcal.identification.noise import Noise
+from stiffcal.identification.readings import Observations
+from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.row_layout import MOTOR
+from stiffcal.model.drives import drive_torque
+
+STAYS = 1e-9
+"""Share of its range by which a value may change that stays: rounding."""
+
+
+def lasting_errors(state: Linearised, noise: Noise) -> Floats:
+    """Return (q, m, n) what one standard deviation of the load at each turning point makes.
+
+    Parameters
+    ----------
+    state : the robot at rest. noise : of the readings; where none of the wrench is known, nothing lasts.
+    """
+    found = list(_errors(state, noise)) if noise.of_wrench else []
+    return np.array(found) if found else np.zeros((0, *state.data.measured.shape))
+
+
+def _errors(state: Linearised, noise: Noise) -> Iterator[Floats]:
+    chain, shape = state.robot.chain, state.data.measured.shape
+    wrench = noise.of_wrenches(state.data)
+    for placed in state.robot.placed:
+        effect, place = placed.effect, placed.place
+        if not effect.has_memory or len(place.joints) != 1:
+            continue
+        torque = drive_torque(chain, state.loads.wrench, place.joints[0])
+        size = _of_torque(torque, state.data.wrench, wrench)
+        between = _between(torque, state.data)
+        for term in effect.terms(place, chain, state.loads, placed.shape()):
+            lever = state.lever(term.node, term.component)
+            if lever is None or term.symbol not in placed.values:
+                continue
+            slope = np.ptp(term.value) / max(float(np.ptp(torque)), 1e-300)
+            for own in _stretches(np.asarray(term.value), state.data.run):
+                column = np.zeros(shape)
+                error = np.hypot(size[own[0]], between[own[0]])
+                column[:, own] = placed.amplitude(term.symbol) * slope * error * lever[:, own]
+                yield column
+
+
+def _of_torque(torque: Floats, wrench: Floats, noise: Floats) -> Floats:
+    """Return (n,) the standard deviation of a drive's torque, from those of force and moment (6, n)."""
+    force = float(np.sqrt(np.mean(np.sum(wrench[:3] ** 2, axis=0))))
+    arm = float(np.sqrt(np.mean(torque**2))) / force if force > 0.0 else 0.0
+    return np.asarray(np.sqrt(np.mean(noise[3:] ** 2, axis=0) + (arm**2) * np.mean(noise[:3] ** 2, axis=0)))
+
+
+def _between(torque: Floats, data: Observations) -> Floats:
+    """Return (n,) the standard deviation of where a sweep turned: anywhere up to half the way to the next state."""
+    step = np.zeros(len(torque))
+    same = np.diff(data.run) == 0
+    step[1:][same] = np.abs(np.diff(torque))[same]
+    swept = data.measured_mask[data.kind == MOTOR].any(axis=0)
+    return np.asarray(np.where(swept, 0.5 * step / np.sqrt(12.0), 0.0))
+
+
+def _stretches(value: Floats, run: Integers) -> Iterator[Integers]:
+    """Give the states during which a value stays, two at least, of one run."""
+    still = (np.abs(np.diff(value)) <= STAYS * np.ptp(value)) & (np.diff(run) == 0)
+    edges = np.flatnonzero(~still) + 1
+    for own in np.split(np.arange(len(value)), edges):
+        if len(own) > 1:
+            yield own
