@@ -270,7 +270,7 @@ def _as_far_as_needed(reached: float, others: Sequence[tuple[str, float]]) -> li
 def _what_the_model_has_first(
     effects: Sequence[tuple[str, float]], model: Collection[str]
 ) -> Sequence[tuple[str, float]]:
-    """Return a group with an effect of the model in front where it is not told from the most probable one.
+    """Return a group with an effect of the model in front where nothing distinguishes it from the most probable one.
 
     The model lacks nothing then: adding the other would make the one that it has superfluous.
     """

@@ -104,7 +104,7 @@ def improvement(
 ) -> Generator[Reached, None, ImproveResult]:
     """Do as `improve_campaign`, and hand out each step once it is validated, and each diagnosis.
 
-    Whoever takes no further step leaves model.toml as the last one made it.
+    If no further step is taken, model.toml stays as the last one made it.
 
     Yields
     ------

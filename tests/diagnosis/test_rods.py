@@ -47,9 +47,9 @@ def test_rods_distinguish_the_swing_from_the_bearing(hidden: PlacedEffect) -> No
     assert {SWING[0], TILT} <= names
     assert undecided.found[0].group.probability > 0.99
     assert not undecided.found[0].group.firm
-    told_apart = diagnosed(with_rods(tool_alone, robot, five_rods(chain)), joint_springs(chain))
-    assert not told_apart.unexplained
-    (reported,) = named_with_alike(told_apart)
+    distinguished = diagnosed(with_rods(tool_alone, robot, five_rods(chain)), joint_springs(chain))
+    assert not distinguished.unexplained
+    (reported,) = named_with_alike(distinguished)
     if hidden is HIDDEN["swing"]:
         assert reported <= set(SWING)
     else:

@@ -171,7 +171,7 @@ def two_tilts() -> LoadStates:
 
 @pytest.mark.practice
 def test_the_lesser_of_two_effects_is_listed_with_its_neighbours() -> None:
-    """A third of the noise: joints 4, 5 and 6 are not told apart."""
+    """A third of the noise: joints 4, 5 and 6 are not distinguished."""
     found = diagnose_states(two_tilts(), joint_springs(six_axes()), TILTS)
     first, second = named_with_alike(found)
     assert first == {"bearing-tilt j3"}

@@ -77,7 +77,7 @@ def test_of_two_alike_tilts_none_that_is_not_there_is_firm() -> None:
 @pytest.mark.practice
 @pytest.mark.xfail(reason="six effects are less probable before any reading than the springs of one link")
 def test_of_bearings_that_tilt_at_all_joints_nothing_else_is_firm() -> None:
-    """Springs of a link do what the tilts at its two ends do; those of joints 4, 5 and 6 are not told apart."""
+    """Springs of a link do what the tilts at its two ends do; those of joints 4, 5 and 6 are not distinguished."""
     found = diagnosed(tilts(dict.fromkeys(range(1, 7), (3e-7, 3e-7))), 11)
     firm = [one.candidate.effect.name for one in found.found if one.group.firm]
     assert set(firm) <= {"bearing-tilt"}

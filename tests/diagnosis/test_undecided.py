@@ -64,7 +64,7 @@ def test_all_are_named_where_none_is_undecided() -> None:
 
 @pytest.mark.long
 def test_an_effect_that_has_less_than_half_of_its_group_is_undecided() -> None:
-    """The tilt of a wrist joint shows a third of the noise: joints 4, 5 and 6 are not told apart."""
+    """The tilt of a wrist joint shows a third of the noise: joints 4, 5 and 6 are not distinguished."""
     robot, tilt = medium_robot(), built_in_effects()["bearing-tilt"]
     hidden = PlacedEffect(tilt, Place("joints", (5,)), {"x": 1e-6, "y": 1e-6})
     states = played(replace(robot, placed=(*robot.placed, hidden)), runs=8, noise=Sigma(16e-6, 30e-6, 0.5, 0.1), seed=2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,7 +19,7 @@ CROSSING = 0.05
 """Width of a step over its threshold: a step without width has no balance."""
 
 
-class DriveLaw(InventedLaw):
+class DriveLaw(InventedLaw, ABC):
     """A law by which a joint gives along its drive."""
 
     place_kind = "joints"
@@ -29,6 +30,7 @@ class DriveLaw(InventedLaw):
         given = self.gives(drive_torque(chain, loads.wrench, joint), loads.angles[joint - 1], loads.order, shape)
         return () if given is None else (*drive_terms(chain, joint, "c", given),)
 
+    @abstractmethod
     def gives(self, torque: Floats, angle: Floats, order: StateOrder | None, shape: Values) -> Floats | None:
         """Return the law's values (n,) by the joint's torque and angle (n,); None where it does not act.
 
@@ -36,7 +38,6 @@ class DriveLaw(InventedLaw):
         ----------
         order : of the states; None: a weight alone acts.
         """
-        raise NotImplementedError
 
 
 class HertzContact(DriveLaw):
