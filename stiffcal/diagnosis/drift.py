@@ -39,20 +39,34 @@ class Drift:
         return 1.0 / (1.0 + 2.0 * sum(value**2 for value in self.correlation))
 
 
-def drift_of(data: Observations, white: Floats, dof: float) -> Drift:
-    """Return the drift of residuals; none where runs carry no offsets.
+def drift_of_states(data: Observations, white: Floats, dof: float) -> Drift:
+    """Return the drift of load states' residuals; none where runs carry no offsets.
 
     Parameters
     ----------
     white : (m, n) whitened residual, 0 where nothing was read. dof : its degrees of freedom.
     """
-    from scipy.special import ndtr
-
-    if dof < 1 or not data.free_offset:
+    if not data.free_offset:
         return Drift()
     _, n_of_run = np.unique(data.run[data.carries_offset], return_counts=True)
-    lags = int(np.clip(np.median(n_of_run) // 5, 1, LINGERING))
-    halves = [_half_square(data.run, data.measured_mask, white, lag) for lag in range(1, lags + 1)]
+    return drift_of(data.run, data.measured_mask, white, dof, float(np.median(n_of_run)))
+
+
+def drift_of(run: Integers, measured_mask: Booleans, white: Floats, dof: float, length: float) -> Drift:
+    """Return the drift of residuals.
+
+    Parameters
+    ----------
+    run : (n,) number of the run of each state, in their order. measured_mask : (m, n) True where something was read.
+    white : (m, n) whitened residual, 0 where nothing was read. dof : its degrees of freedom.
+    length : states of a usual run.
+    """
+    from scipy.special import ndtr
+
+    if dof < 1:
+        return Drift()
+    lags = int(np.clip(length // 5, 1, LINGERING))
+    halves = [_half_square(run, measured_mask, white, lag) for lag in range(1, lags + 1)]
     (far, n_pairs), whole = halves[-1], float(np.sum(white**2)) / dof
     if n_pairs < 2 or far <= 0.0:
         return Drift()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -36,6 +37,16 @@ class Projection:
     def n_constants(self) -> int:
         """How many components of runs' offsets are estimated: those that a run measured."""
         return self.offsets.n_free
+
+    @property
+    def scale(self) -> Floats:
+        """(m, n) one over the standard uncertainty of each reading; 0 where nothing was read."""
+        return self.whitening.scale
+
+    @cached_property
+    def free(self) -> Floats:
+        """(m, n) share of each reading that runs' offsets leave free; 0 where nothing was read."""
+        return np.where(self.data.measured_mask, 1.0 - self.offsets.leverage(), 0.0)
 
     def centred(self, stack: Floats) -> Floats:
         """Return (k, m, n) with each run's weighted mean taken out (unchanged where runs carry no offset)."""

@@ -10,26 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.judge import f_tail
+from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.rows_off import off_mask
 from stiffcal.judgement.tails import Tail, tails_of
 
 CHANCE = 0.003
 """Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
-
-
-class CheckKind(Enum):
-    """What is compared."""
-
-    TRANSLATION = "translation against the noise"
-    ROTATION = "rotation against the noise"
-    RUN = "a run against the others"
 
 
 @dataclass(frozen=True)
@@ -84,11 +76,11 @@ class _LeftOver:
         off = off_mask(data.run, data.index, (off for one in judged.best for off in one.off))
         if ground.louder is not None and judged.louder > 0.5:
             off |= data.run == ground.louder.run
-        taken = ~np.broadcast_to(off, data.measured.shape).ravel()
+        taken = ~np.broadcast_to(off, data.measured_mask.shape).ravel()
         tails = tails_of(left[taken], free[taken], readings.kind[taken], ground.noise.known)
         tail = max(tails, key=lambda one: tails[one])
         square = left**2 * tail.weights(left**2 / np.maximum(free, 1e-300), readings.kind)
-        shape = data.measured.shape
+        shape = data.measured_mask.shape
         return cls(square.reshape(shape), free.reshape(shape), data.run, off, tail, judged.drift.independent)
 
     def against_noise(self, judged: Judged) -> Iterator[Check]:
@@ -98,7 +90,7 @@ class _LeftOver:
             return
         dof = judged.ground.noise.known or self.independent * self.tail.worth_plain * noise.dof
         worth = self.independent * self.tail.worth
-        for kind, rows in ((CheckKind.TRANSLATION, slice(0, 3)), (CheckKind.ROTATION, slice(3, 6))):
+        for kind, rows in judged.ground.checked.items():
             expected = float(self.expected[rows][:, ~self.off].sum())
             if expected > 1.0:
                 ratio = float(self.square[rows][:, ~self.off].sum()) / expected

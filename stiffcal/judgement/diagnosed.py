@@ -34,11 +34,12 @@ from stiffcal.identification.identify import (
 )
 from stiffcal.judgement.excluded import ExcludedSize, excluded_sizes
 from stiffcal.judgement.forms import replaced
-from stiffcal.judgement.judge import Judged, judge_states
+from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.reading import NAMED, AlikeEffects, WhatIsMissing, read_off
 from stiffcal.judgement.rows_off import Off, off_mask
 from stiffcal.judgement.settings_off import GivenSettings, changed_model, freed
+from stiffcal.judgement.states import judge_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect

@@ -18,6 +18,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.projection import Projection
 from stiffcal.judgement.decomposition import thin_svd
 from stiffcal.judgement.priors import DISCREPANCIES, LOUDER, RUN_SIZES
+from stiffcal.judgement.space import Space
 
 WAVES = 20
 """Half waves over a run of a random walk."""
@@ -54,7 +55,7 @@ class Discrepancy:
         drivers = _unit_loads(data.wrench)
         if data.absolute.any():
             drivers = [*drivers, data.absolute.astype(np.float64)]
-        return cls._of(space, drivers, data.run)
+        return cls.of_drivers(space, drivers, data.run)
 
     @classmethod
     def of_time(cls, space: Projection) -> Discrepancy:
@@ -70,14 +71,13 @@ class Discrepancy:
             part[own] = np.arange(len(own)) / max(len(own) - 1, 1)
         waves = [np.cos(np.pi * k * part) / k for k in range(1, WAVES + 1)]
         size = float(np.sqrt(sum(1.0 / k**2 for k in range(1, WAVES + 1)) / 2.0))
-        return cls._of(space, [wave / size for wave in waves], group)
+        return cls.of_drivers(space, [wave / size for wave in waves], group)
 
     @classmethod
-    def _of(cls, space: Projection, drivers: Sequence[Floats], group: Integers) -> Discrepancy:
+    def of_drivers(cls, space: Space, drivers: Sequence[Floats], group: Integers) -> Discrepancy:
         """Return the responses of each component in each run, or group of states (n,), to drivers (n,) of one noise."""
-        data = space.data
-        m, n = data.measured.shape
-        scale = space.whitening.scale
+        m, n = space.free.shape
+        scale = space.scale
         size = np.array([1.0 / np.median(row[row > 0.0]) if (row > 0.0).any() else 0.0 for row in scale])
         stack = np.zeros((len(drivers) * m, m, n))
         for k, driver in enumerate(drivers):
@@ -161,16 +161,15 @@ class LouderRun:
     """Of its readings, what its constants have taken out."""
 
     @classmethod
-    def of(cls, space: Projection, white: Floats) -> LouderRun | None:
+    def of(cls, space: Space, white: Floats) -> LouderRun | None:
         """Return the run of which most is left, where there are several.
 
         Parameters
         ----------
         white : (r,) whitened residual.
         """
-        data = space.data
-        m, n = data.measured.shape
-        free = np.where(data.measured_mask, 1.0 - space.offsets.leverage(), 0.0).sum(axis=0)
+        data, (m, n) = space.data, space.free.shape
+        free = space.free.sum(axis=0)
         numbers, position = np.unique(np.where(data.absolute, -1, data.run), return_inverse=True)
         per_run = np.bincount(position, weights=free)
         square = np.bincount(position, weights=np.sum(white.reshape(m, n) ** 2, axis=0))

@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.observation import Observations
-from stiffcal.judgement.ground import Ground
+from stiffcal.judgement.ground_of_states import GroundOfStates
 
 KEPT = 3
 """Pairs of each kind that are compared with all else."""
@@ -45,7 +45,7 @@ class Exchange:
         return f"{self.part.value} of runs {self.runs[0]} and {self.runs[1]} exchanged"
 
 
-def exchanges(ground: Ground) -> Iterator[Exchange]:
+def exchanges(ground: GroundOfStates) -> Iterator[Exchange]:
     """Give the pairs that explain most of what a model leaves, of each kind."""
     data = ground.space.data
     if data.absolute.all():
@@ -76,7 +76,7 @@ class _Runs:
     """The observations."""
 
     @classmethod
-    def of(cls, ground: Ground) -> _Runs:
+    def of(cls, ground: GroundOfStates) -> _Runs:
         """Return it about a model."""
         data = ground.space.data
         numbers = np.unique(data.run[~data.absolute])
@@ -101,7 +101,7 @@ class _Runs:
         return np.asarray(self.response[others] @ theirs - self.response[run] @ own)
 
 
-def _gains(ground: Ground, runs: _Runs, part: ExchangedPart) -> Floats:
+def _gains(ground: GroundOfStates, runs: _Runs, part: ExchangedPart) -> Floats:
     """Return (R, R) half the squares that the exchange of each pair explains; 0 below the diagonal, and where none."""
     scale, count = ground.space.whitening.scale, len(runs.numbers)
     length = np.array([len(own) for own in runs.states])

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.identification.row_layout import TRANSLATION
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import MemberKind
 
@@ -30,7 +29,7 @@ class ExcludedSize:
     where: str
     """As `stiffcal.judgement.priors.where`."""
     size: float
-    """m, rms of the tool's displacement by it; infinite where an effect there does not show."""
+    """Rms of what it does to the components `Ground.stated`; infinite where an effect there does not show."""
 
 
 def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
@@ -39,7 +38,7 @@ def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
     key = judged.weighed.best
     inner = evidence.left_by(key)
     noise = float(evidence.noise.scale(np.maximum(inner.square, 0.0))[0])
-    translations = ground.space.data.rows_of(TRANSLATION)
+    stated = ground.stated
     taken = {members[i].share.place for i in key}
     found: dict[str, float] = {}
     for number, one in enumerate(members):
@@ -50,8 +49,8 @@ def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
         if shown <= LEAST_LEFT * float(np.sum(rows**2)):
             found[one.share.place] = np.inf
             continue
-        moved = np.array([ground.space.unwhitened(row)[translations] for row in rows])
-        read = max(int(np.count_nonzero(ground.space.data.measured_mask[translations].any(axis=0))), 1)
+        moved = np.array([ground.space.unwhitened(row)[stated] for row in rows])
+        read = max(int(np.count_nonzero(ground.space.data.measured_mask[stated].any(axis=0))), 1)
         size = noise * np.sqrt(_squares_to_find(one.log_prior) / shown * np.sum(moved**2) / read)
         found[one.share.place] = max(found.get(one.share.place, 0.0), float(size))
     return tuple(ExcludedSize(place, size) for place, size in sorted(found.items()))

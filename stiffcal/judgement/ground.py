@@ -1,33 +1,45 @@
-"""A model at rest, about which members are compared, and their columns about it."""
+"""A model with values, about which members are compared, and their columns about it."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.drift import Drift
 from stiffcal.estimation.unknowns import signs_of
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.regressors import Linearised, Regressor
+from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, off_by_run
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import ALONE, SIZE_WEIGHTS, SIZES, RobotScale
+from stiffcal.judgement.priors import ALONE, SIZE_WEIGHTS, SIZES, UsualSizes
 from stiffcal.judgement.shared import Shared
+from stiffcal.judgement.space import Space
 from stiffcal.judgement.tails import Readings
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 
 
-@dataclass(frozen=True)
-class Ground:
-    """A model at rest, about which members are compared."""
+class CheckKind(Enum):
+    """What is compared with what chance leaves."""
 
-    state: Linearised
-    """The robot."""
-    space: Projection
+    TRANSLATION = "translation against the noise"
+    ROTATION = "rotation against the noise"
+    TORQUE = "torque against the noise"
+    RUN = "a run against the others"
+
+
+@dataclass(frozen=True)
+class Ground(ABC):
+    """A model with values, about which members are compared."""
+
+    state: RegressorMaker
+    """Makes what effects do to the readings of the model."""
+    space: Space
     """Weights and runs."""
     shared: Shared
     """What every hypothesis has."""
@@ -68,13 +80,30 @@ class Ground:
             for member in members:
                 if len(member.present):
                     residual = residual + member.present @ member.rows
-        shape = self.space.data.measured.shape
-        kind = np.broadcast_to(self.space.data.kind[:, None], shape).ravel()
-        free = np.where(self.space.data.measured_mask, 1.0 - self.space.offsets.leverage(), 0.0).ravel()
-        return SetEvidence.of(Readings(self.shared, residual, free, kind), members, self.noise)
+        kind = np.broadcast_to(self.space.data.kind[:, None], self.space.free.shape).ravel()
+        return SetEvidence.of(Readings(self.shared, residual, self.space.free.ravel(), kind), members, self.noise)
+
+    @property
+    @abstractmethod
+    def drift(self) -> Drift:
+        """What the model leaves in the course of runs."""
+
+    @property
+    @abstractmethod
+    def stated(self) -> Integers:
+        """Positions of the components in whose unit sizes are stated."""
+
+    @property
+    @abstractmethod
+    def checked(self) -> Mapping[CheckKind, slice]:
+        """The components that are held against the noise, by what they are."""
+
+    def steps(self) -> tuple[int, float | None]:
+        """Return the number of states at which a step may begin, and the state where it explains most."""
+        return 0, None
 
 
-def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> MemberColumns:
+def columns_of(ground: Ground, regressor: Regressor, scale: UsualSizes) -> MemberColumns:
     """Return whitened columns in units of their typical size."""
     effect, place = regressor.effect, regressor.place
     own = dict(zip(regressor.symbols, regressor.columns, strict=True))
@@ -91,7 +120,7 @@ def columns_of(ground: Ground, regressor: Regressor, scale: RobotScale) -> Membe
     if not own:
         rows = ground.space.rows(regressor.fixed[None])
         return MemberColumns(rows, np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
-    typical = np.array([scale.typical(effect, place, symbol) for symbol in own])
+    typical = np.array([scale.typical(effect, place, symbol, regressor.shape) for symbol in own])
     rows = ground.space.rows(np.array(list(own.values()))) * typical[:, None]
     low, _ = signs_of([effect.spec(symbol) for symbol in own])
     present = np.zeros(0) if placed is None else np.array([placed.amplitude(symbol) for symbol in own]) / typical

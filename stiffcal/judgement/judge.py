@@ -1,59 +1,26 @@
-"""One distribution over what may be missing from a model of load states, and what is read off it."""
+"""One distribution over what may be missing from a model, whatever was measured, and what is read off it."""
 
 from __future__ import annotations
 
-from collections import defaultdict
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
-from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import Candidate, list_candidates
-from stiffcal.diagnosis.drift import Drift, drift_of
-from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
-from stiffcal.diagnosis.held_to_places import ReferencePlaces
-from stiffcal.diagnosis.suspects.influence import most_suspects
+from stiffcal.diagnosis.drift import Drift
+from stiffcal.diagnosis.scan import KnownNoise
 from stiffcal.errors import InputError, Progress, no_progress
-from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem
-from stiffcal.identification.noise import Noise
-from stiffcal.identification.observation import Observations
-from stiffcal.identification.regressors import Linearised
-from stiffcal.identification.weights import residual_noise
-from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
-from stiffcal.judgement.evidence import NoiseScale
-from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_symbol
-from stiffcal.judgement.ground import Ground, columns_of
-from stiffcal.judgement.lasting_errors import lasting_errors
-from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
-from stiffcal.judgement.priors import (
-    ALONE,
-    COMMON,
-    DISCREPANCIES,
-    DOUBTED_RUN,
-    OF_LOADS,
-    OF_TIME,
-    STATED_NOISE_DOF,
-    MemberKind,
-    RobotScale,
-    log_odds_of_doubt,
-)
-from stiffcal.judgement.reference_places import with_reference_places
-from stiffcal.judgement.rivals import with_rivals_refitted
-from stiffcal.judgement.rows_off import Off, off_mask, rows_off
-from stiffcal.judgement.sets import Key, WeighedSets, search_sets
-from stiffcal.judgement.settings_off import GivenSettings, changed_model, freed
-from stiffcal.judgement.shared import Shared
-from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
-from stiffcal.judgement.weight import WeightOfLinks, shown
-from stiffcal.judgement.within_run import mistakes_in_runs
-from stiffcal.measurements.load_states import LoadStates
+from stiffcal.estimation.parameters import Parameter
+from stiffcal.judgement.ground import Ground
+from stiffcal.judgement.members import Member
+from stiffcal.judgement.priors import COMMON, DISCREPANCIES, MemberKind
+from stiffcal.judgement.rows_off import Off
+from stiffcal.judgement.sets import Key, WeighedSets
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect, ParameterRole, Place
-from stiffcal.model.no_balance import NoBalanceError
+from stiffcal.model.effect import Effect
 
 ROUNDS = 6
 """Models about which the members are compared, at most."""
@@ -63,13 +30,29 @@ SET_ASIDE = 0.5
 """Probability of being off from which on a run takes no part."""
 
 
+class JudgedFit(Protocol):
+    """A fit of any kind of readings, as far as a judgement asks for it."""
+
+    @property
+    def robot(self) -> CompliantRobot:
+        """The model with the estimated values."""
+
+    @property
+    def parameters(self) -> Sequence[Parameter]:
+        """What was found of each parameter."""
+
+    @property
+    def noise(self) -> KnownNoise | None:
+        """Of the readings; None where it is not known."""
+
+
 @dataclass(frozen=True)
 class Judged:
     """Sets of members with their probabilities about the best model."""
 
     weighed: WeighedSets
     """Of all sets."""
-    fit: Fit
+    fit: JudgedFit
     """Of the model with the best set, runs that are off left out."""
     ground: Ground
     """About which they were weighed."""
@@ -107,9 +90,7 @@ class Judged:
     @cached_property
     def drift(self) -> Drift:
         """What the best model leaves in the course of runs."""
-        ground = self.ground
-        white = ground.white.reshape(ground.space.data.measured.shape)
-        return drift_of(ground.space.data, white, ground.noise.dof)
+        return self.ground.drift
 
     @property
     def members(self) -> Sequence[Member]:
@@ -132,53 +113,71 @@ class Judged:
         return self.names_of_best == self.chosen
 
 
-def judge_states(
-    states: LoadStates,
-    robot: CompliantRobot,
-    catalogue: Mapping[str, Effect],
-    settings: Settings | None = None,
-    progress: Progress = no_progress,
-    doubt: bool = True,
-) -> Judged:
+F = TypeVar("F", bound=JudgedFit)
+
+
+class Campaign(ABC, Generic[F]):
+    """What all models of one judgement share: readings of one kind, and what may be missing from a model of them."""
+
+    @abstractmethod
+    def about(self, fit: F) -> Self:
+        """Return it prepared with another fit: the robot is as large and as loaded as in the runs that took part."""
+
+    @abstractmethod
+    def without(self, names: frozenset[str]) -> Self:
+        """Return it without some effects."""
+
+    @abstractmethod
+    def fit(self, chosen: Sequence[Member], aside: frozenset[Off]) -> F:
+        """Return the fit of the model with some members; what is off takes no part.
+
+        Raises
+        ------
+        InputError : there is no such model: the robot has no equilibrium, or the fit does not settle.
+        """
+
+    @abstractmethod
+    def judged(self, fit: F, chosen: frozenset[str], number: int) -> Judged:
+        """Weigh sets about a model."""
+
+    @abstractmethod
+    def with_rivals(self, judged: Judged, fit: F, aside: frozenset[Off]) -> Judged:
+        """Return a judgement with the nearest rivals of its set refitted, what is off left out."""
+
+    def asked_again(self, judged: Judged, fit: F, aside: frozenset[Off]) -> dict[Off, float]:
+        """Return of all that was set aside the probability that it is off, about the last model."""
+        return {}
+
+
+def judge(campaign: Campaign[F], fit: F, progress: Progress = no_progress) -> Judged:
     """Compare all sets of members that are worth it.
 
     Parameters
     ----------
-    states : the campaign's load states.
-    robot : the present model, with or without values.
-    catalogue : effects by name.
-    settings : how fits are made.
+    campaign : the readings. fit : of the present model to them.
     progress : receives a description of each step.
-    doubt : whether runs and single readings may be off.
-
-    Raises
-    ------
-    InputError : the data hold no more readings than the model has values.
     """
-    settings = settings or Settings()
-    fit = fit_observations(fit_problem(states, robot), robot, settings)
-    campaign = _Campaign.of(states, robot, fit, catalogue, settings, doubt)
-    model = chosen = frozenset(_name_of(placed) for placed in fit.robot.placed if _is_member(placed))
+    present = [placed for placed in fit.robot.placed if is_member(placed)]
+    model = chosen = frozenset(name_of(placed) for placed in present)
     aside = frozenset[Off]()
-    present = [placed for placed in fit.robot.placed if _is_member(placed)]
     explained = dict[Off, tuple[str, ...]]()
-    tried = {(_orders((_name_of(one), one.effect, one.values) for one in present), aside)}
+    tried = {(_orders((name_of(one), one.effect, one.values) for one in present), aside)}
     for number in range(1, ROUNDS + 1):
         progress(f"comparing every effect at every place, model {number}", 0.05 + 0.1 * number)
         judged = replace(campaign.judged(fit, chosen, number), model=model)
         effects, without = _next_model(judged, aside)
         if (_model_of(effects), without) in tried:
-            judged = campaign.with_rivals(judged, aside)
+            judged = campaign.with_rivals(judged, fit, aside)
             effects, without = _next_model(judged, aside)
         if (_model_of(effects), without) in tried:
-            judged = replace(judged, aside=campaign.asked_again(judged, aside))
+            judged = replace(judged, aside=campaign.asked_again(judged, fit, aside))
             without = frozenset(off for off, p in judged.aside.items() if p >= SET_ASIDE)
         if (_model_of(effects), without) in tried:
             break
         explained |= {off: _instead_of(off, judged.weighed) for off in without - aside}
         try:
             fit = campaign.fit(effects, without)
-        except (NoBalanceError, ArithmeticError):
+        except (InputError, ArithmeticError):
             # a law without which, or with which, the robot has no equilibrium explains nothing
             new = _names(effects) - chosen
             if not new:
@@ -187,7 +186,7 @@ def judge_states(
             judged = replace(campaign.judged(fit, chosen, number), model=model)
             continue
         if without != aside:
-            campaign = _Campaign.of(states, robot, fit, catalogue, settings, doubt)
+            campaign = campaign.about(fit)
         chosen, aside = _names(effects), without
         tried.add((_model_of(effects), aside))
     return replace(judged, explained=explained)
@@ -241,222 +240,11 @@ def _names(members: Sequence[Member]) -> frozenset[str]:
     return frozenset(one.name for one in members if one.kind is MemberKind.EFFECT)
 
 
-def _is_member(placed: PlacedEffect) -> bool:
+def is_member(placed: PlacedEffect) -> bool:
     """Return whether an effect of the model under test is judged like those that are not in it."""
     return placed.effect.name not in COMMON and not placed.effect.general
 
 
-def _name_of(placed: PlacedEffect) -> str:
+def name_of(placed: PlacedEffect) -> str:
+    """Return ``effect place``."""
     return f"{placed.effect.name} {placed.place.label}"
-
-
-def _nothing_left(dof: int, n_parameters: int) -> InputError:
-    """Return the fault where the model's own values use up all readings: no residual could show an effect."""
-    reason = f"{max(dof, 0)} readings for {n_parameters} parameters of the model"
-    mend = "measure more poses or loads, or remove effects from model.toml: there are no degrees of freedom left"
-    return InputError.at(FaultCode.DATA_MISSING, "campaign.toml", "runs", reason, mend)
-
-
-def _noise_of(fit: Fit) -> Noise:
-    """Return the noise of a fit; where none is known, the residuals' own size by kind of row."""
-    return fit.noise or residual_noise(fit.data, fit.predicted)
-
-
-@dataclass(frozen=True)
-class _Campaign:
-    """What all models of one judgement share."""
-
-    states: LoadStates
-    """The load states."""
-    model: CompliantRobot
-    """The present model: readings are of its kinematics."""
-    data: Observations
-    """Of all runs that take part, as rows."""
-    springs: CompliantRobot
-    """What every hypothesis has."""
-    candidates: Sequence[Candidate]
-    """Effects of the catalogue at their places."""
-    scale: RobotScale
-    """How soft and how loaded the robot is."""
-    geometry: GeometryNuisance | None
-    """Errors of its geometry."""
-    weight: WeightOfLinks
-    """What the links weigh beyond what is stated."""
-    settings: Settings
-    """How fits are made."""
-    given: GivenSettings
-    """What model file and manifest set."""
-    places: ReferencePlaces | None
-    """Absolute places of reference states; None where there are none."""
-    doubt: bool
-    """Whether runs and single readings may be off."""
-
-    @classmethod
-    def of(
-        cls,
-        states: LoadStates,
-        model: CompliantRobot,
-        fit: Fit,
-        catalogue: Mapping[str, Effect],
-        settings: Settings,
-        doubt: bool,
-    ) -> _Campaign:
-        """Prepare, with the fit of a model: the robot is as large and as loaded as in the runs that took part in it."""
-        springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not _is_member(placed)))
-        candidates, _ = list_candidates(springs, states, catalogue)
-        scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, fit.data).loads)
-        geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
-        given = GivenSettings.of(model, settings.fixed, fit.data)
-        places = ReferencePlaces.of(states, fit)
-        return cls(
-            states, model, fit.data, springs, candidates, scale, geometry, weight, settings, given, places, doubt
-        )
-
-    def without(self, names: frozenset[str]) -> _Campaign:
-        """Return it without some effects."""
-        return replace(self, candidates=[one for one in self.candidates if one.name not in names])
-
-    @property
-    def most_off(self) -> int:
-        """How many mistakes of runs are possible next to those that are set aside, of which two may be one exchange."""
-        of_states, of_data = len(np.unique(self.states.run)), len(np.unique(self.data.run))
-        return max(most_suspects(of_states) - (of_states - of_data + 1) // 2, 0)
-
-    def fit(self, chosen: Sequence[Member], aside: frozenset[Off]) -> Fit:
-        """Return the fit of the model with some effects; runs that are off take no part."""
-        robot = self.springs
-        for one in chosen:
-            if one.candidate is not None:
-                robot = replaced(robot, PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape)))
-        kept = ~off_mask(self.states.run, np.arange(len(self.states)), aside) if aside else None
-        problem = fit_problem(self.states, self.model, kept)
-        changed = tuple(one.setting for one in chosen if one.setting is not None)
-        settings = replace(self.settings, fixed=self.settings.fixed - freed(changed))
-
-        def refit(robot: CompliantRobot) -> Fit:
-            return fit_observations(problem, robot, settings)
-
-        return in_best_form(self.states, refit(changed_model(robot, changed, self.given)), refit)
-
-    def with_rivals(self, judged: Judged, aside: frozenset[Off]) -> Judged:
-        """Return a judgement with the nearest rivals of its set refitted, what is off left out."""
-        noise = _noise_of(judged.fit)
-        weighed = with_rivals_refitted(
-            judged.weighed,
-            judged.own,
-            self.scale,
-            lambda members: self.fit(members, aside),
-            lambda rival: self.ground(rival, noise, self.data),
-            self.given,
-        )
-        return replace(judged, weighed=weighed)
-
-    def asked_again(self, judged: Judged, aside: frozenset[Off]) -> dict[Off, float]:
-        """Return of each run and state that was set aside the probability that it is off, about the last model."""
-        if not aside:
-            return {}
-        fit = judged.fit
-        everything = fit_problem(self.states, self.model).data
-        ground = self.ground(fit, _noise_of(fit), everything)
-        laws = {law.place + ": " + law.follows: law for law in unlisted_laws(ground.state)}
-        columns = [
-            columns_of(ground, ground.state.regressor(one.effect, one.place, one.shape()), self.scale)
-            for one in ground.present
-        ]
-        columns += [unlisted_columns(ground, laws[one.name].columns) for one in judged.best if one.name in laws]
-        off = [(Off(run), off_columns(rows), 0.0) for run, rows in ground.runs_off() if Off(run) in aside]
-        states = frozenset(one.state for one in aside if one.state is not None)
-        off += [(one, off_columns(rows, ALONE), 0.0) for one, rows in rows_off(ground, states)]
-        usual = range(len(columns) + len(off))
-        off += [
-            (Off(one.run), off_columns(one.rows), one.log_share)
-            for one in mistakes_in_runs(ground)
-            if Off(one.run) in aside
-        ]
-        evidence = ground.evidence([*columns, *(rows for _, rows, _ in off)])
-        log_odds = dict[Off, float]()
-        for number, (one, _, share) in enumerate(off, start=len(columns)):
-            sound = [i for i in usual if i < len(columns) or off[i - len(columns)][0] != one]
-            gain = evidence.of_set([*sound, number]) - evidence.of_set(sound)
-            odds = gain + share + log_odds_of_doubt(one.state is not None)
-            log_odds[one] = float(np.logaddexp(log_odds.get(one, -np.inf), odds))
-        return {one: float(1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0)))) for one, odds in log_odds.items()}
-
-    def judged(self, fit: Fit, chosen: frozenset[str], number: int) -> Judged:
-        """Weigh sets about a model."""
-        ground = self.ground(fit, _noise_of(fit), self.data)
-        weights = dict(self.weight.of_links) if self.springs.chain.masses_known else {}
-        # who states a tool has not forgotten it: what its link lacks is then a law like those of the others
-        of_tool = None if self.data.setup.tool_mass else weights.pop(self.springs.chain.link_names[-1], None)
-        laws = [*unlisted_laws(ground.state), *(UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items())]
-        given = replace(self.given, of_tool=of_tool)
-        members = list_members(ground, self.candidates, self.scale, laws, given, self.doubt)
-        start = tuple(
-            i
-            for i, one in enumerate(members)
-            if len(one.columns.present) and (one.name in chosen or one.setting is not None)
-        )
-        evidence = ground.evidence([one.columns for one in members])
-        if self.places is not None:
-            members = with_reference_places(members, evidence, ground, self.places, self.scale)
-        weighed = search_sets(members, evidence, start, self.most_off)
-        unlisted = [i for i in weighed.best if members[i].kind is MemberKind.UNLISTED]
-        own = tuple(sorted({*start, *unlisted}))
-        weighed.weigh(own)
-        return Judged(weighed, fit, ground, chosen, own, number)
-
-    def ground(self, fit: Fit, noise: Noise, data: Observations) -> Ground:
-        """Return what members are compared about: a fit, what it has beyond the springs as members.
-
-        Parameters
-        ----------
-        data : of all runs that take part, as they were read; or of all, where errors of geometry and weight stay out.
-        """
-        state = Linearised.about(fit.robot, data)
-        about = fit.linearised(noise, state, data)
-        own = [(placed.effect.name, placed.place) for placed in self.springs.placed]
-        present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
-        common = [
-            k
-            for k, column in enumerate(about.columns)
-            for placed in (fit.robot.placed[column.placed],)
-            if (placed not in present or column.symbol == spring_symbol(placed))
-            and placed.parameter_name(column.symbol) not in self.given.fixed
-        ]
-        columns, prior = about.derivative[common], _prior_of(about.prior, common)
-        nuisance = []
-        if self.geometry is not None and data is self.data:
-            nuisance.append(self.geometry.directions(about.space, columns))
-        if not fit.robot.chain.masses_known and data is self.data:
-            nuisance.append(shown(self.weight.unknown(self.scale), about.space))
-        lasting = lasting_errors(state, noise)
-        if len(lasting):
-            nuisance.append(shown(lasting, about.space))
-        p, q = len(columns), sum(len(part) for part in nuisance)
-        columns = np.concatenate([columns, *nuisance])
-        prior = np.insert(prior, [p] * q, 0.0, axis=1)
-        prior = np.concatenate([prior, np.eye(q, p + q + 1, p)])
-        derivative: dict[tuple[str, Place], dict[str, Floats]] = defaultdict(dict)
-        for column, change in zip(about.columns, about.derivative, strict=True):
-            placed = fit.robot.placed[column.placed]
-            of_curve = is_whole(placed) and column.symbol != spring_symbol(placed)
-            if placed in present and (of_curve or column.role is not ParameterRole.NONLINEAR):
-                derivative[placed.effect.name, placed.place][column.symbol] = change
-        space = about.space
-        stated = fit.noise is not None and fit.noise.source == "manifest"
-        if about.dof <= len(common):
-            raise _nothing_left(about.dof, len(common))
-        scale = NoiseScale(float(about.dof - len(common)), STATED_NOISE_DOF if stated else 0.0)
-        of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
-        louder = LouderRun.of(space, space.rows(about.residual[None])[0]) if self.doubt else None
-        kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_loads, OF_LOADS), (of_time, OF_TIME)]
-        if louder is not None:
-            kinds.append((louder, DOUBTED_RUN))
-        shared = Shared(space.rows(columns), prior, kinds)
-        return Ground(state, space, shared, about.residual, present, derivative, of_loads, of_time, louder, scale)
-
-
-def _prior_of(prior: Floats, chosen: Sequence[int]) -> Floats:
-    """Return the rows (r, p + 1) of what is known before that are of chosen parameters alone, as rows of these."""
-    kept = [row for row in prior if not np.delete(row[:-1], chosen).any()]
-    return np.array([[*row[:-1][chosen], row[-1]] for row in kept]).reshape(-1, len(chosen) + 1)

@@ -9,6 +9,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Protocol
 
 import numpy as np
 
@@ -17,13 +18,13 @@ from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.drives import drive_torque
-from stiffcal.model.effect import Effect, NodeLoads, Place
+from stiffcal.model.effect import Effect, NodeLoads, Place, Values
 
-JOINT_SPRING = "joint-compliance"
-COMMON = frozenset({JOINT_SPRING, "frame", "link-geometry", "joint-offset"})
-"""Effects that every hypothesis has where the model has them: springs, frames and geometry that are asked for."""
+JOINT_SPRING, JOINT_FRICTION = "joint-compliance", "joint-friction"
+COMMON = frozenset({JOINT_SPRING, JOINT_FRICTION, "frame", "link-geometry", "joint-offset"})
+"""Effects that every hypothesis has where the model has them: springs, friction, frames, geometry that is asked for."""
 SPRING = 0.5
-"""Probability that a joint gives whose spring the model lacks."""
+"""Probability that a joint gives, or has friction, where the model lacks its spring, or its friction."""
 EXPECTED_EFFECTS = 0.8
 """Effects beyond the present model that are expected in all."""
 UNLISTED = 0.25
@@ -77,6 +78,10 @@ _OF_SETUP = {
     "base-compliance": "base", "tool-compliance": "tool", "fixture-compliance": "tool", "thermal-drift": "time",
     "seat-shift": "time", "clock-offset": "time",
 }  # fmt: skip
+
+
+NO_SHAPE: Values = {}
+"""Of an effect without shape parameters."""
 
 
 def where(effect: Effect, place: Place) -> str:
@@ -150,7 +155,7 @@ def _of_laws(shares: Sequence[Share]) -> Floats:
     per_place = EXPECTED_EFFECTS / max(len(places), 1)
     odds = []
     for share in shares:
-        if (share.family, share.kind) == (JOINT_SPRING, MemberKind.EFFECT):
+        if share.kind is MemberKind.EFFECT and share.family in (JOINT_SPRING, JOINT_FRICTION):
             odds.append(_log_odds(SPRING))
             continue
         own = families[share.place, share.kind]
@@ -160,6 +165,13 @@ def _of_laws(shares: Sequence[Share]) -> Floats:
         expected = per_place * part / len(own) / forms[share.place, share.kind, share.family]
         odds.append(np.log(expected / (1.0 - expected)))
     return np.array(odds)
+
+
+class UsualSizes(Protocol):
+    """How large effects usually are on a robot."""
+
+    def typical(self, effect: Effect, place: Place, symbol: str, shape: Values = NO_SHAPE) -> float:
+        """Return the typical size of an amplitude, in its own unit (rigidities: of the inverse)."""
 
 
 @dataclass(frozen=True)
@@ -192,7 +204,7 @@ class RobotScale:
         mass = USUAL_SAG / (TYPICAL_COMPLIANCE * self.compliance) / max(gravity * reach, 1e-3)
         return mass, mass * reach / chain.n_joints
 
-    def typical(self, effect: Effect, place: Place, symbol: str) -> float:
+    def typical(self, effect: Effect, place: Place, symbol: str, shape: Values = NO_SHAPE) -> float:
         """Return the typical size of an amplitude on this robot, in its own unit (rigidities: of the inverse)."""
         spec = effect.spec(symbol)
         if spec.unit.startswith("N·m/rad") and spec.unit[-1] in "²³":

@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffcal.diagnosis.held_to_places import ReferencePlaces
 from stiffcal.judgement.evidence import SetEvidence
-from stiffcal.judgement.ground import Ground
+from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.members import Member
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.model.composite import PlacedEffect
@@ -25,7 +25,7 @@ SHOWS = 2.0
 
 
 def with_reference_places(
-    members: Sequence[Member], evidence: SetEvidence, ground: Ground, places: ReferencePlaces, scale: RobotScale
+    members: Sequence[Member], evidence: SetEvidence, ground: GroundOfStates, places: ReferencePlaces, scale: RobotScale
 ) -> list[Member]:
     """Return members with the odds that places give to errors of the set-up.
 
@@ -51,7 +51,7 @@ def _said(
     number: int,
     member: Member,
     evidence: SetEvidence,
-    ground: Ground,
+    ground: GroundOfStates,
     places: ReferencePlaces,
     scale: RobotScale,
 ) -> float:

@@ -8,22 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
-from stiffcal.identification.fit import Fit
+from stiffcal.errors import InputError
+from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.members import Member
-from stiffcal.judgement.priors import MemberKind, RobotScale
+from stiffcal.judgement.priors import MemberKind, UsualSizes
 from stiffcal.judgement.sets import Key, WeighedSets
-from stiffcal.judgement.settings_off import GivenSettings, setting_columns
-from stiffcal.model.no_balance import NoBalanceError
+from stiffcal.judgement.settings_off import SettingOff
 
 NEAR = 25.0
 """Nats behind the best set up to which a rival is refitted: what an effect of ten noises bends, and more."""
 MOST_REFITS = 8
 """Rivals that are refitted."""
 
+
+G = TypeVar("G", bound=Ground)
 
 Rival = tuple[int, int | None]
 """A member of the set by number, and the effect in its place; None: it is left out."""
@@ -45,13 +48,16 @@ def rivals_of(weighed: WeighedSets, own: Key) -> list[Rival]:
     return [rival for _, rival in sorted(found, key=lambda one: -one[0])[:MOST_REFITS]]
 
 
+def no_setting(ground: Ground, setting: SettingOff) -> None:
+    """Return the columns of a changed setting where nothing is set: none."""
+
+
 def with_rivals_refitted(
     weighed: WeighedSets,
     own: Key,
-    scale: RobotScale,
-    fitted: Callable[[list[Member]], Fit],
-    ground_of: Callable[[Fit], Ground],
-    given: GivenSettings,
+    scale: UsualSizes,
+    ground_of: Callable[[list[Member]], G],
+    set_otherwise: Callable[[G, SettingOff], MemberColumns | None] = no_setting,
 ) -> WeighedSets:
     """Return the sets with what the nearest rivals gain about fits of their own.
 
@@ -62,17 +68,17 @@ def with_rivals_refitted(
     ----------
     own : the set about whose fit all are weighed.
     scale : of the robot.
-    fitted : fits the model with some members, runs that are off left out.
-    ground_of : returns what members are compared about, with the noise of the best set carried through its own model.
-    given : settings of model file and manifest.
+    ground_of : fits the model with some members, runs that are off left out, and returns what members are compared
+        about, with the noise of the best set carried through its own model.
+    set_otherwise : returns the columns of a setting that is changed.
     """
     gains = dict[Rival, float]()
     for old, other in rivals_of(weighed, own):
         key = tuple(sorted({*own} - {old} | ({other} if other is not None else set())))
         try:
-            fit = fitted([weighed.members[i] for i in key])
-            gains[old, other] = _about_its_own(weighed, key, ground_of(fit), scale, given) - weighed.log[key]
-        except (NoBalanceError, ArithmeticError, np.linalg.LinAlgError):
+            ground = ground_of([weighed.members[i] for i in key])
+            gains[old, other] = _about_its_own(weighed, key, ground, scale, set_otherwise) - weighed.log[key]
+        except (InputError, ArithmeticError, np.linalg.LinAlgError):
             continue
     changed = {key: _gain_of(key, gains) for key in weighed.log}
     return replace(
@@ -91,7 +97,13 @@ def _gain_of(key: Key, gains: Mapping[Rival, float]) -> float:
     return total
 
 
-def _about_its_own(weighed: WeighedSets, key: Key, ground: Ground, scale: RobotScale, given: GivenSettings) -> float:
+def _about_its_own(
+    weighed: WeighedSets,
+    key: Key,
+    ground: G,
+    scale: UsualSizes,
+    set_otherwise: Callable[[G, SettingOff], MemberColumns | None],
+) -> float:
     """Return the log weight of a set about its own fit."""
     placed = {f"{one.effect.name} {one.place.label}": one for one in ground.present}
     columns = []
@@ -102,7 +114,7 @@ def _about_its_own(weighed: WeighedSets, key: Key, ground: Ground, scale: RobotS
             regressor = ground.state.regressor(one.effect, one.place, one.shape())
             columns.append(columns_of(ground, regressor, scale))
         elif member.setting is not None:
-            columns.append(setting_columns(ground, member.setting, given, scale) or member.columns)
+            columns.append(set_otherwise(ground, member.setting) or member.columns)
         else:
             columns.append(member.columns)
     prior = sum(weighed.members[i].log_prior for i in key)

@@ -46,9 +46,9 @@ def rows_off(ground: Ground, wanted: frozenset[int] | None = None) -> Iterator[t
     ----------
     wanted : numbers of the states; None: those that are furthest from the model.
     """
-    data, scale = ground.space.data, ground.space.whitening.scale
+    data, scale = ground.space.data, ground.space.scale
     _, position, count = np.unique(data.run, return_inverse=True, return_counts=True)
-    far = np.abs(ground.white.reshape(data.measured.shape)).max(axis=0, initial=0.0)
+    far = np.abs(ground.white.reshape(data.measured_mask.shape)).max(axis=0, initial=0.0)
     if wanted is None:
         able = np.flatnonzero((far > FAR) & ((count[position] >= LEAST_ALONE) | data.absolute))
         chosen = able[np.argsort(-far[able], kind="stable")][:KEPT]
@@ -56,6 +56,6 @@ def rows_off(ground: Ground, wanted: frozenset[int] | None = None) -> Iterator[t
         chosen = np.flatnonzero(np.isin(data.index, sorted(wanted)))
     for k in chosen:
         measured = np.flatnonzero(data.measured_mask[:, k] & (scale[:, k] > 0.0))
-        moved = np.zeros((len(measured), *data.measured.shape))
+        moved = np.zeros((len(measured), *data.measured_mask.shape))
         moved[np.arange(len(measured)), measured, k] = 1.0 / scale[measured, k]
         yield Off(int(data.run[k]), int(data.index[k])), ground.space.rows(moved)

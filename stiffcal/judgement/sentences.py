@@ -12,8 +12,9 @@ from stiffcal.diagnosis.share_in_words import share_in_words
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import candidate_in_words, error_in_words, leading_measure, pattern_in_words
 from stiffcal.identification.document import noise_not_known, overstated_noise_in_words, wrong_geometry_in_words
-from stiffcal.judgement.checks import Check, CheckKind
+from stiffcal.judgement.checks import Check
 from stiffcal.judgement.diagnosed import DiagnosedStates, FoundEffect
+from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.reading import FIRM, NAMED
 from stiffcal.measurements.rms import Rms
 from stiffcal.validation.schemes import held_out

@@ -16,7 +16,8 @@ from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.identification.observation import Observations
 from stiffcal.identification.weights import predict_observations
 from stiffcal.judgement.evidence import MemberColumns
-from stiffcal.judgement.ground import Ground, columns_of
+from stiffcal.judgement.ground import columns_of
+from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.priors import LEVER_OF_TOOL, SIZE_WEIGHTS, SIZES, TOOL_SIZES, RobotScale
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.measured_frames import placed_frame
@@ -102,7 +103,7 @@ def given_frames(robot: CompliantRobot, data: Observations) -> tuple[PlacedEffec
 
 
 def setting_columns(
-    ground: Ground, setting: SettingOff, given: GivenSettings, scale: RobotScale
+    ground: GroundOfStates, setting: SettingOff, given: GivenSettings, scale: RobotScale
 ) -> MemberColumns | None:
     """Return what the readings change by if a setting were otherwise, in typical sizes; None where they do not.
 
@@ -130,7 +131,7 @@ def setting_columns(
         return None
 
 
-def _of_tool(ground: Ground, given: GivenSettings) -> MemberColumns | None:
+def _of_tool(ground: GroundOfStates, given: GivenSettings) -> MemberColumns | None:
     """Return what a tool that is not stated makes, of up to the weight that the largest force is."""
     assert given.of_tool is not None
     gravity = float(np.linalg.norm(ground.state.robot.chain.gravity))
@@ -142,7 +143,7 @@ def _of_tool(ground: Ground, given: GivenSettings) -> MemberColumns | None:
     return MemberColumns(rows, positive, TOOL_SIZES, even) if rows.any() else None
 
 
-def _of_parameter(ground: Ground, name: str, fixed_at: float, scale: RobotScale) -> MemberColumns | None:
+def _of_parameter(ground: GroundOfStates, name: str, fixed_at: float, scale: RobotScale) -> MemberColumns | None:
     robot, data = ground.state.robot, ground.space.data
     placed, spec = next(
         (placed, spec)

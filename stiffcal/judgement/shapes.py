@@ -13,10 +13,10 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate, variants
-from stiffcal.diagnosis.slips import best_slip, is_slip
+from stiffcal.diagnosis.slips import is_slip
 from stiffcal.identification.regressors import Regressor
 from stiffcal.judgement.ground import Ground, columns_of
-from stiffcal.judgement.priors import RobotScale
+from stiffcal.judgement.priors import UsualSizes
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole
 
@@ -36,7 +36,7 @@ Shaped = tuple[Regressor, float]
 """A regressor, and the logarithm of its share of all shapes."""
 
 
-def shapes_of(ground: Ground, candidate: Candidate, scale: RobotScale) -> list[Shaped]:
+def shapes_of(ground: Ground, candidate: Candidate, scale: UsualSizes) -> list[Shaped]:
     """Return an effect in its best shapes: next to what the model has, and in place of what it has there."""
     placed = present_as(ground, candidate)
     if placed is not None and in_other_form(candidate, placed):
@@ -77,7 +77,7 @@ def present_as(ground: Ground, candidate: Candidate) -> PlacedEffect | None:
     return None
 
 
-def _residuals(ground: Ground, candidate: Candidate, placed: PlacedEffect | None, scale: RobotScale) -> list[Floats]:
+def _residuals(ground: Ground, candidate: Candidate, placed: PlacedEffect | None, scale: UsualSizes) -> list[Floats]:
     """Return whitened residuals (r,) in which an effect's shape is sought.
 
     Of an effect that the model has: without it. Of another: next to all that the model has, and in place of each at
@@ -89,7 +89,7 @@ def _residuals(ground: Ground, candidate: Candidate, placed: PlacedEffect | None
     return changed if placed else [white, *changed]
 
 
-def _share_of(ground: Ground, placed: PlacedEffect, scale: RobotScale) -> Floats:
+def _share_of(ground: Ground, placed: PlacedEffect, scale: UsualSizes) -> Floats:
     """Return (r,) what an effect of the model does to the whitened readings."""
     columns = columns_of(ground, ground.state.regressor(placed.effect, placed.place, placed.shape()), scale)
     return np.asarray(columns.present @ columns.rows) if len(columns.present) else np.zeros(columns.rows.shape[1])
@@ -99,7 +99,7 @@ def _best_shape(
     ground: Ground,
     tried: Sequence[Regressor],
     residual: Floats,
-    scale: RobotScale,
+    scale: UsualSizes,
     own: Mapping[str, float] | None,
 ) -> Shaped:
     """Return the best shape, or that of the model, its share that of all that read alike.
@@ -153,7 +153,7 @@ def _between(known: Sequence[Regressor], values: Floats, symbol: str) -> list[fl
     return found
 
 
-def _evidence(ground: Ground, tried: Sequence[Regressor], residual: Floats, scale: RobotScale) -> Floats:
+def _evidence(ground: Ground, tried: Sequence[Regressor], residual: Floats, scale: UsualSizes) -> Floats:
     """Return (k,) the log evidence of each shape alone."""
     columns = [replace(columns_of(ground, one, scale), present=np.zeros(0)) for one in tried]
     found = []
@@ -165,11 +165,10 @@ def _evidence(ground: Ground, tried: Sequence[Regressor], residual: Floats, scal
 
 def _steps(ground: Ground, candidate: Candidate, placed: PlacedEffect | None) -> list[Shaped]:
     """Return the step where it explains most, and that of the model; each state is as probable before."""
-    numbers = ground.space.data.order.number
-    first = best_slip(ground.space, ground.residual) if len(numbers) else None
-    places = [] if first is None else [float(numbers[first])]
+    count, first = ground.steps()
+    places = [] if first is None else [first]
     if placed is not None:
         places.append(float(placed.values["state"]))
     shapes: list[Mapping[str, float]] = [{"state": number} for number in dict.fromkeys(places)]
-    share = -float(np.log(max(len(numbers), 1)))
+    share = -float(np.log(max(count, 1)))
     return [(ground.state.regressor(candidate.effect, candidate.place, shape), share) for shape in shapes]

@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.slips import best_slip
 from stiffcal.judgement.decomposition import thin_svd
-from stiffcal.judgement.ground import Ground
+from stiffcal.judgement.ground_of_states import GroundOfStates
 
 KEPT = 2
 """Runs in which a target moved for a while that are compared with all else."""
@@ -51,7 +51,7 @@ class InRun:
         return f"{self.kind.value} in run {self.run}"
 
 
-def mistakes_in_runs(ground: Ground) -> Iterator[InRun]:
+def mistakes_in_runs(ground: GroundOfStates) -> Iterator[InRun]:
     """Give those that explain most of what a model leaves, in runs of displacements that have no zero of their own."""
     if not ground.space.data.free_offset:
         return
@@ -59,7 +59,7 @@ def mistakes_in_runs(ground: Ground) -> Iterator[InRun]:
     yield from _moved_for_a_while(ground)
 
 
-def _zeroed(ground: Ground) -> Iterator[InRun]:
+def _zeroed(ground: GroundOfStates) -> Iterator[InRun]:
     """Give the zero that moves where a step explains most: loads are off by a constant from there to the run's end."""
     data = ground.space.data
     first = best_slip(ground.space, ground.residual)
@@ -76,7 +76,7 @@ def _zeroed(ground: Ground) -> Iterator[InRun]:
         yield InRun(MistakeInRun.ZERO, run, rows, -float(np.log(len(own))))
 
 
-def _moved_for_a_while(ground: Ground) -> Iterator[InRun]:
+def _moved_for_a_while(ground: GroundOfStates) -> Iterator[InRun]:
     """Give the intervals inside a run in which the target is elsewhere that explain most."""
     data, scale = ground.space.data, ground.space.whitening.scale
     found = []

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 
-from stiffcal.judgement.judge import judge_states
 from stiffcal.judgement.reading import read_off
+from stiffcal.judgement.states import judge_states
 from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.answers import Answer, Named
 from tests.calibration.field_mix import FieldCampaign

@@ -15,8 +15,9 @@ import numpy as np
 
 import stiffcal.judgement
 from stiffcal.arrays import Floats
-from stiffcal.judgement.judge import Judged, judge_states
+from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import MemberKind
+from stiffcal.judgement.states import judge_states
 from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.field_mix import draw_campaign
 

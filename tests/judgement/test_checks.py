@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from stiffcal.judgement.checks import _LeftOver, checks_of
-from stiffcal.judgement.judge import Judged, judge_states
+from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off
+from stiffcal.judgement.states import judge_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.field_mix import FieldCampaign, draw_campaign

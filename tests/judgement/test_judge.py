@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.judgement.judge import Judged, judge_states
+from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off
+from stiffcal.judgement.states import judge_states
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect

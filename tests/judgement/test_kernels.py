@@ -18,7 +18,7 @@ SAME = 0.01
 """By which a probability may differ between kernels."""
 JUDGE = """
 import json
-from stiffcal.judgement.judge import judge_states
+from stiffcal.judgement.states import judge_states
 from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.stress.classes import draw_stress
 campaign = draw_stress("broken-heavy-tails", 2, 0)

@@ -11,10 +11,10 @@ from scipy.stats import t as student
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.judge import judge_states
 from stiffcal.judgement.priors import NO_DISCREPANCY, NORMAL, TAILS
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.shared import Shared
+from stiffcal.judgement.states import judge_states
 from stiffcal.judgement.tails import Readings, log_gain, tails_of
 from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.stress.classes import draw_stress

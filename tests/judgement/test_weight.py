@@ -9,9 +9,9 @@ import pytest
 
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.identification.observation import predicted, rests
-from stiffcal.judgement.judge import judge_states
 from stiffcal.judgement.priors import MemberKind, Share, log_odds
 from stiffcal.judgement.reading import read_off
+from stiffcal.judgement.states import judge_states
 from stiffcal.judgement.weight import WeightOfLinks
 from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.field_mix import draw_campaign

@@ -1,0 +1,46 @@
+"""A robot at rest under its loads, about which members are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stiffcal.arrays import Integers
+from stiffcal.diagnosis.drift import Drift, drift_of_states
+from stiffcal.diagnosis.slips import best_slip
+from stiffcal.identification.projection import Projection
+from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.row_layout import TRANSLATION
+from stiffcal.judgement.ground import CheckKind, Ground
+
+
+@dataclass(frozen=True)
+class GroundOfStates(Ground):
+    """A robot at rest in load states."""
+
+    state: Linearised
+    """The robot."""
+    space: Projection
+    """Weights and runs."""
+
+    checked: ClassVar[Mapping[CheckKind, slice]] = {
+        CheckKind.TRANSLATION: slice(0, 3),
+        CheckKind.ROTATION: slice(3, 6),
+    }
+
+    @property
+    def drift(self) -> Drift:
+        """What the model leaves in the course of runs."""
+        return drift_of_states(self.space.data, self.white.reshape(self.space.data.measured.shape), self.noise.dof)
+
+    @property
+    def stated(self) -> Integers:
+        """Positions of translations."""
+        return self.space.data.rows_of(TRANSLATION)
+
+    def steps(self) -> tuple[int, float | None]:
+        """Return the number of states at which a target may slip, and the state where a slip explains most."""
+        numbers = self.space.data.order.number
+        first = best_slip(self.space, self.residual) if len(numbers) else None
+        return len(numbers), None if first is None else float(numbers[first])
