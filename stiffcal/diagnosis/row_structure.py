@@ -34,7 +34,7 @@ def what_rows_follow(scan: RowScan, problem: RowProblem) -> list[ResidualDepende
     before = scan.base.heldout
     total = float(before.sum())
     floor = float(scan.dof) if scan.fit.noise is not None else 0.0
-    direction, found = problem.direction(), []
+    direction, found = problem.course().direction, []
     covariates = problem.covariates()
     for covariate in covariates:
         curves = _curves(covariate.value, direction)

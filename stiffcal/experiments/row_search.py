@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.estimation.parameters import Parameter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.identification.search_subject import SearchSubject
@@ -65,8 +66,34 @@ class RowFit:
     """(k,) number of the row's run."""
     maker: RegressorMaker
     """Makes the regressors of effects."""
-    parameters: tuple[IdentifiedParameter, ...]
-    """As ``identify`` answers them."""
+    parameters: tuple[Parameter, ...]
+    """What was found of each parameter …"""
+    identified: tuple[IdentifiedParameter, ...]
+    """… and as ``identify`` answers it."""
+
+
+@dataclass(frozen=True)
+class RowCourse:
+    """In which order k rows were read, and which of them err together."""
+
+    joint: Integers
+    """(k,) from 1."""
+    time: Floats
+    """(k,) s since the joint's first reading."""
+    direction: Floats
+    """(k,) of motion, 1 or −1."""
+    group: Integers
+    """(k,) number of the pass, or of the piece of other motion: each may err in a way of its own."""
+
+
+@dataclass(frozen=True)
+class UsualMotion:
+    """How a joint moves and resists in all rows."""
+
+    torque: float
+    """N·m, rms, what weight, inertia and zeros can make taken out."""
+    speed: float
+    """rad/s, rms."""
 
 
 class RowProblem(ABC):
@@ -107,8 +134,12 @@ class RowProblem(ABC):
         """Return what a remainder may follow."""
 
     @abstractmethod
-    def direction(self) -> Floats:
-        """Return (k,) the direction of motion of each row, 1 or −1."""
+    def course(self) -> RowCourse:
+        """Return in which order the rows were read, and which err together."""
+
+    @abstractmethod
+    def usual(self, joint: int) -> UsualMotion:
+        """Return how a joint, from 1, moves and resists."""
 
     def with_time_for_temperature(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor | None:
         """Return an effect's regressor with the time in place of the temperature; None where it follows none."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -57,6 +58,9 @@ class Ground(ABC):
     """The run that may be louder than the others."""
     noise: NoiseScale
     """How well the weights are known."""
+
+    most_shapes: ClassVar[int] = 200
+    """Combinations of shape parameters up to which a law is tried."""
 
     @cached_property
     def white(self) -> Floats:

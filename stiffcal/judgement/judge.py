@@ -14,11 +14,12 @@ from stiffcal.diagnosis.drift import Drift
 from stiffcal.diagnosis.scan import KnownNoise
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.estimation.parameters import Parameter
+from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member
 from stiffcal.judgement.priors import COMMON, DISCREPANCIES, MemberKind
 from stiffcal.judgement.rows_off import Off
-from stiffcal.judgement.sets import Key, WeighedSets
+from stiffcal.judgement.sets import Key, WeighedSets, search_sets
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
 
@@ -190,6 +191,28 @@ def judge(campaign: Campaign[F], fit: F, progress: Progress = no_progress) -> Ju
         chosen, aside = _names(effects), without
         tried.add((_model_of(effects), aside))
     return replace(judged, explained=explained)
+
+
+def weighed_about(
+    members: Sequence[Member], evidence: SetEvidence, chosen: frozenset[str], most_off: int = 0
+) -> tuple[WeighedSets, Key]:
+    """Return the sets about a model, and the set of what it has, with the unlisted laws of the best set.
+
+    Parameters
+    ----------
+    members : all of them. evidence : of their columns. chosen : names of the effects with which the fit was made.
+    most_off : mistakes of runs in a set.
+    """
+    start = tuple(
+        i
+        for i, one in enumerate(members)
+        if len(one.columns.present) and (one.name in chosen or one.setting is not None)
+    )
+    weighed = search_sets(members, evidence, start, most_off)
+    unlisted = [i for i in weighed.best if members[i].kind is MemberKind.UNLISTED]
+    own = tuple(sorted({*start, *unlisted}))
+    weighed.weigh(own)
+    return weighed, own
 
 
 def _instead_of(off: Off, weighed: WeighedSets) -> tuple[str, ...]:

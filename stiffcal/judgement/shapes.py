@@ -20,8 +20,6 @@ from stiffcal.judgement.priors import UsualSizes
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole
 
-ALL_SHAPES = 200
-"""Combinations of shape parameters up to which a law is tried."""
 STAYS = 0.3
 """Nats by which evidence may differ between neighbours at the best shape."""
 ROUNDS = 5
@@ -43,7 +41,9 @@ def shapes_of(ground: Ground, candidate: Candidate, scale: UsualSizes) -> list[S
         return [(ground.state.regressor(placed.effect, placed.place, placed.shape()), 0.0)]
     if is_slip(candidate.effect):
         return _steps(ground, candidate, placed)
-    tried = [one for one in variants(candidate, ground.state, ALL_SHAPES) if len(one.symbols) or one.fixed.any()]
+    tried = [
+        one for one in variants(candidate, ground.state, ground.most_shapes) if len(one.symbols) or one.fixed.any()
+    ]
     own = None if placed is None else dict(placed.shape())
     if placed is not None and own not in [dict(one.shape) for one in tried]:
         tried.append(ground.state.regressor(placed.effect, placed.place, placed.shape()))
@@ -51,12 +51,7 @@ def shapes_of(ground: Ground, candidate: Candidate, scale: UsualSizes) -> list[S
         return [(one, 0.0) for one in tried]
     found: dict[tuple[float, ...], Shaped] = {}
     for residual in _residuals(ground, candidate, placed, scale):
-        best, share = _best_shape(ground, tried, residual, scale, own)
-        shaped = [(best, share)]
-        if own is not None and _continuous(candidate.effect) is None:
-            # a fit does not change an order: the best in place of the model's is another member
-            shaped.append(_best_shape(ground, tried, residual, scale, None))
-        for best, share in shaped:
+        for best, share in _best_shapes(ground, tried, residual, scale, own):
             key = tuple(best.shape.values())
             # next to what explains all, every shape reads alike; in its place fewer do
             found[key] = best, min(share, found.get(key, (best, 0.0))[1])
@@ -95,14 +90,16 @@ def _share_of(ground: Ground, placed: PlacedEffect, scale: UsualSizes) -> Floats
     return np.asarray(columns.present @ columns.rows) if len(columns.present) else np.zeros(columns.rows.shape[1])
 
 
-def _best_shape(
+def _best_shapes(
     ground: Ground,
     tried: Sequence[Regressor],
     residual: Floats,
     scale: UsualSizes,
     own: Mapping[str, float] | None,
-) -> Shaped:
+) -> list[Shaped]:
     """Return the best shape, or that of the model, its share that of all that read alike.
+
+    A fit does not change an order: where another is better than the model's, that and all others are a member too.
 
     Parameters
     ----------
@@ -124,15 +121,24 @@ def _best_shape(
         known += made
     best = int(np.argmax(values)) if own is None else [dict(one.shape) for one in known].index(dict(own))
     if symbol is None:
-        return known[best], float(np.logaddexp.reduce(values - values[best]) - np.log(len(known)))
+        return _of_discrete(known, values, best)
     place = np.log([one.shape[symbol] for one in known])
     order = np.argsort(place)
     width = np.gradient(place[order]) if len(order) > 1 else np.ones(1)
     if not width.any():
-        return known[best], 0.0
+        return [(known[best], 0.0)]
     density = values[order] - values[best] + np.log(np.maximum(width, 1e-300))
     share = float(np.logaddexp.reduce(density) - np.log(np.sum(width)))
-    return known[best], share if own is not None else min(share, 0.0)
+    return [(known[best], share if own is not None else min(share, 0.0))]
+
+
+def _of_discrete(known: Sequence[Regressor], values: Floats, own: int) -> list[Shaped]:
+    """Return the shape of a number, which stands for all; where another is better, that one for all others."""
+    best, each = int(np.argmax(values)), -float(np.log(len(known)))
+    if values[own] >= values[best]:
+        return [(known[own], each + float(np.logaddexp.reduce(values - values[own])))]
+    others = np.delete(values, own) - values[best]
+    return [(known[own], each), (known[best], each + float(np.logaddexp.reduce(others)))]
 
 
 def _continuous(effect: Effect) -> str | None:
@@ -149,7 +155,9 @@ def _between(known: Sequence[Regressor], values: Floats, symbol: str) -> list[fl
     found = []
     for other in (best - 1, best + 1):
         if 0 <= other < len(order) and abs(values[order[other]] - values[order[best]]) > STAYS:
-            found.append(float(np.exp(0.5 * (place[order[other]] + place[order[best]]))))
+            between = float(np.exp(0.5 * (place[order[other]] + place[order[best]])))
+            if known[0].effect.impossible({symbol: between}) is None:
+                found.append(between)
     return found
 
 

@@ -26,7 +26,7 @@ from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_symbol
 from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
-from stiffcal.judgement.judge import Campaign, Judged, is_member, judge
+from stiffcal.judgement.judge import Campaign, Judged, is_member, judge, weighed_about
 from stiffcal.judgement.lasting_errors import lasting_errors
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings
@@ -36,14 +36,12 @@ from stiffcal.judgement.priors import (
     OF_LOADS,
     OF_TIME,
     STATED_NOISE_DOF,
-    MemberKind,
     RobotScale,
     log_odds_of_doubt,
 )
 from stiffcal.judgement.reference_places import with_reference_places
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off, off_mask, rows_off
-from stiffcal.judgement.sets import search_sets
 from stiffcal.judgement.settings_off import GivenSettings, changed_model, freed, setting_columns
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
@@ -240,18 +238,10 @@ class StatesOfCampaign(Campaign[Fit]):
         given = replace(self.given, of_tool=of_tool)
         mistakes = mistakes_and_settings(ground, given, self.scale, self.doubt)
         members = list_members(ground, self.candidates, self.scale, laws, mistakes)
-        start = tuple(
-            i
-            for i, one in enumerate(members)
-            if len(one.columns.present) and (one.name in chosen or one.setting is not None)
-        )
         evidence = ground.evidence([one.columns for one in members])
         if self.places is not None:
             members = with_reference_places(members, evidence, ground, self.places, self.scale)
-        weighed = search_sets(members, evidence, start, self.most_off)
-        unlisted = [i for i in weighed.best if members[i].kind is MemberKind.UNLISTED]
-        own = tuple(sorted({*start, *unlisted}))
-        weighed.weigh(own)
+        weighed, own = weighed_about(members, evidence, chosen, self.most_off)
         return Judged(weighed, fit, ground, chosen, own, number)
 
     def ground(self, fit: Fit, noise: Noise, data: Observations) -> GroundOfStates:

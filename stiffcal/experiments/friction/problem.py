@@ -9,12 +9,13 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.experiments.friction.documents import identified_friction
+from stiffcal.experiments.friction.drive_space import DriveSpace, first_sigma
 from stiffcal.experiments.friction.fitting import joint_fit
 from stiffcal.experiments.friction.part_fit import PartFit
 from stiffcal.experiments.friction.row_columns import RowColumns
 from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind, together
 from stiffcal.experiments.friction.starting import grid_shapes
-from stiffcal.experiments.row_search import RowCovariate, RowFit, RowNoise, RowProblem
+from stiffcal.experiments.row_search import RowCourse, RowCovariate, RowFit, RowNoise, RowProblem, UsualMotion
 from stiffcal.identification.regressors import Regressor
 from stiffcal.identification.search_subject import SearchSubject
 from stiffcal.mechanics.chain import Chain
@@ -81,7 +82,7 @@ class FrictionProblem(RowProblem):
         fit = PartFit.of(self._rows, robot.placed, self._chain, self._fixed)
         rows = fit.linearised()
         known = bool(fit.source.noise_known.all())
-        parameters = [one for joint in fit.joints for one in identified_friction(joint_fit(fit, joint))]
+        identified = [one for joint in fit.joints for one in identified_friction(joint_fit(fit, joint))]
         return RowFit(
             robot=robot.with_values(fit.values),
             noise=RowNoise(float(fit.rows.noise_dof.min()), "neighbours") if known else None,
@@ -94,7 +95,8 @@ class FrictionProblem(RowProblem):
             fold=fit.rows.piece,
             run=np.unique(fit.rows.run, return_inverse=True)[1].astype(np.int64),
             maker=_Maker(fit.source.made),
-            parameters=tuple(parameters),
+            parameters=fit.parameters,
+            identified=tuple(identified),
         )
 
     def places(self, effect: Effect) -> list[Place]:
@@ -142,9 +144,20 @@ class FrictionProblem(RowProblem):
             covariate for covariate in found if np.isfinite(covariate.value).all() and np.ptp(covariate.value) > 0.0
         ]
 
-    def direction(self) -> Floats:
-        """Return (k,) the direction of motion of each row."""
-        return np.asarray(np.sign(self._rows.velocity))
+    def course(self) -> RowCourse:
+        """Return in which order the rows were read, and which err together."""
+        rows = self._rows
+        steady = np.column_stack([np.where(rows.steady, rows.source, -1), rows.piece, rows.joint])
+        group = np.unique(steady, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
+        time = rows.means(rows.motion.time)
+        return RowCourse(rows.joint, time, np.asarray(np.sign(rows.velocity)), group)
+
+    def usual(self, joint: int) -> UsualMotion:
+        """Return how a joint moves and resists."""
+        own = self._rows.select(self._rows.joint == joint)
+        space = DriveSpace.of(own, first_sigma(own))
+        left = space.rows(own.torque[None, None])[0] * space.sigma
+        return UsualMotion(float(np.sqrt(np.mean(left**2))), float(np.sqrt(np.mean(own.velocity**2))))
 
     def with_time_for_temperature(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor | None:
         """Return an effect's regressor with the time in place of the temperature; None where it follows none."""

@@ -1,0 +1,180 @@
+"""A model of torque over motion with values, about which members are compared."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.diagnosis.drift import Drift, drift_of
+from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
+from stiffcal.experiments.row_search import RowCourse, RowFit
+from stiffcal.judgement.discrepancy import WAVES, Discrepancy, LouderRun
+from stiffcal.judgement.evidence import NoiseScale
+from stiffcal.judgement.ground import CheckKind, Ground
+from stiffcal.judgement.priors import OF_LOADS, OF_TIME
+from stiffcal.judgement.shared import Shared
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import ParameterRole, Place
+
+
+@dataclass(frozen=True)
+class RowData:
+    """k rows of one component."""
+
+    run: Integers
+    """(k,) number of the pass, or of the piece of other motion."""
+
+    @property
+    def index(self) -> Integers:
+        """(k,) number of each row."""
+        return np.arange(len(self.run))
+
+    @property
+    def measured_mask(self) -> Booleans:
+        """(1, k) True: of each row the torque was read."""
+        return np.ones((1, len(self.run)), dtype=np.bool_)
+
+    @property
+    def kind(self) -> Integers:
+        """(1,) all of one kind."""
+        return np.zeros(1, dtype=np.int64)
+
+    @property
+    def absolute(self) -> Booleans:
+        """(k,) False."""
+        return np.zeros(len(self.run), dtype=np.bool_)
+
+
+@dataclass(frozen=True)
+class RowSpace:
+    """Weights of k rows; constants are columns that every hypothesis has."""
+
+    data: RowData
+    """The rows."""
+    sigma: Floats
+    """(k,) standard uncertainty of each."""
+
+    @property
+    def scale(self) -> Floats:
+        """(1, k) one over it."""
+        return 1.0 / self.sigma[None]
+
+    @property
+    def free(self) -> Floats:
+        """(1, k) ones: no constant is taken out."""
+        return np.ones((1, len(self.sigma)))
+
+    def rows(self, stack: Floats) -> Floats:
+        """Return (q, k) whitened rows of (q, 1, k)."""
+        return np.asarray(stack[:, 0] / self.sigma)
+
+    def unwhitened(self, rows: Floats) -> Floats:
+        """Return (1, k) readings of whitened rows (k,)."""
+        return np.asarray(rows * self.sigma)[None]
+
+
+@dataclass(frozen=True)
+class GroundOfRows(Ground):
+    """A model of torque over motion, fitted to rows of one problem."""
+
+    space: RowSpace
+    """Their weights."""
+    course: RowCourse
+    """In which order they were read."""
+
+    # a shape costs an inner product of some hundred rows: all orders of a ripple are tried
+    most_shapes: ClassVar[int] = MANY_ROW_SHAPES
+    checked: ClassVar[Mapping[CheckKind, slice]] = {CheckKind.TORQUE: slice(0, 1)}
+
+    @classmethod
+    def of(cls, fit: RowFit, common: CompliantRobot, course: RowCourse, sigma: Floats) -> Self:
+        """Return what members are compared about.
+
+        Parameters
+        ----------
+        fit : of a model. common : effects that every hypothesis has. course : of the rows.
+        sigma : (k,) standard uncertainty of each.
+        """
+        own = {(placed.effect.name, placed.place) for placed in common.placed}
+        present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
+        derivative: dict[tuple[str, Place], dict[str, Floats]] = defaultdict(dict)
+        of_members = dict[str, tuple[str, Place, str] | None]()
+        for placed in present:
+            for spec in placed.effect.parameters:
+                amplitude = spec.role is not ParameterRole.NONLINEAR
+                key = (placed.effect.name, placed.place, spec.symbol) if amplitude else None
+                of_members[placed.parameter_name(spec.symbol)] = key
+        shared = []
+        for number, column in enumerate(fit.columns):
+            name = fit.names[number] if number < len(fit.names) else ""
+            key = of_members.get(name)
+            if key is not None:
+                derivative[key[:2]][key[2]] = column[None]
+            elif name not in of_members:
+                shared.append(column)
+        constants = np.unique(fit.constant[fit.constant >= 0])
+        shared += [(fit.constant == number).astype(np.float64) for number in constants]
+        space = RowSpace(RowData(course.group), sigma)
+        columns = space.rows(np.array(shared).reshape(-1, 1, len(sigma)))
+        of_poses, of_time = _of_passes(space, course), _of_time(space, course)
+        kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_poses, OF_LOADS), (of_time, OF_TIME)]
+        prior = np.zeros((0, len(columns) + 1))
+        residual = _without_constants(fit)[None]
+        scale = NoiseScale(float(len(sigma) - len(columns)), 0.0)
+        return cls(
+            fit.maker, space, Shared(columns, prior, kinds), residual, present, derivative, of_poses, of_time, None,
+            scale, course,
+        )  # fmt: skip
+
+    @property
+    def drift(self) -> Drift:
+        """How far friction, or the sensor's zero, wanders on from pass to pass."""
+        order = np.lexsort((self.course.time, self.course.joint))
+        joint, white, mask = self.course.joint[order], self.white[order], self.space.data.measured_mask
+        length = float(np.median(np.unique(joint, return_counts=True)[1]))
+        ways = (self.course.direction[order], np.ones(len(joint)))
+        found = [drift_of(joint, mask, (way * white)[None], self.noise.dof, length) for way in ways]
+        return min(found, key=lambda one: one.p_value)
+
+    @property
+    def stated(self) -> Integers:
+        """The torque."""
+        return np.zeros(1, dtype=np.int64)
+
+    def runs_off(self) -> Iterator[tuple[int, Floats]]:
+        """Give each pass's number and (1, k) the constant by which it may be off."""
+        for run, (place, moved) in self.of_loads.moves.items():
+            rows = np.zeros((1, len(self.space.sigma)))
+            rows[0, place] = moved[:, 0] / np.sqrt(np.mean(moved[:, 0] ** 2))
+            yield run, rows
+
+
+def _without_constants(fit: RowFit) -> Floats:
+    """Return (k,) what a fit leaves, its free constants taken out."""
+    left, weight = fit.residual.copy(), 1.0 / fit.sigma**2
+    for number in np.unique(fit.constant[fit.constant >= 0]):
+        own = fit.constant == number
+        left[own] -= np.sum(weight[own] * left[own]) / np.sum(weight[own])
+    return np.asarray(left)
+
+
+def _of_passes(space: RowSpace, course: RowCourse) -> Discrepancy:
+    """Return each pass's own friction."""
+    return Discrepancy.of_drivers(space, [np.ones(len(course.group))], course.group)
+
+
+def _of_time(space: RowSpace, course: RowCourse) -> Discrepancy:
+    """Return each joint's friction, and the zero of its sensor, as they walk at random."""
+    part = np.zeros(len(course.time))
+    for joint in np.unique(course.joint):
+        own = course.joint == joint
+        part[own] = (course.time[own] - course.time[own].min()) / max(float(np.ptp(course.time[own])), 1e-300)
+    waves = [np.cos(np.pi * k * part) / k for k in range(1, WAVES + 1)]
+    size = float(np.sqrt(sum(1.0 / k**2 for k in range(1, WAVES + 1))))
+    drivers = [way * wave / size for way in (course.direction, np.ones(len(part))) for wave in waves]
+    return Discrepancy.of_drivers(space, drivers, course.joint)

@@ -1,0 +1,92 @@
+"""Rows of one kind of experiment as readings that are judged: torque over motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from stiffcal.arrays import Floats
+from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.row_candidates import row_candidates
+from stiffcal.errors import Progress, no_progress
+from stiffcal.experiments.row_search import RowCourse, RowFit, RowProblem
+from stiffcal.judgement.ground_of_rows import GroundOfRows
+from stiffcal.judgement.judge import Campaign, Judged, is_member, judge, weighed_about
+from stiffcal.judgement.members import Member, list_members
+from stiffcal.judgement.motion_sizes import MotionSizes
+from stiffcal.judgement.rivals import with_rivals_refitted
+from stiffcal.judgement.rows_off import Off
+from stiffcal.judgement.unlisted_motion import unlisted_motion_laws
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Effect
+
+
+def judge_rows(problem: RowProblem, catalogue: Mapping[str, Effect], progress: Progress = no_progress) -> Judged:
+    """Compare all sets of members that are worth it.
+
+    Parameters
+    ----------
+    problem : the rows and the present model. catalogue : effects by name.
+    progress : receives a description of each step.
+    """
+    return judge(RowsOfCampaign.of(problem, catalogue), problem.fit(problem.robot), progress)
+
+
+@dataclass(frozen=True)
+class RowsOfCampaign(Campaign[RowFit]):
+    """Rows of one problem, and what may be missing from a model of them."""
+
+    problem: RowProblem
+    """The rows."""
+    common: CompliantRobot
+    """What every hypothesis has."""
+    candidates: Sequence[Candidate]
+    """Effects of the catalogue at their places."""
+    scale: MotionSizes
+    """How large these usually are."""
+    course: RowCourse
+    """In which order the rows were read."""
+
+    @classmethod
+    def of(cls, problem: RowProblem, catalogue: Mapping[str, Effect]) -> RowsOfCampaign:
+        """Prepare."""
+        robot = problem.robot
+        common = replace(robot, placed=tuple(placed for placed in robot.placed if not is_member(placed)))
+        candidates, _ = row_candidates(problem, common, catalogue)
+        return cls(problem, common, candidates, MotionSizes.of(problem), problem.course())
+
+    def about(self, fit: RowFit) -> RowsOfCampaign:
+        """Return it as it is: nothing in it hangs on a fit."""
+        return self
+
+    def without(self, names: frozenset[str]) -> RowsOfCampaign:
+        """Return it without some effects."""
+        return replace(self, candidates=[one for one in self.candidates if one.name not in names])
+
+    def fit(self, chosen: Sequence[Member], aside: frozenset[Off]) -> RowFit:
+        """Return the fit of the model with some effects."""
+        added = tuple(
+            PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape))
+            for one in chosen
+            if one.candidate is not None
+        )
+        return self.problem.fit(replace(self.common, placed=(*self.common.placed, *added)))
+
+    def judged(self, fit: RowFit, chosen: frozenset[str], number: int) -> Judged:
+        """Weigh sets about a model."""
+        ground = self._ground(fit, fit.sigma)
+        laws = unlisted_motion_laws(ground.state, self.problem.joints)
+        members = list_members(ground, self.candidates, self.scale, laws)
+        evidence = ground.evidence([one.columns for one in members])
+        weighed, own = weighed_about(members, evidence, chosen)
+        return Judged(weighed, fit, ground, chosen, own, number)
+
+    def with_rivals(self, judged: Judged, fit: RowFit, aside: frozenset[Off]) -> Judged:
+        """Return a judgement with the nearest rivals of its set refitted."""
+        weighed = with_rivals_refitted(
+            judged.weighed, judged.own, self.scale, lambda members: self._ground(self.fit(members, aside), fit.sigma)
+        )
+        return replace(judged, weighed=weighed)
+
+    def _ground(self, fit: RowFit, sigma: Floats) -> GroundOfRows:
+        return GroundOfRows.of(fit, self.common, self.course, sigma)
