@@ -11,7 +11,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.base_rows import BaseRows, in_order
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.drift import drift_of
+from stiffcal.diagnosis.drift import drift_of_states
 from stiffcal.diagnosis.folds import inner_outside
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
@@ -64,7 +64,7 @@ class LoadScan(Scan):
     def drift(self) -> tuple[float, float, float]:
         """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals."""
         white = self.space.rows(self._without_sag()[None]).reshape(len(self.fit.data.measured), -1)
-        found = drift_of(self.fit.data, white, self.residual_dof)
+        found = drift_of_states(self.fit.data, white, self.residual_dof)
         return found.ratio, found.p_value, found.correlation[0]
 
     def _without_sag(self) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import prod, sqrt
 
 from stiffcal.diagnosis.explained import Explained
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated
@@ -49,8 +49,6 @@ class PartialDiagnosis:
 def merged_diagnosis(parts: Sequence[PartialDiagnosis], in_model: Collection[str] = ()) -> DiagnoseResult:
     """Return one answer: most important first, adequate where all are.
 
-    What is undecided in one search waits for what another names: of both only the second is an instruction.
-
     Parameters
     ----------
     parts : an answer for each search. in_model : names of the effects that the present model holds.
@@ -76,8 +74,13 @@ def merged_diagnosis(parts: Sequence[PartialDiagnosis], in_model: Collection[str
         rms=_pooled(parts, lambda result: result.rms) or first.rms,
         lack_of_fit=next((result.lack_of_fit for result in results if result.lack_of_fit is not None), None),
         missing=_each_once([effect for _, effect in missing]),
+        p_nothing=_product([result.p_nothing for result in results]),
+        p_unknown=_one_at_least([result.p_unknown for result in results]),
+        unknown=sorted((law for result in results for law in result.unknown or ()), key=lambda law: -law.probability),
+        excluded_sizes=None if missing else [one for result in results for one in result.excluded_sizes or ()],
+        in_model=[effect for result in results for effect in result.in_model or ()],
         contradicted=[setting for result in results for setting in result.contradicted],
-        undecided=[] if missing else next((result.undecided for result in results if result.undecided), []),
+        undecided=next((result.undecided for result in _by_fall(parts) if result.undecided), []),
         could_be=[effect for result in results for effect in result.could_be],
         findings=[finding for result in _by_fall(parts) for finding in result.findings],
         not_tried=_not_tried(results, in_model),
@@ -178,6 +181,18 @@ def _only(errors: Sequence[ErrorAsValidated | None]) -> ErrorAsValidated | None:
 
 def _by_fall(parts: Sequence[PartialDiagnosis]) -> list[DiagnoseResult]:
     return [part.result for part in sorted(parts, key=lambda part: -max(part.falls, default=0.0))]
+
+
+def _product(probabilities: Sequence[float | None]) -> float | None:
+    """Return the probability of all of several events that share nothing; None where one is not known."""
+    known = [p for p in probabilities if p is not None]
+    return float(prod(known)) if len(known) == len(probabilities) else None
+
+
+def _one_at_least(probabilities: Sequence[float | None]) -> float | None:
+    """Return the probability that one of several events happens, as far as they are known."""
+    known = [p for p in probabilities if p is not None]
+    return 1.0 - float(prod(1.0 - p for p in known)) if known else None
 
 
 def _all_of(answers: Sequence[bool | None]) -> bool | None:

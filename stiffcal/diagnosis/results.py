@@ -171,7 +171,11 @@ class ExcludedSizeAt:
     of: str
     """The same in words."""
     size_m: Number
-    """m, rms of the tool's displacement by it; null where nothing there shows in these poses and loads."""
+    """m, rms of the tool's displacement by it; null where nothing there shows in these poses and loads, and of moving
+    joints.
+    """
+    size_Nm: OrAbsent[Number] = None
+    """N·m, rms of what it adds to a drive's torque; of moving joints."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.base_rows import bounds_of_candidate
 from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.normal_equations import solve_within
-from stiffcal.diagnosis.row_document import free_of_constants
+from stiffcal.diagnosis.row_errors import free_of_constants
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.model.composite import PlacedEffect

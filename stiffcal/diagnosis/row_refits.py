@@ -9,7 +9,7 @@ from stiffcal.diagnosis.judge import fitted_values
 from stiffcal.diagnosis.refit_values import RefitValue, refit_values
 from stiffcal.diagnosis.refits import Refit, RefitSummary, refit_with_all, refitted_candidates
 from stiffcal.diagnosis.results import DiagnoseResult
-from stiffcal.diagnosis.row_document import RowSearch, left_out_residual, rms_of_rows
+from stiffcal.diagnosis.row_errors import left_out_residual, rms_of_rows
 from stiffcal.diagnosis.row_forecast import forecast_row_residual
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
@@ -18,22 +18,23 @@ from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.summary import Where
 
 
-def row_refits_of(search: RowSearch, problem: RowProblem, diagnosis: DiagnoseResult) -> Iterator[Refit]:
+def row_refits_of(
+    scan: RowScan, with_all: RowScan | None, problem: RowProblem, diagnosis: DiagnoseResult
+) -> Iterator[Refit]:
     """Refit the present model of rows as `refits_of` does that of load states.
 
     Parameters
     ----------
-    search : that was made. problem : its rows.
-    diagnosis : its result.
+    scan : of the present model. with_all : of the model with all that is missing; None where nothing is.
+    problem : the rows. diagnosis : what is missing.
 
     Yields
     ------
     Refit
         As `refits_of`; the residual is (1, k).
     """
-    scan = search.first
-    if search.found:
-        residual = left_out_residual(search.final_scan, None)
+    if with_all is not None:
+        residual = left_out_residual(with_all, None)
         yield Refit(refit_with_all(diagnosis, rms_of_rows(residual, problem)), residual[None])
     leading = refitted_candidates(diagnosis)
     places = [(trial.candidate.effect.name, Where.of(trial.candidate.place)) for trial in scan.trials]

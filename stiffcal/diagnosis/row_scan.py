@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.base_rows import BaseRows, in_order
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
+from stiffcal.diagnosis.scan import Scan, scan_rows, try_candidate
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.estimation.constants import without_constants
 from stiffcal.experiments.row_search import RowFit
@@ -55,8 +55,6 @@ class RowScan(Scan):
     """Whitened rows."""
     ground: BaseRows
     """The model's rows, to which more can be added."""
-    indistinct: tuple[Candidate, ...]
-    """Candidates that take no part: these data do not distinguish the best value of a discrete shape from the next."""
 
     def mean_square(self) -> float:
         """Return the residuals' mean square, in the measure's unit."""
@@ -80,41 +78,11 @@ def scan_row_candidates(
     stack = np.concatenate([fit.columns, fit.residual[None]])[:, None]
     ground = BaseRows.of(fit.maker, space, stack, folds, *fit.bounds, np.zeros((0, len(stack))))
     dof = len(fit.residual) - space.n_constants
-    indistinct: list[Candidate] = []
-
-    def try_one(candidate: Candidate) -> Trial | None:
-        trial = try_candidate(candidate, ground, MANY_ROW_SHAPES)
-        if trial is not None and not _distinct(trial, ground, dof - len(fit.columns)):
-            indistinct.append(candidate)
-            return None
-        return trial
-
-    trials, n_tried = scan_rows(ground, candidates, try_one=try_one)
+    trials, n_tried = scan_rows(
+        ground, candidates, try_one=lambda candidate: try_candidate(candidate, ground, MANY_ROW_SHAPES)
+    )
     return RowScan(
         fit=fit, base=in_order(ground.base, ground.order), trials=trials, folds=tuple(folds), groups=ground.groups,
         dof=dof, n_columns=len(fit.columns), n_tried=n_tried * n_searches, space=space, columns=fit.columns[:, None],
         residual=fit.residual[None], bounds=fit.bounds, outside=ground.outside, ground=ground,
-        indistinct=tuple(indistinct),
     )  # fmt: skip
-
-
-def _distinct(trial: Trial, ground: BaseRows, residual_dof: int) -> bool:
-    """Return whether the best value of a discrete shape is better than the next values of the grid, as it has to be.
-
-    Each of the values that were tried had its chance: 2 ln n of them in addition.
-    """
-    effect, place, shape = trial.candidate.effect, trial.candidate.place, trial.regressor.shape
-    for spec in effect.parameters:
-        if not (spec.discrete and spec.distinct_by and spec.symbol in shape):
-            continue
-        values = np.unique([other[spec.symbol] for other in ground.state.shapes(effect, place)])
-        at = int(np.searchsorted(values, shape[spec.symbol]))
-        # Where more is missing than this, what is left scatters wider than the noise.
-        scale = max(1.0, trial.score.sum_of_squares / max(residual_dof, 1))
-        least = (spec.distinct_by + 2.0 * np.log(max(trial.n_variants, 1))) * scale
-        for number in (at - 1, at + 1):
-            if 0 <= number < len(values):
-                other = ground.state.regressor(effect, place, {**shape, spec.symbol: float(values[number])})
-                if ground.sum_of_squares(other) - trial.score.sum_of_squares < least:
-                    return False
-    return True

@@ -138,6 +138,10 @@ class RowProblem(ABC):
         """Return in which order the rows were read, and which err together."""
 
     @abstractmethod
+    def group_in_words(self, group: int) -> str:
+        """Return what is numbered in `RowCourse.group`, in words."""
+
+    @abstractmethod
     def usual(self, joint: int) -> UsualMotion:
         """Return how a joint, from 1, moves and resists."""
 

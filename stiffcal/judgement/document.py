@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
-from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import (
     as_validated,
     errors_by_experiment,
@@ -12,37 +12,37 @@ from stiffcal.diagnosis.heldout_error import (
     rms_after_choosing,
     size_at_tool,
 )
-from stiffcal.diagnosis.judge import against_noise, family_p
+from stiffcal.diagnosis.judge import against_noise
 from stiffcal.diagnosis.patterns import find_pattern
-from stiffcal.diagnosis.ranking import effect_at, parameters_of, share_explained
+from stiffcal.diagnosis.ranking import effect_at
 from stiffcal.diagnosis.results import (
     DiagnoseResult,
-    ExcludedSizeAt,
     Finding,
-    LookAlike,
-    ProposedEffect,
-    SearchPace,
-    UndecidedEffect,
-    UnknownLaw,
 )
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.setting_results import ContradictedSetting
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.words import explain
 from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
-from stiffcal.identification.document import finite, identified_parameter
+from stiffcal.identification.document import identified_parameter
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.identification.geometry import with_geometry
-from stiffcal.judgement.diagnosed import DiagnosedStates, FoundEffect
-from stiffcal.judgement.reading import DOUBT, NAMED
-from stiffcal.judgement.sentences import summary_of, warnings_on, why_not_added
+from stiffcal.judgement.answers import (
+    candidates_of,
+    excluded_sizes_of,
+    pace_of,
+    proposed,
+    ranked_findings,
+    superfluous_of,
+    undecided_effects,
+    unknown_laws,
+)
+from stiffcal.judgement.diagnosed import DiagnosedStates
+from stiffcal.judgement.sentences_of_states import summary_of, warnings_on
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.summary import EffectAt, Where
-
-MOST_UNDECIDED = 4
-"""Effects of an undecided group that are listed."""
+from stiffcal.model.summary import EffectAt
 
 
 def diagnosis_result(found: DiagnosedStates) -> DiagnoseResult:
@@ -73,17 +73,14 @@ def diagnosis_result(found: DiagnosedStates) -> DiagnoseResult:
         rms=before,
         as_validated=validated,
         lack_of_fit=against_noise(found.before),
-        missing=[_proposed(one) for one in found.found],
-        in_model=[_proposed(one) for one in found.held],
+        missing=proposed(found.found),
+        in_model=proposed(found.held),
         p_nothing=reading.p_nothing,
         p_unknown=reading.p_unknown,
-        unknown=[
-            UnknownLaw(follows=law.follows, where=where_of(law.place), of=law.place, probability=law.probability)
-            for law in reading.unlisted
-        ],
-        excluded_sizes=None if found.found else list(_excluded(found)),
+        unknown=unknown_laws(found),
+        excluded_sizes=excluded_sizes_of(found, "m"),
         contradicted=list(_contradicted(found, before, with_missing)),
-        undecided=_undecided(found),
+        undecided=undecided_effects(found),
         could_be=[],
         findings=_findings(found, before),
         next_measurement=None,
@@ -100,54 +97,12 @@ def diagnosis_result(found: DiagnosedStates) -> DiagnoseResult:
         before_after=_before_after(found, parameters),
         n_candidates=n_effects,
         n_signatures=n_shapes,
-        pace=SearchPace(
-            models=found.judged.rounds,
-            candidates=n_effects * found.judged.rounds,
-            signatures=n_shapes * found.judged.rounds,
-            seconds=found.seconds,
-            candidates_per_second=n_effects * found.judged.rounds / found.seconds,
-        ),
+        pace=pace_of(found),
         summary=summary_of(found, before, noise, validated, structure, pattern),
-        superfluous=[EffectAt(effect=one.effect.name, where=Where.of(one.place)) for one in found.superfluous],
+        superfluous=superfluous_of(found),
         evidence=[],
         fit_id="",
         key="",
-    )
-
-
-def where_of(place: str) -> Where:
-    """Return a place of the judgement's priors as one of a result; empty for the set-up.
-
-    Examples
-    --------
-    >>> where_of("joint 3").joints, where_of("link swing").links
-    ([3], ['swing'])
-    """
-    kind, _, name = place.partition(" ")
-    if kind == "joint":
-        return Where(joints=[int(name)])
-    return Where(links=[name]) if kind == "link" and name else Where()
-
-
-def _excluded(found: DiagnosedStates) -> Iterator[ExcludedSizeAt]:
-    for one in found.excluded:
-        yield ExcludedSizeAt(where=where_of(one.where), of=one.where, size_m=finite(one.size))
-
-
-def _proposed(one: FoundEffect) -> ProposedEffect:
-    """Return an effect to add."""
-    at = effect_at(one.candidate)
-    return ProposedEffect(
-        effect=at.effect,
-        where=at.where,
-        alternatives=[
-            LookAlike(effect=candidate.effect.name, where=Where.of(candidate.place), probability=share)
-            for candidate, share in one.alternatives
-        ],
-        probability=one.group.probability,
-        member_probability=one.share,
-        firm=one.group.firm,
-        form=dict(one.form) or None,
     )
 
 
@@ -155,7 +110,7 @@ def _contradicted(found: DiagnosedStates, before: Rms, after: Rms) -> Iterator[C
     """Give the settings that the data contradict."""
     values = {parameter.name: parameter for parameter in found.last.fit.parameters}
     held = {parameter.name: parameter.value for parameter in found.first.fit.parameters}
-    candidates = _candidates(found)
+    candidates = candidates_of(found)
     for one in found.reading.settings:
         setting = one.setting
         free = values.get(setting.name)
@@ -172,14 +127,9 @@ def _contradicted(found: DiagnosedStates, before: Rms, after: Rms) -> Iterator[C
         )
 
 
-def _candidates(found: DiagnosedStates) -> dict[str, Candidate]:
-    """Return the effects at their places that were compared, by name."""
-    return {one.name: one.candidate for one in found.judged.members if one.candidate is not None}
-
-
 def _alike_to(found: DiagnosedStates, name: str) -> list[EffectAt]:
     """Return the effects that stand in one group with a member that is none."""
-    candidates = _candidates(found)
+    candidates = candidates_of(found)
     return [
         effect_at(candidates[other])
         for group in found.reading.groups
@@ -187,19 +137,6 @@ def _alike_to(found: DiagnosedStates, name: str) -> list[EffectAt]:
         for other, _ in group.members
         if other in candidates
     ]
-
-
-def _undecided(found: DiagnosedStates) -> list[UndecidedEffect]:
-    """Return the effects of the first group in which none is more probable than all others together."""
-    for one in found.found:
-        if not one.decided:
-            members = [(one.candidate, one.share), *one.alternatives][:MOST_UNDECIDED]
-            return [
-                UndecidedEffect(effect=at.effect, where=at.where, share=share, probability=share, deciding_runs=[])
-                for candidate, share in members
-                for at in (effect_at(candidate),)
-            ]
-    return []
 
 
 def _identified(states: LoadStates, fit: Fit) -> list[IdentifiedParameter]:
@@ -218,50 +155,24 @@ def _before_after(found: DiagnosedStates, parameters: list[IdentifiedParameter])
 
 
 def _findings(found: DiagnosedStates, before: Rms) -> list[Finding]:
-    """Return every effect as the next single step: the most probable first, then those that lower the error most."""
-    probability, scan = found.reading.probability, found.first
-    after_choosing = rms_after_choosing(scan)
-    order = {trial.candidate.name: rank for rank, trial in enumerate(scan.trials)}
-    named = {one.candidate.name: rank for rank, one in enumerate(found.found)}
-    ranked = sorted(
-        scan.trials,
-        key=lambda trial: (
-            named.get(trial.candidate.name, len(named)),
-            -p if (p := probability.get(trial.candidate.name, 0.0)) >= DOUBT else 0.0,
-            order[trial.candidate.name],
-        ),
+    """Return every effect as the next single step."""
+    scan = found.first
+    ranking = ranked_findings(
+        found,
+        before,
+        rms_after_choosing(scan),
+        lambda trial: left_out_rms(scan, trial),
+        lambda trial, after, alike: explain(scan, trial, before, after, alike),
     )
-    alike = {one.candidate.name: [candidate for candidate, _ in one.alternatives] for one in found.found}
-    findings = []
-    for rank, trial in enumerate(ranked):
-        name = trial.candidate.name
-        after = left_out_rms(scan, trial)
-        alternatives = alike.get(name, [])
-        p = probability.get(name, 0.0)
-        explanation = explain(scan, trial, before, after, alternatives) if name in named or p >= NAMED else None
-        at = effect_at(trial.candidate)
-        findings.append(
-            Finding(
-                effect=at.effect,
-                where=at.where,
-                verdict="supported" if name in named else "possible" if p >= DOUBT else "rejected",
-                explains=share_explained(scan, trial),
-                size_m=size_at_tool(scan, trial),
-                p_value=family_p(scan, trial),
-                heldout_rms_before=before,
-                heldout_rms_after=after,
-                heldout_rms_after_choosing=after_choosing if rank == 0 else None,
-                confidence=None,
-                probability=p,
-                parameters=parameters_of(trial),
-                alternatives=[effect_at(candidate) for candidate in alternatives],
-                places=trial.places,
-                by_experiment=errors_by_experiment(scan, trial) or None,
-                why=explanation.text if explanation is not None else why_not_added(p),
-                evidence=explanation,
-            )
+    return [
+        replace(
+            finding,
+            size_m=size_at_tool(scan, trial),
+            places=trial.places,
+            by_experiment=errors_by_experiment(scan, trial) or None,
         )
-    return findings
+        for trial, finding in ranking
+    ]
 
 
 def look_alike_pairs(found: DiagnosedStates, most: int) -> list[tuple[Trial, Trial]]:
@@ -275,7 +186,7 @@ def look_alike_pairs(found: DiagnosedStates, most: int) -> list[tuple[Trial, Tri
 
 def explaining_run(found: DiagnosedStates, run: int) -> list[EffectAt]:
     """Return effects that explain a run nearly as well as that it is off."""
-    candidates, judged = _candidates(found), found.judged
+    candidates, judged = candidates_of(found), found.judged
     names = {one.name for one in judged.members if any(off.run == run for off in one.off)}
     grouped = [effect for name in sorted(names) for effect in _alike_to(found, name)]
     aside = [name for off, effects in judged.explained.items() if off.run == run for name in effects]

@@ -47,7 +47,8 @@ class Member:
     """What it does to the readings."""
     log_prior: float = 0.0
     """Log odds of the member in this shape, before any reading."""
-
+    settled: float = 1.0
+    """Probability of its shape among all shapes of the law, where shapes are numbers of which each is another."""
     off: tuple[Off, ...] = ()
     """Runs and states that are off or exchanged."""
     setting: SettingOff | None = None
@@ -83,13 +84,13 @@ def list_members(
             MemberKind.EFFECT,
             candidate.place.kind != "setup",
         )
-        for regressor, log_share in shapes_of(ground, candidate, scale):
+        for regressor, log_share, settled in shapes_of(ground, candidate, scale):
             placed = present_as(ground, candidate)
             whole = placed is not None and in_other_form(candidate, placed)
             shape = dict(placed.values) if placed is not None and whole else dict(regressor.shape)
             as_tried = replace(candidate, effect=regressor.effect)
             columns = columns_of(ground, regressor, scale)
-            found.append(Member(candidate.name, share, as_tried, shape, log_share, columns))
+            found.append(Member(candidate.name, share, as_tried, shape, log_share, columns, settled=settled))
     for law in unlisted:
         columns = unlisted_columns(ground, law.columns)
         if not columns.rows.any():

@@ -139,7 +139,14 @@ def read_off(judged: Judged) -> WhatIsMissing:
         plain_shares = _within(own, others, straight, names)
         first = max(shares, key=lambda name: shares[name])
         sure = min(p, plain, shares[first], plain_shares.get(first, 0.0)) >= FIRM
-        firm = sure and not doubtful and not judged.at_bound and _unlisted_in_place(judged, leader, sets, names) < DOUBT
+        settled = all(one.settled >= FIRM for one in judged.best if one.name == leader)
+        firm = (
+            sure
+            and settled
+            and not doubtful
+            and not judged.at_bound
+            and _unlisted_in_place(judged, leader, sets, names) < DOUBT
+        )
         if firm:
             every = every or list(varied(judged))
             firm = all(_sure(first, own, others, one, names) >= STILL_FIRM for one in every)

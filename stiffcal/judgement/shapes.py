@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,15 +31,23 @@ HOPELESS = 4.0
 TOGETHER = 8
 """Shapes whose inner products are made at once: those with each other are of no use."""
 
-Shaped = tuple[Regressor, float]
-"""A regressor, and the logarithm of its share of all shapes."""
+
+class Shaped(NamedTuple):
+    """A law in one of its shapes."""
+
+    regressor: Regressor
+    """What it does to the readings."""
+    log_share: float
+    """Logarithm of the share that the shape and those that read alike have of all shapes, before any reading."""
+    settled: float = 1.0
+    """Of an order and the like: probability of the shape among all shapes of the law."""
 
 
 def shapes_of(ground: Ground, candidate: Candidate, scale: UsualSizes) -> list[Shaped]:
     """Return an effect in its best shapes: next to what the model has, and in place of what it has there."""
     placed = present_as(ground, candidate)
     if placed is not None and in_other_form(candidate, placed):
-        return [(ground.state.regressor(placed.effect, placed.place, placed.shape()), 0.0)]
+        return [Shaped(ground.state.regressor(placed.effect, placed.place, placed.shape()), 0.0)]
     if is_slip(candidate.effect):
         return _steps(ground, candidate, placed)
     tried = [
@@ -48,13 +57,15 @@ def shapes_of(ground: Ground, candidate: Candidate, scale: UsualSizes) -> list[S
     if placed is not None and own not in [dict(one.shape) for one in tried]:
         tried.append(ground.state.regressor(placed.effect, placed.place, placed.shape()))
     if len(tried) < 2:
-        return [(one, 0.0) for one in tried]
+        return [Shaped(one, 0.0) for one in tried]
     found: dict[tuple[float, ...], Shaped] = {}
     for residual in _residuals(ground, candidate, placed, scale):
-        for best, share in _best_shapes(ground, tried, residual, scale, own):
-            key = tuple(best.shape.values())
+        for one in _best_shapes(ground, tried, residual, scale, own):
+            key = tuple(one.regressor.shape.values())
             # next to what explains all, every shape reads alike; in its place fewer do
-            found[key] = best, min(share, found.get(key, (best, 0.0))[1])
+            known = found.get(key, Shaped(one.regressor, 0.0, 0.0))
+            share, settled = min(one.log_share, known.log_share), max(one.settled, known.settled)
+            found[key] = Shaped(one.regressor, share, settled)
     return list(found.values())
 
 
@@ -126,19 +137,23 @@ def _best_shapes(
     order = np.argsort(place)
     width = np.gradient(place[order]) if len(order) > 1 else np.ones(1)
     if not width.any():
-        return [(known[best], 0.0)]
+        return [Shaped(known[best], 0.0)]
     density = values[order] - values[best] + np.log(np.maximum(width, 1e-300))
     share = float(np.logaddexp.reduce(density) - np.log(np.sum(width)))
-    return [(known[best], share if own is not None else min(share, 0.0))]
+    return [Shaped(known[best], share if own is not None else min(share, 0.0))]
 
 
 def _of_discrete(known: Sequence[Regressor], values: Floats, own: int) -> list[Shaped]:
     """Return the shape of a number, which stands for all; where another is better, that one for all others."""
-    best, each = int(np.argmax(values)), -float(np.log(len(known)))
+    best, each, whole = int(np.argmax(values)), -float(np.log(len(known))), float(np.logaddexp.reduce(values))
+    settled = np.exp(values - whole)
     if values[own] >= values[best]:
-        return [(known[own], each + float(np.logaddexp.reduce(values - values[own])))]
-    others = np.delete(values, own) - values[best]
-    return [(known[own], each), (known[best], each + float(np.logaddexp.reduce(others)))]
+        return [Shaped(known[own], each + whole - float(values[own]), float(settled[own]))]
+    others = float(np.logaddexp.reduce(np.delete(values, own)))
+    return [
+        Shaped(known[own], each, float(settled[own])),
+        Shaped(known[best], each + others - float(values[best]), float(settled[best])),
+    ]
 
 
 def _continuous(effect: Effect) -> str | None:
@@ -179,4 +194,4 @@ def _steps(ground: Ground, candidate: Candidate, placed: PlacedEffect | None) ->
         places.append(float(placed.values["state"]))
     shapes: list[Mapping[str, float]] = [{"state": number} for number in dict.fromkeys(places)]
     share = -float(np.log(max(count, 1)))
-    return [(ground.state.regressor(candidate.effect, candidate.place, shape), share) for shape in shapes]
+    return [Shaped(ground.state.regressor(candidate.effect, candidate.place, shape), share) for shape in shapes]

@@ -14,14 +14,14 @@ from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.forecast import forecast_residual
 from stiffcal.diagnosis.load_scan import LoadGround
 from stiffcal.diagnosis.refits import Refit, RefitSummary
-from stiffcal.diagnosis.row_context import RowSearchContext
-from stiffcal.diagnosis.row_document import too_few_folds
+from stiffcal.diagnosis.row_candidates import row_candidates
 from stiffcal.diagnosis.row_forecast import forecast_row_residual
-from stiffcal.diagnosis.row_scan import RowScan
+from stiffcal.diagnosis.row_scan import RowScan, scan_row_candidates
 from stiffcal.diagnosis.scan import Trial, refine_nonlinear, try_candidate
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.experiments import all_kinds
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
+from stiffcal.judgement.row_document import too_few_folds
 from stiffcal.measurements.columns import table_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.assembly import fixed_parameters
@@ -150,8 +150,7 @@ class ForecastedRows(Forecasted):
         if too_few_folds(problem, fit) is not None:
             return None
         catalogue, _ = all_effects(data.campaign)
-        context = RowSearchContext(problem, catalogue, basic=frozenset(kind.basic_effects()))
-        listed, _ = context.candidates(fit.robot)
+        listed, _ = row_candidates(problem, fit.robot, catalogue, kind.basic_effects())
         names = set(fit.names)
         return cls(
             candidates={candidate.name: candidate for candidate in listed},
@@ -161,7 +160,7 @@ class ForecastedRows(Forecasted):
                 if not names.isdisjoint(one.parameter_name(spec.symbol) for spec in one.effect.parameters)
             },
             problem=problem,
-            scan=context.scan(fit, []),
+            scan=scan_row_candidates(fit, []),
         )
 
     @property

@@ -14,7 +14,7 @@ from stiffcal.errors import no_progress
 from stiffcal.measurements.rms import Rms
 from stiffcal.store.document_shape import result_from
 from stiffcal.wording import listing
-from stiffcal.workflow.diagnose_rows import diagnose_rows
+from stiffcal.workflow.diagnose_rows import diagnoses_of_rows
 from stiffcal.workflow.evidence import (
     DIAGNOSES,
     EVIDENCE,
@@ -71,7 +71,7 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     if stored is not None:
         return replace(stored, origin=data.store.origin_of(DIAGNOSE))
     fit_id, key = identified.fit_id, diagnosis_key(data, identified)
-    rows, in_model = diagnose_rows(data, context), _names_in_model(identified)
+    rows, in_model = diagnoses_of_rows(data, context), _names_in_model(identified)
     if len(data.states) == 0:
         diagnosis = merged_diagnosis(rows.parts, in_model) if rows.parts else without_states(data, identified, context)
         diagnosis = replace(diagnosis, fit_id=fit_id, key=key)
@@ -98,7 +98,9 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     kept = sound_index[found.first.fit.data.index]
     stored_refits = StoredRefits(key=key, entries=[refit.summary for refit in refits])
     sizes = tuple(one.group.size for one in found.found)
-    diagnosis = merged_diagnosis([PartialDiagnosis(diagnosis, sizes, len(sound.states)), *rows.parts], in_model)
+    diagnosis = merged_diagnosis(
+        [PartialDiagnosis(diagnosis, sizes, len(sound.states), explained=found.explained), *rows.parts], in_model
+    )
     refit_table = refit_columns(sound.states, found.first.fit.data, refits, kept)
     return _stored(data, diagnosis, stored_refits, rows, {EVIDENCE: table, REFITS: refit_table})
 

@@ -19,7 +19,8 @@ from typing import Any
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.ingest.reducing import reduce_campaign
-from stiffcal.judgement.diagnosed import DiagnosedStates, FoundEffect, diagnose_states
+from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
+from stiffcal.judgement.found import FoundEffect
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.effect import Place

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.judgement.diagnosed import DiagnosedStates, FoundEffect, diagnose_states
+from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
+from stiffcal.judgement.found import FoundEffect
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole

@@ -152,6 +152,15 @@ class FrictionProblem(RowProblem):
         time = rows.means(rows.motion.time)
         return RowCourse(rows.joint, time, np.asarray(np.sign(rows.velocity)), group)
 
+    def group_in_words(self, group: int) -> str:
+        """Return a pass, or a second of other motion, in words."""
+        rows, own = self._rows, np.flatnonzero(self.course().group == group)
+        time, joint, run = rows.means(rows.motion.time)[own], int(rows.joint[own[0]]), rows.run[own[0]]
+        when = f'{time.min():.3g} s after the first reading, in run "{run}"'
+        if not rows.steady[own[0]]:
+            return f"the motion of joint {joint} {when}"
+        return f"the pass of joint {joint} at {float(np.mean(rows.velocity[own])):.3g} rad/s, {when}"
+
     def usual(self, joint: int) -> UsualMotion:
         """Return how a joint moves and resists."""
         own = self._rows.select(self._rows.joint == joint)
