@@ -14,7 +14,7 @@ from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Effect, Kind, ParameterRole, Place
+from stiffcal.model.effect import Effect, ParameterRole, Place
 
 
 @dataclass(frozen=True)
@@ -90,20 +90,6 @@ def stands_in_the_way(effect: Effect, place: Place, robot: CompliantRobot) -> bo
         )
         for placed_effect in robot.placed
     )
-
-
-def impossible_configuration(robot: CompliantRobot, present: CompliantRobot) -> str | None:
-    """Return the name of an effect that was added and, as fitted, makes a robot that cannot be; None without.
-
-    Laws that are added next to it would be those of that robot, and some of them leave it without an equilibrium.
-    """
-    known = {(placed.effect.name, placed.place) for placed in present.placed}
-    for placed in robot.placed:
-        effect, place = placed.effect, placed.place
-        added = effect.kind is Kind.CONFIGURATION and (effect.name, place) not in known
-        if added and effect.impossible(placed.values) is not None:
-            return f"{effect.name} {place.label}"
-    return None
 
 
 def variants(candidate: Candidate, state: RegressorMaker, most: int = MANY_SHAPES) -> Iterator[Regressor]:

@@ -10,11 +10,7 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.scan import ROUNDING, Scan
 from stiffcal.diagnosis.thresholds import (
-    ADEQUATE_RATIO,
-    LEAST_EXPLAINED,
-    LEAST_EXPLAINED_LIMIT,
     RESAMPLINGS,
-    SHARE_DECIDES,
 )
 
 
@@ -30,23 +26,6 @@ class Explained:
     """Upper 95 % limit."""
     avoidable: float
     """The present model's avoidable squares, in units of the noise's."""
-
-    @property
-    def whole(self) -> bool:
-        """True where the effects can be all of it.
-
-        Above the noise the share and its lower limit decide. Below, a share is itself mostly noise: only one that
-        resampling keeps below the limit, or one that leaves more than an adequate model does, is evidence against it.
-        """
-        if self.avoidable >= SHARE_DECIDES:
-            return self.share >= LEAST_EXPLAINED and self.low >= LEAST_EXPLAINED_LIMIT
-        left = (1.0 - self.share) * self.avoidable
-        return not self.too_little and (self.share >= LEAST_EXPLAINED or left <= ADEQUATE_RATIO**2 - 1.0)
-
-    @property
-    def too_little(self) -> bool:
-        """True where the effects explain so little that naming them would mislead."""
-        return (self.share if self.avoidable >= SHARE_DECIDES else self.high) < LEAST_EXPLAINED
 
 
 def explained_share(

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.choosing import chosen_in_every_fold
 from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.scan import ModelFit, Scan, Trial, bounds_with
 from stiffcal.diagnosis.slips import is_slip
@@ -137,17 +136,6 @@ def rms_reduction(before: Floats, after: Floats, squared_change: Floats, dof: in
     return fall, float(drop.sum() / np.sqrt(variance))
 
 
-def reduction_between(before: Scan, after: Scan) -> tuple[float, float]:
-    """Return by how much the error in poses left out falls from one model to another, as `rms_reduction` does.
-
-    Parameters
-    ----------
-    before, after : of the same observations, whitened alike.
-    """
-    moved = before.base.left.residual - after.base.left.residual
-    return rms_reduction(before.base.heldout, after.base.heldout, before.by_fold(moved**2), before.dof)
-
-
 def family_p(scan: Scan, trial: Trial) -> float:
     """Return the probability of so large a fall of the fit's squares by chance, for all that were tried together."""
     q = len(trial.regressor.symbols) + sum(
@@ -218,29 +206,6 @@ def judge(scan: Scan, trial: Trial) -> Judgement:
     """Judge a candidate by its own held-out errors."""
     fall, errors = rms_reduction(scan.base.heldout, trial.score.heldout, trial.score.prediction_change, scan.dof)
     return Judgement(fall, errors, family_p(scan, trial), possible_values(scan, trial))
-
-
-def judge_choice(scan: Scan, leader: Trial) -> Judgement:
-    """Judge the leader with the choice repeated in every fold, against selection bias.
-
-    The fall is that with the choice repeated. Its standard errors are the leader's own: where one pose decides most,
-    another candidate is chosen without it and errs there by far, which shows that this pose was needed for the choice,
-    not that the result of all poses together could be chance; for that, the family-wise p counts all that were tried.
-    Where the noise is not known, nothing else checks the choice, and its own standard errors count too.
-    """
-    own_judgement = judge(scan, leader)
-    if is_slip(leader.candidate.effect):
-        # Without the run that slipped there is nothing to choose; its load cycles were left out instead.
-        return own_judgement
-    before, after = np.diagonal(scan.base.nested).copy(), chosen_in_every_fold(scan)
-    squared_change = np.bincount(scan.groups, weights=leader.score.prediction_change).astype(np.float64)
-    fall, errors = rms_reduction(before, after, squared_change, scan.dof)
-    if scan.fit.noise is not None:
-        # What is left is held against the noise (`lack_of_fit`): a wrong name leaves something, and is withheld.
-        errors = own_judgement.errors
-    return Judgement(
-        min(fall, own_judgement.fall), min(errors, own_judgement.errors), own_judgement.p_value, own_judgement.possible
-    )
 
 
 def alike(scan: Scan, trial: Trial, best: Trial) -> bool:

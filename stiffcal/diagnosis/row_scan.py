@@ -61,9 +61,7 @@ class RowScan(Scan):
         return float(np.sum(self.fit.residual**2))
 
 
-def scan_row_candidates(
-    fit: RowFit, candidates: Sequence[Candidate], n_searches: int = 1, like: RowFit | None = None
-) -> RowScan:
+def scan_row_candidates(fit: RowFit, candidates: Sequence[Candidate], n_searches: int = 1) -> RowScan:
     """Try every candidate as an addition to a fit of rows.
 
     Parameters
@@ -71,9 +69,8 @@ def scan_row_candidates(
     fit : the present model's.
     candidates : who is tried.
     n_searches : searches of other rows that are made with this one; chance has as many more opportunities.
-    like : a fit whose noise is taken in place of the fit's own.
     """
-    space = RowProjection.of(fit if like is None or fit.noise is not None else like)
+    space = RowProjection.of(fit)
     folds = members_of(fit.fold)
     stack = np.concatenate([fit.columns, fit.residual[None]])[:, None]
     ground = BaseRows.of(fit.maker, space, stack, folds, *fit.bounds, np.zeros((0, len(stack))))

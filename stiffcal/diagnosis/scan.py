@@ -154,16 +154,6 @@ class Scan:
         """Let go of what regressors could be made again from."""
 
 
-def score_together(scan: Scan, trials: Sequence[Trial]) -> Score:
-    """Score several candidates as one, each at the shape that was best alone."""
-    regressors = [trial.regressor for trial in trials]
-    remaining = scan.residual - sum(regressor.fixed for regressor in regressors)
-    stack = np.concatenate([scan.columns, *(regressor.columns for regressor in regressors), remaining[None]])
-    bounds = [scan.bounds, *(bounds_of_candidate(regressor) for regressor in regressors)]
-    low, high = (np.concatenate(side) for side in zip(*bounds, strict=True))
-    return scan.score_of(scan.space.rows(stack), low, high)
-
-
 def scan_rows(
     ground: BaseRows,
     candidates: Sequence[Candidate],

@@ -20,48 +20,14 @@ FARTHEST_NORMAL = 4.0
 # Below this share of the noise nobody can measure a difference in held-out error: candidates closer than
 # this look alike, however small the standard error is.
 LOOK_ALIKE_SHARE = 0.005
-# Candidates that come first at least half as often as the one that comes first most often tie with it: odds of two to
-# one are no evidence for the one with more parameters.
-EVIDENCE_TIE = 0.5
-# Two effects whose fitted displacements, beyond what the present model absorbs, have at least this cosine are the same
-# in these data (4 % of the squares differ): the simpler physics is named.
-SAME_DISPLACEMENT = 0.98
-# Compliances and set-up errors up to this many times the catalogue's typical size are usual: robots of 5 to 500 kg
-# payload differ by a factor of 100, and the typical sizes are those of the middle …
-USUAL_SIZE = 100.0
-# … and beyond it a candidate is not named where another that does as well is smaller, against its own usual size, by
-# more than this factor.
-SIZE_RATIO = 30.0
-# Of the candidates that come near the best, or lead where one pose does not count, so many are refitted without poses.
-DELETIONS_OF = 10
-# Among so many of the best it is looked for who leads where one pose does not count.
-LEADERS_OF = 20
-# Campaigns of up to so many poses are judged without every single one; larger ones without groups of them.
-SINGLE_POSES = 64
 # With fewer poses than this each one decides.
 LEAST_POSES = 6
 # So many look-alikes of a missing effect are named: of more nobody can choose.
 MOST_ALTERNATIVES = 4
-# An undecided answer names at most so many effects: more than four are no answer.
-RIVALS = 4
 # A set of effects that explains less than this share of the avoidable error is part of the answer at most (section
 # 5.6): half of a structure is easily mimicked by a wrong effect (61 % by the best wrong one on practice 09) …
 LEAST_EXPLAINED = 0.8
-# … and so is one of whose share the lower 95 % limit over poses lies below this.
-LEAST_EXPLAINED_LIMIT = 0.6
-# Avoidable squares, in units of the noise's, above which the share itself decides; below, where noise makes the share
-# itself uncertain, only resampling does.
-SHARE_DECIDES = 1.0
-# How many effects are looked for, one after another: three are asked for, one more shows that nothing is left.
-MOST_EFFECTS = 5
-# Effects that are tried in place of two with the whole catalogue next to them, best first: where so many as good as the
-# two leave something that is supported, it is no single effect.
-MOST_FOR_TWO = 3
-# Of all pairs of candidates, those that lower the fit's squares most are judged in held-out poses; effects with more
-# amplitudes than this take no part: with so many numbers a pair can mimic anything.
-PAIRS_SCORED = 12
-WIDEST_PAIR = 6
-# Resamplings of poses behind `confidence`.
+# Resamplings of poses behind `explained_share`.
 RESAMPLINGS = 400
 # The choice is repeated in at most this many folds: each holds at least a tenth of the poses.
 CHOICE_FOLDS = 10
@@ -73,10 +39,6 @@ LINGERING = 8
 # Correlation of successive residuals beyond which this is reported: uncertainties are then too small by a fifth or
 # more.
 REPORTED_LINGERING = 0.2
-# What of a simpler effect's unit columns may be left after projecting out those of one that holds it as a special
-# case: one percent.
-# The deformed robot's levers differ by less (a joint's whole compliance and the bending of the link behind it: 0.4 %).
-SPECIAL_CASE = 0.01
 # A set-up error whose fitted value differs from what absolute places show by more than so many standard errors is not
 # supported: with a handful of such candidates one campaign in a hundred would lose a right one.
 PLACES_ERRORS = 3.0

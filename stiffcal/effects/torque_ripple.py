@@ -15,8 +15,6 @@ _SOURCE = "a few per cent of a drive's Coulomb friction of 50 N·m: cogging of t
 SAMPLES_PER_WAVE = 4.0
 # Beyond it, orders must be named in robot.toml: each order that is tried costs evidence.
 MOST_INTEGERS = 200
-# Δχ² by which neighbouring orders must be worse: 5 standard deviations.
-DISTINCT = 25.0
 
 
 class TorqueRipple(MotionEffect):
@@ -43,7 +41,7 @@ class TorqueRipple(MotionEffect):
         ParameterSpec(
             "order", "1", "waves per revolution of the joint", 1.0, 1e4, 12.0,
             "pole pairs, teeth and rollers per revolution of the joint: the gear orders in robot.toml, else integers",
-            ParameterRole.NONLINEAR, discrete=True, distinct_by=DISTINCT,
+            ParameterRole.NONLINEAR, discrete=True,
         ),
     )  # fmt: skip
     needs = ("friction runs: angles, and travel over one wave at least",)

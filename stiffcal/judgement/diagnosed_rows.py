@@ -69,7 +69,7 @@ class DiagnosedRows(Diagnosed):
 
 
 def diagnose_rows(
-    problem: RowProblem, catalogue: Mapping[str, Effect], progress: Progress = no_progress, n_searches: int = 1
+    problem: RowProblem, catalogue: Mapping[str, Effect], progress: Progress = no_progress, n_joints: int | None = None
 ) -> DiagnosedRows:
     """Find what is missing from a model of rows.
 
@@ -77,19 +77,22 @@ def diagnose_rows(
     ----------
     problem : the rows and the present model. catalogue : effects by name.
     progress : receives a description of each step.
-    n_searches : problems that are judged together.
+    n_joints : joints of all problems of the campaign; None: of this one.
     """
     start = time.perf_counter()
-    judged = judge_rows(problem, catalogue, progress)
+    n_joints = n_joints or len(problem.joints)
+    judged = judge_rows(problem, catalogue, progress, n_joints)
     reading = read_off(judged)
     fit = problem.fit(problem.robot)
     listed, not_tried = row_candidates(problem, fit.robot, catalogue)
-    first = last = scan_row_candidates(fit, listed, n_searches)
+    first = last = scan_row_candidates(fit, listed, n_joints // len(problem.joints))
     effects = named_effects(judged, reading, catalogue)
     found = tuple(one for one in effects if one.candidate.name not in judged.model)
     held = tuple(one for one in effects if one.candidate.name in judged.model)
     if found:
-        last = scan_row_candidates(problem.fit(with_all(fit.robot, found, judged.fit.robot)), [], n_searches)
+        last = scan_row_candidates(
+            problem.fit(with_all(fit.robot, found, judged.fit.robot)), [], n_joints // len(problem.joints)
+        )
     superfluous = superfluous_effects(judged, reading, fit.robot)
     seconds = time.perf_counter() - start
     return DiagnosedRows(judged, reading, first, last, found, held, superfluous, tuple(not_tried), seconds, problem)

@@ -15,6 +15,7 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.priors import (
+    EXPECTED_EFFECTS,
     RUN_SIZES,
     UNLISTED_SIZES,
     MemberKind,
@@ -66,12 +67,14 @@ def list_members(
     scale: UsualSizes,
     unlisted: Iterable[UnlistedLaw],
     others: Iterable[Member] = (),
+    expected: float = EXPECTED_EFFECTS,
 ) -> list[Member]:
     """Return all members about a model, listed ones in the shapes that the readings do not rule out.
 
     Parameters
     ----------
     others : mistakes of data and settings.
+    expected : effects and laws that are missing in all.
     """
     found: list[Member] = []
     # in an order of their own: which sets are weighed must not hang on the order of a catalogue
@@ -99,7 +102,7 @@ def list_members(
         found.append(Member(f"{law.place}: {law.follows}", share, None, {}, 0.0, columns))
     found += others
     names = {member.name: member.share for member in found}
-    odds = dict(zip(names, log_odds(list(names.values())), strict=True))
+    odds = dict(zip(names, log_odds(list(names.values()), expected), strict=True))
     return [replace(one, log_prior=float(odds[one.name]) + one.log_share) for one in found]
 
 

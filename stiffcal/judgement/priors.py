@@ -118,11 +118,15 @@ class Share:
     """Whether the place is a joint or a link: what is there is one group."""
 
 
-def log_odds(shares: Sequence[Share]) -> Floats:
+def log_odds(shares: Sequence[Share], expected: float = EXPECTED_EFFECTS) -> Floats:
     """Return the log odds (k,) of each of k members.
 
     Of effects and laws: places alike, families within a place, forms within a family; a form or a shape more moves no
     other place.
+
+    Parameters
+    ----------
+    expected : effects that are missing of all these, beyond the present model.
     """
     settings = sum(share.kind is MemberKind.SETTING for share in shares)
     of_kind = {
@@ -132,7 +136,7 @@ def log_odds(shares: Sequence[Share]) -> Floats:
     }
     odds = np.array([_log_odds(of_kind.get(share.kind, DOUBTED_RUN)) for share in shares])
     laws = [k for k, share in enumerate(shares) if share.kind in (MemberKind.EFFECT, MemberKind.UNLISTED)]
-    odds[laws] = _of_laws([shares[k] for k in laws])
+    odds[laws] = _of_laws([shares[k] for k in laws], expected)
     return odds
 
 
@@ -145,14 +149,14 @@ def _log_odds(p: float) -> float:
     return float(np.log(p / (1.0 - p)))
 
 
-def _of_laws(shares: Sequence[Share]) -> Floats:
+def _of_laws(shares: Sequence[Share], expected_in_all: float) -> Floats:
     places = {share.place for share in shares}
     families: dict[tuple[str, MemberKind], set[str]] = defaultdict(set)
     forms: dict[tuple[str, MemberKind, str], int] = defaultdict(int)
     for share in shares:
         families[share.place, share.kind].add(share.family)
         forms[share.place, share.kind, share.family] += 1
-    per_place = EXPECTED_EFFECTS / max(len(places), 1)
+    per_place = expected_in_all / max(len(places), 1)
     odds = []
     for share in shares:
         if share.kind is MemberKind.EFFECT and share.family in (JOINT_SPRING, JOINT_FRICTION):

@@ -14,6 +14,7 @@ from stiffcal.judgement.ground_of_rows import GroundOfRows
 from stiffcal.judgement.judge import Campaign, Judged, is_member, judge, weighed_about
 from stiffcal.judgement.members import Member, list_members
 from stiffcal.judgement.motion_sizes import MotionSizes
+from stiffcal.judgement.priors import EXPECTED_EFFECTS
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.unlisted_motion import unlisted_motion_laws
@@ -21,15 +22,19 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
 
 
-def judge_rows(problem: RowProblem, catalogue: Mapping[str, Effect], progress: Progress = no_progress) -> Judged:
+def judge_rows(
+    problem: RowProblem, catalogue: Mapping[str, Effect], progress: Progress = no_progress, n_joints: int | None = None
+) -> Judged:
     """Compare all sets of members that are worth it.
 
     Parameters
     ----------
     problem : the rows and the present model. catalogue : effects by name.
     progress : receives a description of each step.
+    n_joints : joints of all problems of the campaign; None: of this one.
     """
-    return judge(RowsOfCampaign.of(problem, catalogue), problem.fit(problem.robot), progress)
+    n_joints = n_joints or len(problem.joints)
+    return judge(RowsOfCampaign.of(problem, catalogue, n_joints), problem.fit(problem.robot), progress)
 
 
 @dataclass(frozen=True)
@@ -46,14 +51,17 @@ class RowsOfCampaign(Campaign[RowFit]):
     """How large these usually are."""
     course: RowCourse
     """In which order the rows were read."""
+    expected: float
+    """Effects beyond the present model that are missing at these joints."""
 
     @classmethod
-    def of(cls, problem: RowProblem, catalogue: Mapping[str, Effect]) -> RowsOfCampaign:
-        """Prepare."""
+    def of(cls, problem: RowProblem, catalogue: Mapping[str, Effect], n_joints: int) -> RowsOfCampaign:
+        """Prepare; of what is missing in all each of so many joints has the same share."""
         robot = problem.robot
         common = replace(robot, placed=tuple(placed for placed in robot.placed if not is_member(placed)))
+        expected = EXPECTED_EFFECTS * len(problem.joints) / n_joints
         candidates, _ = row_candidates(problem, common, catalogue)
-        return cls(problem, common, candidates, MotionSizes.of(problem), problem.course())
+        return cls(problem, common, candidates, MotionSizes.of(problem), problem.course(), expected)
 
     def about(self, fit: RowFit) -> RowsOfCampaign:
         """Return it as it is: nothing in it hangs on a fit."""
@@ -76,7 +84,7 @@ class RowsOfCampaign(Campaign[RowFit]):
         """Weigh sets about a model."""
         ground = self._ground(fit, fit.sigma)
         laws = unlisted_motion_laws(ground.state, self.problem.joints)
-        members = list_members(ground, self.candidates, self.scale, laws)
+        members = list_members(ground, self.candidates, self.scale, laws, expected=self.expected)
         evidence = ground.evidence([one.columns for one in members])
         weighed, own = weighed_about(members, evidence, chosen)
         return Judged(weighed, fit, ground, chosen, own, number)

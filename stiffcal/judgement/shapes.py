@@ -132,7 +132,7 @@ def _best_shapes(
         known += made
     best = int(np.argmax(values)) if own is None else [dict(one.shape) for one in known].index(dict(own))
     if symbol is None:
-        return _of_discrete(known, values, best)
+        return _of_grid(known, values, best)
     place = np.log([one.shape[symbol] for one in known])
     order = np.argsort(place)
     width = np.gradient(place[order]) if len(order) > 1 else np.ones(1)
@@ -143,10 +143,11 @@ def _best_shapes(
     return [Shaped(known[best], share if own is not None else min(share, 0.0))]
 
 
-def _of_discrete(known: Sequence[Regressor], values: Floats, own: int) -> list[Shaped]:
-    """Return the shape of a number, which stands for all; where another is better, that one for all others."""
+def _of_grid(known: Sequence[Regressor], values: Floats, own: int) -> list[Shaped]:
+    """Return a shape by its number, which stands for all; where another is better, that one for all others."""
     best, each, whole = int(np.argmax(values)), -float(np.log(len(known))), float(np.logaddexp.reduce(values))
-    settled = np.exp(values - whole)
+    shapes = [spec for spec in known[0].effect.parameters if spec.role is ParameterRole.NONLINEAR]
+    settled = np.exp(values - whole) if all(spec.discrete for spec in shapes) else np.ones(len(values))
     if values[own] >= values[best]:
         return [Shaped(known[own], each + whole - float(values[own]), float(settled[own]))]
     others = float(np.logaddexp.reduce(np.delete(values, own)))

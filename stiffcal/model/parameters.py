@@ -51,10 +51,6 @@ class ParameterSpec:
     """True where only some values make sense (an order, the number of a state): such a parameter is tried value by
     value (`Effect.nonlinear_grid`), never by a derivative.
     """
-    distinct_by: float = 0.0
-    """Δχ² by which the best value of a discrete parameter must be better than the values next to it in the grid, in
-    addition to the correction for the number of values tried; 0: no such demand.
-    """
     neutral: float = 0.0
     """The value that changes nothing: 0, of a gain 1. The amplitude is counted from there."""
     scales_load: bool = False

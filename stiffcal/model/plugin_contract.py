@@ -114,8 +114,6 @@ def _wrong_parameters(declared: Any) -> str:
             return f"the parameter {spec.symbol} has no lower < upper with a typical size: {_shown(sizes)}"
         if not _is_real(spec.neutral):
             return f"the neutral value of the parameter {spec.symbol} is not a number: {_shown(spec.neutral)}"
-        if not (_is_real(spec.distinct_by) and spec.distinct_by >= 0.0):
-            return f"distinct_by of the parameter {spec.symbol} is not a number from 0: {_shown(spec.distinct_by)}"
         if not isinstance(spec.role, ParameterRole) or not all(
             isinstance(flag, bool) for flag in (spec.inverse, spec.compliance, spec.discrete, spec.scales_load)
         ):

@@ -57,7 +57,7 @@ def diagnoses_of_rows(data: Ingested, context: RunContext) -> RowDiagnoses:
         if refused is not None:
             answers.parts.append(PartialDiagnosis(refused, (), len(fit.residual), problem.joints, problem.subject))
             continue
-        found = diagnose_rows(problem, catalogue, context.progress, len(problems))
+        found = diagnose_rows(problem, catalogue, context.progress, sum(len(one.joints) for one in problems))
         result = row_diagnosis(found)
         sizes = tuple(one.group.size for one in found.found)
         answers.parts.append(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.effects.torque_ripple import DISTINCT, MOST_INTEGERS, TorqueRipple
+from stiffcal.effects.torque_ripple import MOST_INTEGERS, TorqueRipple
 from tests.laboratory.drive_motions import strokes
 from tests.laboratory.effect_bench import bare_states, robot_chain
 
@@ -43,10 +43,6 @@ def test_gear_orders_are_tried_beyond_the_integers_that_are_resolved() -> None:
     first, second = (EFFECT.motion_grid(place, CHAIN, motion)["order"] for place in (FIRST, SECOND))
     assert first.max() < 171.0
     np.testing.assert_array_equal(second, [*first, 171.0])
-
-
-def test_neighbouring_orders_must_be_worse() -> None:
-    assert EFFECT.spec("order").distinct_by == DISTINCT == 25.0
 
 
 def test_what_is_missing_is_named() -> None:
