@@ -10,11 +10,11 @@ from typing import Protocol
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.base_rows import BaseRows, bounds_of_candidate, in_order, of_folds, sorted_by_fold
+from stiffcal.diagnosis.base_rows import BaseRows, bounds_of_candidate
 from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.folds import FoldProducts, inner_outside
 from stiffcal.diagnosis.results import AgreementWithPlaces
-from stiffcal.diagnosis.scoring import Score, score_variants
+from stiffcal.diagnosis.scoring import Score
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
 from stiffcal.estimation.rows import RowSpace
 from stiffcal.identification.regressors import Regressor, StoredRegressor
@@ -131,16 +131,6 @@ class Scan:
     def products(self, rows: Floats) -> FoldProducts:
         """Return inner products of rows (k + 1, m · n) fold by fold, `columns` first, residual last."""
         return FoldProducts.of(rows, self.folds, inner_outside(self.outside, len(rows) - 1))
-
-    def score_of(self, rows: Floats, low: Floats, high: Floats) -> Score:
-        """Score rows (k + 1, m · n), `columns` first, residual last, as an addition to the model within bounds (k,)."""
-        order, cuts = sorted_by_fold(self.folds)
-        base = replace(self.base, left=replace(self.base.left, residual=self.base.left.residual[order]))
-        known = inner_outside(self.outside, len(low))
-        rows = rows[:, order]
-        whole = of_folds(rows, cuts, outside=known)
-        score = score_variants([whole], low, high, self.groups, base)
-        return in_order(score, order)
 
     def drift(self) -> tuple[float, float, float]:
         """Return the residuals' drift within runs: `LackOfFit.drift`, its p-value, correlation of successive ones."""

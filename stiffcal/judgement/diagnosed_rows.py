@@ -91,7 +91,7 @@ def diagnose_rows(
     held = tuple(one for one in effects if one.candidate.name in judged.model)
     if found:
         last = scan_row_candidates(
-            problem.fit(with_all(fit.robot, found, judged.fit.robot)), [], n_joints // len(problem.joints)
+            problem.fit(with_all(fit.robot, found, judged.fit.robot)), [], []
         )
     superfluous = superfluous_effects(judged, reading, fit.robot)
     seconds = time.perf_counter() - start

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.explained import explained_share, predictive_squares
+from stiffcal.diagnosis.explained import Explained, explained_share, predictive_squares
 from stiffcal.diagnosis.folds import FoldProducts
 from stiffcal.diagnosis.judge import LackOfFit
 from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.scoring import score_variants
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED
 
 FOLDS, PER_FOLD = 8, 12
 
@@ -78,7 +79,8 @@ def test_what_is_not_known_without_a_pose_is_no_missing_effect() -> None:
         values = columns.T @ [2.0, 30.0] + rng.standard_normal(FOLDS * PER_FOLD)
         first, last = scan_of(columns[:1], values), scan_of(columns, values)
         excess.append(lack_of(last, 0.5).ratio)
-        assert explained_share(first, last, lack_of(first, 0.0), lack_of(last, 0.5)).whole
+        explained = explained_share(first, last, lack_of(first, 0.0), lack_of(last, 0.5))
+        assert explained.share >= LEAST_EXPLAINED
     assert np.mean(excess) > 1.3
 
 
@@ -88,4 +90,32 @@ def test_a_model_that_does_not_fit_is_judged_by_its_held_out_errors() -> None:
     other = np.repeat(rng.standard_normal(FOLDS), PER_FOLD)
     values = columns.T @ [2.0, 8.0] + 3.0 * other + rng.standard_normal(FOLDS * PER_FOLD)
     first, last = scan_of(columns[:1], values), scan_of(columns, values)
-    assert not explained_share(first, last, lack_of(first, 0.0), lack_of(last, 1e-6)).whole
+    assert explained_share(first, last, lack_of(first, 0.0), lack_of(last, 1e-6)).share < LEAST_EXPLAINED
+
+
+def lack(ratio: float) -> LackOfFit:
+    return LackOfFit(ratio**2, (100.0, np.inf), 0.0, ratio)
+
+
+def scan_with_heldout(heldout: list[float]) -> Scan:
+    """Return as much of a scan as the share needs: held-out squares of each pose, in units of the noise."""
+    squares = np.array(heldout)
+    base = SimpleNamespace(heldout=squares)
+    return cast("Scan", SimpleNamespace(base=base, dof=10 * len(squares), folds=tuple(range(len(squares)))))
+
+
+def share_between(before: list[float], after: list[float]) -> Explained:
+    ratios = [float(np.sqrt(np.sum(squares) / (10 * len(squares)))) for squares in (before, after)]
+    return explained_share(scan_with_heldout(before), scan_with_heldout(after), lack(ratios[0]), lack(ratios[1]))
+
+
+def test_the_share_is_of_the_avoidable_error_and_has_an_interval_over_poses() -> None:
+    explained = share_between([50.0, 60.0, 40.0, 50.0] * 3, [14.0, 14.0, 14.0, 14.0] * 3)
+    assert explained.share == pytest.approx(0.9)
+    assert 0.85 < explained.low < 0.9 < explained.high < 0.95
+
+
+def test_a_share_that_one_pose_makes_has_a_wide_interval() -> None:
+    explained = share_between([400.0] + [20.0] * 11, [10.0] + [20.0] * 11)
+    assert explained.share > 0.7
+    assert explained.low < 0.1

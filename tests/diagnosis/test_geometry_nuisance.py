@@ -10,9 +10,8 @@ import pytest
 from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.heldout_error import left_out_residual
-from stiffcal.diagnosis.judge import judge_choice, lack_of_fit
+from stiffcal.diagnosis.judge import judge, lack_of_fit
 from stiffcal.diagnosis.load_scan import scan_candidates
-from stiffcal.diagnosis.naming import near_best
 from stiffcal.estimation.triangular import triangular_of_rows
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import geometry_slope
@@ -108,7 +107,7 @@ def test_no_effect_is_named_for_a_geometry_off_by_twice_its_tolerance(monkeypatc
     fit = identify_parameters(hidden.states, hidden.model)
     candidates, _ = list_candidates(fit.robot, hidden.states, built_in_effects())
     scan = scan_candidates(fit, candidates)
-    assert judge_choice(scan, near_best(scan)[0]).supported
+    assert judge(scan, scan.trials[0]).supported
 
 
 def test_what_the_geometry_leaves_is_in_the_held_out_error(campaign: Hidden, fit: Fit) -> None:

@@ -4,9 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from stiffcal.diagnosis.explained import Explained
 from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UndecidedEffect, UntestableEffect
+from stiffcal.diagnosis.results import (
+    DiagnoseResult,
+    ExcludedSizeAt,
+    ProposedEffect,
+    SearchPace,
+    UndecidedEffect,
+    UnknownLaw,
+    UntestableEffect,
+)
 from stiffcal.identification.search_subject import SearchSubject
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
@@ -42,12 +52,38 @@ def test_most_important_first() -> None:
     assert merged.pace.candidates == 4
 
 
-def test_what_is_undecided_waits_for_what_is_named() -> None:
+def test_what_is_undecided_in_one_search_stands_next_to_what_another_names() -> None:
     named = replace(EMPTY, adequate=False, missing=[proposed("stribeck", 1)])
     merged = merged_diagnosis([PartialDiagnosis(undecided(2), (), 10, (2,)), PartialDiagnosis(named, (1.0,), 10, (1,))])
-    assert merged.undecided == []
+    assert [effect.where.joints for effect in merged.undecided] == [[2]]
     assert len(merged.missing) == 1
-    assert merged_diagnosis([PartialDiagnosis(undecided(2), (), 10), PartialDiagnosis(EMPTY, (), 10)]).undecided
+
+
+def law(joint: int, p: float) -> UnknownLaw:
+    return UnknownLaw(follows="time", where=Where(joints=[joint]), of=f"joint {joint}", probability=p)
+
+
+def excluded(joint: int) -> ExcludedSizeAt:
+    return ExcludedSizeAt(where=Where(joints=[joint]), of=f"joint {joint}", size_m=None, size_Nm=0.1)
+
+
+def test_probabilities_of_searches_that_share_nothing_multiply() -> None:
+    results = [
+        replace(
+            EMPTY, p_nothing=p, p_unknown=q, unknown=[law(joint, q)], excluded_sizes=[excluded(joint)],
+            in_model=[proposed("stribeck", joint)],
+        )
+        for joint, p, q in ((1, 0.9, 0.1), (2, 0.8, 0.5))
+    ]  # fmt: skip
+    merged = merged_diagnosis([PartialDiagnosis(result, (), 1) for result in results])
+    assert merged.p_nothing == pytest.approx(0.72)
+    assert merged.p_unknown == pytest.approx(1.0 - 0.9 * 0.5)
+    assert [law.of for law in merged.unknown or []] == ["joint 2", "joint 1"]
+    assert [one.of for one in merged.excluded_sizes or []] == ["joint 1", "joint 2"]
+    assert [one.where.joints for one in merged.in_model or []] == [[1], [2]]
+    named = replace(results[1], adequate=False, missing=[proposed("stribeck", 2)], excluded_sizes=None)
+    merged = merged_diagnosis([PartialDiagnosis(results[0], (), 1), PartialDiagnosis(named, (1.0,), 1)])
+    assert merged.excluded_sizes is None
 
 
 def test_adequate_where_all_are() -> None:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.row_context import RowSearchContext
-from stiffcal.diagnosis.row_document import RowSearch, left_out_residual, row_diagnosis
-from stiffcal.diagnosis.row_scan import scan_row_candidates
-from stiffcal.diagnosis.search import search_in
 from stiffcal.experiments.friction.problem import friction_problems
 from stiffcal.experiments.friction.rows import steady_rows
 from stiffcal.experiments.friction.runs import FrictionRun, reduce_friction
+from stiffcal.experiments.row_search import RowProblem
+from stiffcal.judgement.diagnosed_rows import DiagnosedRows, diagnose_rows
+from stiffcal.judgement.row_document import row_diagnosis
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect
@@ -27,16 +25,36 @@ SPEEDS = (0.02, 0.04, 0.08, 0.15, 0.3, 0.5, 0.8, 1.2)
 NOISE = 1.0
 
 
-def searched(law: Law, joint: int = 1, temperature: bool = True, seed: int = 0) -> tuple[RowSearchContext, RowSearch]:
-    """Return the search in runs at eight speeds; ``law`` gives torque at angle, velocity and warmth, K."""
+def nothing(angle: Floats, velocity: Floats, warm: Floats) -> Floats:
+    return 0.0 * angle
+
+
+def problem_of(
+    law: Law,
+    joint: int = 1,
+    temperature: bool = True,
+    seed: int = 0,
+    per_pass: float = 0.0,
+    rises_once: bool = False,
+    added: Mapping[str, Mapping[str, float]] | None = None,
+) -> RowProblem:
+    """Return the rows of runs at eight speeds; ``law`` gives torque at angle, velocity and warmth, K.
+
+    Parameters
+    ----------
+    per_pass : N·m, standard deviation of a friction that each run has of its own.
+    rises_once : whether the drive warms up steadily; else it cools down in between.
+    added : effects of the model beyond joint-friction, with values.
+    """
     rng = np.random.default_rng(seed)
     runs, begins = [], 0.0
     for number in rng.permutation(len(SPEEDS)):
         time, angle = to_and_fro(SPEEDS[number], cycles=2)
         velocity = np.gradient(angle, time)
-        warm = 12.0 * (1.0 - np.exp(-(begins + time) / 300.0)) * np.cos((begins + time) / 80.0)
+        warm = 12.0 * (1.0 - np.exp(-(begins + time) / 300.0))
+        warm = 0.04 * (begins + time) if rises_once else warm * np.cos((begins + time) / 80.0)
         torque = 40.0 * np.sign(velocity) + 30.0 * velocity + law(angle, velocity, warm)
-        torque += NOISE * rng.normal(size=time.size)
+        torque += NOISE * rng.normal(size=time.size) + per_pass * rng.normal() * np.sign(velocity)
         angles, torques = np.zeros((time.size, 6)), np.zeros((time.size, 6))
         angles[:, joint - 1], torques[:, joint - 1] = angle, torque
         kelvin = 293.15 + warm if temperature else None
@@ -45,24 +63,28 @@ def searched(law: Law, joint: int = 1, temperature: bool = True, seed: int = 0) 
         begins += float(time[-1])
     reduction = reduce_friction(runs, robot())
     assert reduction.samples is not None
-    placed = (PlacedEffect(LAW, Place("joints", (joint,))),)
+    place = Place("joints", (joint,))
+    more = (PlacedEffect(find_effects()[name], place, values) for name, values in (added or {}).items())
     rows = steady_rows(reduction.samples)
-    (problem,) = friction_problems(rows, np.arange(len(rows)), placed, robot(), frozenset())
-    context = RowSearchContext(problem, find_effects())
-    return context, search_in(context, problem.robot)
+    (problem,) = friction_problems(rows, np.arange(len(rows)), (PlacedEffect(LAW, place), *more), robot(), frozenset())
+    return problem
 
 
-def named(search: RowSearch) -> set[str]:
-    return {missing.candidate.name for missing in search.found}
+def diagnosed(law: Law, joint: int = 1, temperature: bool = True, seed: int = 0) -> DiagnosedRows:
+    return diagnose_rows(problem_of(law, joint, temperature, seed), find_effects())
 
 
-@pytest.mark.parametrize("seed", range(4))
+def named(found: DiagnosedRows) -> set[str]:
+    return {one.candidate.name for one in found.found}
+
+
+@pytest.mark.parametrize("seed", range(3))
 def test_nothing_is_named_where_nothing_is_missing(seed: int) -> None:
-    _, search = searched(lambda angle, velocity, warm: 0.0 * angle, seed=seed)
-    assert named(search) == set()
-    assert not search.unexplained
-    assert search.before is not None
-    assert search.before.ratio < 1.12
+    found = diagnosed(nothing, seed=seed)
+    assert named(found) == set()
+    assert not found.unexplained
+    assert found.adequate
+    assert found.reading.p_nothing > 0.99
 
 
 LAWS: dict[str, Law] = {
@@ -74,19 +96,23 @@ LAWS: dict[str, Law] = {
 
 
 @pytest.mark.parametrize("name", sorted(LAWS))
-def test_one_effect_is_named_alone(name: str) -> None:
-    _, search = searched(LAWS[name])
-    assert named(search) == {name}
-    assert not search.unexplained
-    assert search.after is not None
-    assert search.after.adequate
+def test_one_effect_is_named_alone_and_certain(name: str) -> None:
+    found = diagnosed(LAWS[name])
+    assert named(found) == {name}
+    assert found.found[0].group.firm
+    assert not found.unexplained
+    assert found.after is not None
+    assert found.after.adequate
+
+
+def both(angle: Floats, velocity: Floats, warm: Floats) -> Floats:
+    return LAWS["stribeck j1"](angle, velocity, warm) + LAWS["torque-ripple j1"](angle, velocity, warm)
 
 
 def test_two_effects_are_both_named() -> None:
-    both = (LAWS["stribeck j1"], LAWS["torque-ripple j1"])
-    _, search = searched(lambda angle, velocity, warm: both[0](angle, velocity, warm) + both[1](angle, velocity, warm))
-    assert named(search) == {"stribeck j1", "torque-ripple j1"}
-    values = {parameter.name: parameter for parameter in search.final.parameters}
+    found = diagnosed(both)
+    assert named(found) == {"stribeck j1", "torque-ripple j1"}
+    values = {parameter.name: parameter for parameter in found.last.fit.parameters}
     assert values["torque-ripple.j1.order"].value == 12.0
     for name, truth in (("stribeck.j1.stribeck", 8.0), ("stribeck.j1.velocity", 0.06), ("torque-ripple.j1.a", 2.0)):
         parameter = values[name]
@@ -95,45 +121,89 @@ def test_two_effects_are_both_named() -> None:
         assert abs(parameter.value - truth) < 4.0 * parameter.std, name
 
 
-def test_what_no_effect_accounts_for_is_unexplained_and_follows_the_angle() -> None:
+def test_an_effect_of_the_model_is_as_probable_as_before_it_was_added() -> None:
+    lacking = diagnosed(both)
+    missing = {one.candidate.name: one.group.probability for one in lacking.found}
+    model = {"stribeck": {"stribeck": 8.0, "velocity": 0.06, "exponent": 1.0}, "torque-ripple": {"order": 12.0}}
+    whole = diagnose_rows(problem_of(both, added=model), find_effects())
+    held = {one.candidate.name: one.group.probability for one in whole.held}
+    assert whole.found == ()
+    assert whole.superfluous == ()
+    assert held == pytest.approx(missing, abs=0.02)
+
+
+def test_an_effect_that_the_model_holds_for_nothing_is_superfluous() -> None:
+    model = {"stribeck": {"stribeck": 1.0, "velocity": 0.06, "exponent": 1.0}}
+    found = diagnose_rows(problem_of(nothing, added=model), find_effects())
+    assert [one.effect.name for one in found.superfluous] == ["stribeck"]
+
+
+def test_what_no_effect_accounts_for_is_a_law_of_its_own_and_follows_the_angle() -> None:
     """Friction that swings with the angle and changes its sign with the direction is outside the catalogue."""
-    context, search = searched(lambda angle, velocity, warm: 5.0 * angle**2 * np.sign(velocity))
-    assert search.unexplained
-    assert [dependence.follows for dependence in context.follows(search.final_scan)][:1] == ["position"]
+    found = diagnosed(lambda angle, velocity, warm: 5.0 * angle**2 * np.sign(velocity))
+    assert found.unexplained
+    assert [(law.place, law.follows) for law in found.reading.unlisted][:1] == [("joint 1", "its angle and direction")]
+    assert not any(one.group.firm for one in found.found)
+
+
+def test_passes_that_differ_each_in_its_own_way_are_no_effect() -> None:
+    """Where speeds were not repeated, the friction of each pass is what several laws of speed would be."""
+    found = diagnose_rows(problem_of(nothing, per_pass=1.5, seed=2), find_effects())
+    assert not any(one.group.firm for one in found.found)
+    assert found.unexplained
+    assert found.reading.p_nothing < 0.1
 
 
 def test_without_a_logged_temperature_its_effect_is_not_tried() -> None:
-    _, search = searched(LAWS["friction-temperature j1"], temperature=False)
-    reasons = {effect.effect: effect.needs for effect in search.not_tried}
-    assert "friction-temperature" in reasons
-    assert "friction-temperature j1" not in named(search)
+    found = diagnosed(LAWS["friction-temperature j1"], temperature=False)
+    assert "friction-temperature" in {effect.effect for effect in found.not_tried}
+    assert "friction-temperature j1" not in named(found)
 
 
 def test_next_to_weight_a_constant_torque_is_not_tried() -> None:
-    _, search = searched(lambda angle, velocity, warm: 300.0 * np.cos(angle), joint=2)
-    assert "friction-asymmetry" in {effect.effect for effect in search.not_tried}
-    assert named(search) == set()
-    assert not search.unexplained
+    found = diagnosed(lambda angle, velocity, warm: 300.0 * np.cos(angle), joint=2)
+    assert "friction-asymmetry" in {effect.effect for effect in found.not_tried}
+    assert named(found) == set()
+    assert not found.unexplained
+    assert not found.judged.drift.drifts
 
 
 def test_the_answer_has_torques_in_its_measure() -> None:
-    context, search = searched(LAWS["stribeck j1"])
-    answer = row_diagnosis(context, search)
-    assert [effect.effect for effect in answer.missing] == ["stribeck"]
+    answer = row_diagnosis(diagnosed(LAWS["stribeck j1"]))
+    (missing,) = answer.missing
+    assert (missing.effect, missing.firm) == ("stribeck", True)
+    assert missing.probability is not None
+    assert missing.probability > 0.99
+    assert answer.p_nothing == pytest.approx(0.0, abs=1e-6)
+    assert answer.excluded_sizes is None
     assert answer.rms.torque is not None
     assert answer.noise is not None
     assert answer.noise.torque is not None
     assert answer.heldout_rms_with_missing is not None
     assert answer.heldout_rms_with_missing.torque == pytest.approx(answer.noise.torque, rel=0.12)
-    assert answer.findings[0].size_m is None
-    assert answer.findings[0].size_Nm is not None
-    assert answer.findings[0].size_Nm > 0.0
+    first = answer.findings[0]
+    assert (first.effect, first.verdict, first.confidence) == ("stribeck", "supported", None)
+    assert first.size_m is None
+    assert first.size_Nm is not None
+    assert first.size_Nm > 0.0
 
 
-def test_what_is_left_out_does_not_depend_on_the_unit_of_whitening() -> None:
-    """Where no noise is known, a model is whitened as another one that it is compared with."""
-    _, search = searched(LAWS["stribeck j1"])
-    fit = replace(search.first.fit, noise=None)
-    scan = scan_row_candidates(fit, [])
-    twice = scan_row_candidates(fit, [], like=replace(fit, sigma=2.0 * fit.sigma))
-    np.testing.assert_allclose(left_out_residual(twice, None), left_out_residual(scan, None), rtol=1e-8)
+def test_where_nothing_is_found_the_answer_says_what_would_have_been() -> None:
+    """Of the effect that shows least: a ripple of twice that size is found."""
+    (excluded,) = row_diagnosis(diagnosed(nothing)).excluded_sizes or []
+    assert excluded.where.joints == [1]
+    assert excluded.size_m is None
+    assert excluded.size_Nm is not None
+    assert 0.02 * NOISE < excluded.size_Nm < NOISE
+    size = 2.0 * np.sqrt(2.0) * excluded.size_Nm
+    assert named(diagnosed(lambda angle, velocity, warm: size * np.cos(12.0 * angle))) == {"torque-ripple j1"}
+
+
+@pytest.mark.parametrize("rises_once", [True, False])
+def test_time_would_do_for_a_temperature_that_rises_once(rises_once: bool) -> None:
+    problem = problem_of(LAWS["friction-temperature j1"], rises_once=rises_once)
+    found = diagnose_rows(problem, find_effects())
+    (missing,) = found.found
+    assert missing.candidate.name == "friction-temperature j1"
+    assert found.time_would_do(missing.candidate) is rises_once
+    assert any("time explains it" in text for text in row_diagnosis(found).warnings) is rises_once

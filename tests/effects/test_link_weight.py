@@ -9,7 +9,6 @@ import pytest
 from scipy.stats import chi2
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import impossible_configuration
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_weight import LinkWeight
 from stiffcal.estimation.undetermined import Undetermined
@@ -64,16 +63,6 @@ def test_no_centre_of_mass_lies_outside_the_robot() -> None:
     assert limits == sorted(limits, reverse=True)
     unknown = replace(chain, masses_known=False)
     assert EFFECT.at(PLACES[0], unknown).impossible({"mx": 1e4}) is None
-
-
-def test_a_weight_that_cannot_be_is_no_ground_for_further_effects() -> None:
-    """A search leaves it out: laws that are added next to it would be those of a robot that cannot be."""
-    chain = robot_chain()
-    bare, effect = CompliantRobot(chain, ()), EFFECT.at(PLACES[1], chain)
-    usual, absurd = (CompliantRobot(chain, (PlacedEffect(effect, PLACES[1], {"my": moment}),)) for moment in (1.0, 1e4))
-    assert impossible_configuration(usual, bare) is None
-    assert impossible_configuration(absurd, bare) == f"link-weight {PLACES[1].label}"
-    assert impossible_configuration(absurd, absurd) is None, "what the present model holds is not the search's"
 
 
 def test_law_against_pinocchio() -> None:

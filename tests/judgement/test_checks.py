@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.identification.noise import Noise
 from stiffcal.judgement.checks import _LeftOver, checks_of
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.reading import read_off
@@ -45,7 +46,7 @@ def test_squares_that_are_expected_are_the_readings_less_what_is_fitted(campaign
 def test_a_run_of_three_times_the_noise_is_found(campaign: FieldCampaign) -> None:
     states, rng = campaign.states, np.random.default_rng(4)
     noise = judged(campaign, states).fit.noise
-    assert noise is not None
+    assert isinstance(noise, Noise)
     run = int(states.run[len(states) // 2])
     more = 2.8 * noise.translation * rng.normal(size=states.position.shape)
     position = np.where((states.run == run)[:, None, None], states.position + more, states.position)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.identification.noise import Noise
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off
@@ -119,7 +120,7 @@ def test_a_run_in_another_unit_is_set_aside_before_effects_are_compared() -> Non
     assert probability > 0.999
     assert found.groups == ()
     assert not found.unexplained
-    assert ITS_RUN not in judged.fit.data.run
+    assert ITS_RUN not in judged.ground.space.data.run
 
 
 EXCHANGED_SEED, EXCHANGED = 5, 156
@@ -143,8 +144,9 @@ def test_a_single_reading_that_is_off_is_no_step() -> None:
     first = int(np.flatnonzero(states.run == run)[0])
     position = states.position.copy()
     plain = judge_states(states, campaign.model, built_in_effects())
-    assert plain.fit.noise is not None
-    position[first, :, 0] += 8.0 * plain.fit.noise.translation
+    noise = plain.fit.noise
+    assert isinstance(noise, Noise)
+    position[first, :, 0] += 8.0 * noise.translation
     found = read_off(judge_states(replace(states, position=position), campaign.model, built_in_effects()))
     assert [off for off, _ in found.doubted] == [Off(run, first)]
     assert found.groups == ()
