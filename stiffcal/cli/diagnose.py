@@ -36,9 +36,8 @@ EXPLAINS = (
     "line is of the refitted model"
 )
 
-FIRST_IN = "first in: share of the resamplings in which it ranks first"
 PROBABILITY = "probability: that it is there, next to all other effects, mistakes in the data and laws of no catalogue"
-AT_TOOL = "at the tool: its rms displacement there"
+AT_TOOL = "size: rms of its displacement at the tool, or of its torque"
 
 
 def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate = False, store: StoreAt = None) -> int:
@@ -88,10 +87,8 @@ def effect_words(effect: EffectAt | ProposedEffect) -> str:
 
 
 def look_alike_words(effect: LookAlike) -> str:
-    """Return a look-alike with its place and how alike its displacements are."""
-    alike = "" if effect.cosine is None else f", cosine {effect.cosine:.3f}"
-    sure = "" if effect.probability is None else f" {probability_in_words(effect.probability)}"
-    return f"{effect.effect} ({places(effect.where)}{alike}){sure}"
+    """Return a look-alike with its place and its probability."""
+    return f"{effect.effect} ({places(effect.where)}) {probability_in_words(effect.probability or 0.0)}"
 
 
 def show_diagnosis(
@@ -121,14 +118,6 @@ def show_diagnosis(
     show_moved(console, result.before_after, f"what adding {names} would change")
     _show_in_model(console, result)
     _show_excluded(console, result)
-    for rival in result.undecided:
-        if rival.probability is not None:
-            continue  # among the look-alikes above
-        runs = f": lower error without {', '.join(rival.deciding_runs)}" if rival.deciding_runs else ""
-        console.print(
-            f"  {rival.effect} ({places(rival.where)}): first in {share(rival.share)} of the comparisons{runs}",
-            soft_wrap=True,
-        )
     if result.could_be:
         console.print("\ncannot be distinguished in these poses and loads:")
         for candidate in result.could_be:
@@ -201,16 +190,12 @@ def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: Propos
 
 
 def _sure_words(effect: ProposedEffect) -> str:
-    """Return how sure the diagnosis is of an effect; "" where it states no probability."""
-    if effect.probability is None or effect.member_probability is None:
-        return ""
+    """Return how sure the diagnosis is of an effect."""
     certain = "certain" if effect.firm else "not certain: improve adds it when asked, or with --likely"
+    group, own = (probability_in_words(p or 0.0) for p in (effect.probability, effect.member_probability))
     if not effect.alternatives:
-        return f": {probability_in_words(effect.probability)}, {certain}"
-    return (
-        f": {probability_in_words(effect.probability)} that it or one of those below is; of these it is this one with "
-        f"{probability_in_words(effect.member_probability)}, {certain}"
-    )
+        return f": {group}, {certain}"
+    return f": {group} that it or one of those below is; of these it is this one with {own}, {certain}"
 
 
 def _show_in_model(console: AnswerConsole, result: DiagnoseResult) -> None:
@@ -226,14 +211,22 @@ def _show_excluded(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Print how large an effect at each place would have been found, where nothing is."""
     if result.missing or result.unexplained or not result.excluded_sizes:
         return
-    known = [size for size in result.excluded_sizes if size.size_m is not None]
-    hidden = [size.of for size in result.excluded_sizes if size.size_m is None]
+    sizes = [(one.of, one.size_m, one.size_Nm) for one in result.excluded_sizes]
+    hidden = [of for of, at_tool, torque in sizes if at_tool is None and torque is None]
+    largest = sorted(sizes, key=lambda one: (-(one[1] or 0.0), -(one[2] or 0.0)))
+    known = ", ".join(f"{of} {_size_words(*size)}" for of, *size in largest if of not in hidden)
     if known:
-        largest = sorted(known, key=lambda size: -(size.size_m or 0.0))
-        sizes = ", ".join(f"{size.of} {length(size.size_m)}" for size in largest)
-        console.print(f"\nwould have been found in nine campaigns of ten, rms at the tool: {sizes}", soft_wrap=True)
+        measure = "torque, rms" if any(torque for *_, torque in sizes) else "rms at the tool"
+        console.print(f"\nwould have been found in nine campaigns of ten, {measure}: {known}", soft_wrap=True)
     if hidden:
-        console.print(f"shows in no pose and load of this campaign: {', '.join(hidden)}", soft_wrap=True)
+        console.print(f"shows nowhere in this campaign: {', '.join(hidden)}", soft_wrap=True)
+
+
+def _size_words(at_tool: float | None, torque: float | None) -> str:
+    """Return the rms of an effect at the tool, m, or in a drive's torque, N·m, in words."""
+    if torque:
+        return f"{significant(torque)} N·m"
+    return length(at_tool) if at_tool else NOT_KNOWN
 
 
 def _show_refitted(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:
@@ -267,7 +260,7 @@ def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult, folde
         if words is not None:
             line = command_line("plan", folder, "--for", "look-alikes", *words, store=store)
             console.print(f"to plan runs that decide: {line}", soft_wrap=True, markup=False, highlight=False)
-    elif len(result.missing) == 1 and result.missing[0].alternatives:
+    elif len(result.missing) == 1 and result.missing[0].alternatives and result.rms.torque is None:
         console.print(
             "\nno load of this campaign's size, in any one pose, separates the two leading look-alikes by more than "
             "the noise",
@@ -289,9 +282,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Show the ranking for the next single step."""
     if not result.findings:
         return
-    judged = any(finding.probability is not None for finding in result.findings)
-    sure = "probability>" if judged else "first in>"
-    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", sure, "at the tool>")
+    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", "probability>", "size>")
     table.add_row("present model", "", "", deviation(result.rms), "", "", "")
     for finding in result.findings[:MOST_ROWS]:
         table.add_row(
@@ -300,8 +291,8 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
             finding.verdict,
             deviation(finding.heldout_rms_after),
             share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0)),
-            share(finding.confidence) if finding.probability is None else probability_in_words(finding.probability),
-            length(finding.size_m) if finding.size_m else NOT_KNOWN,
+            probability_in_words(finding.probability or 0.0),
+            _size_words(finding.size_m, finding.size_Nm),
         )
     table.add_row("noise", "", "", deviation(result.noise) if result.noise else NOT_KNOWN, "", "", "")
     console.print()
@@ -311,7 +302,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
         console.print(f"  and {more} more with lower rank (all in --json)")
     if any(finding.explains is not None for finding in result.findings):
         console.print(f"  {EXPLAINS}", soft_wrap=True)
-    console.print(f"  {PROBABILITY if judged else FIRST_IN}; {AT_TOOL}", soft_wrap=True)
+    console.print(f"  {PROBABILITY}; {AT_TOOL}", soft_wrap=True)
     _show_found_later(console, result)
 
 

@@ -133,8 +133,6 @@ def _detail_lines(proposal: EffectProposal) -> list[str]:
     p = getattr(finding, "probability", None)
     if p is not None:
         lines.append(f"  probability {probability_in_words(p)} next to all other explanations")
-    if finding.confidence is not None:
-        lines.append(f"  first in {share(finding.confidence)} of the resamplings of poses")
     return lines or ["  no further details"]
 
 

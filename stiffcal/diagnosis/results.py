@@ -22,8 +22,6 @@ from stiffcal.reduction.registered_frames import RegistrationSummary
 class LookAlike(EffectAt):
     """An effect that the data cannot distinguish from the one that is named."""
 
-    cosine: OrAbsent[float] = None
-    """Of its displacements, as fitted, with those of the named effect, beyond what the model absorbs: 1 for equal."""
     probability: OrAbsent[float] = None
     """That it is this one, given that the named effect or one that looks the same is missing."""
 
@@ -39,7 +37,7 @@ class ProposedEffect:
     alternatives: list[LookAlike]
     """Those that look the same in these poses and loads, at most four."""
     probability: OrAbsent[float] = None
-    """That it or one of those that look the same is missing; None of moving joints."""
+    """That it or one of those that look the same is missing."""
     member_probability: OrAbsent[float] = None
     """That it is this one, given that it or one of those that look the same is missing."""
     firm: OrAbsent[bool] = None
@@ -54,20 +52,18 @@ class ProposedEffect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UndecidedEffect:
-    """One of the effects between which single poses decide, or of those that look alike where they are too many."""
+    """One of the effects of a group in which none has half of the probability."""
 
     effect: str
     """Its name."""
     where: Where
     """Its place."""
     share: Number
-    """Probability that it is this one, given that one of them is missing. Of moving joints: of all speeds left out in
-    turn (of all resamplings where none decides), how many in which it errs least.
-    """
+    """Probability that it is this one, given that one of them is missing."""
     probability: OrAbsent[float] = None
-    """The same number where it is a probability."""
+    """The same number."""
     deciding_runs: list[str]
-    """Runs without which it has less error than the effect that is named, by more than two standard errors."""
+    """Empty: no single run decides."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,9 +127,9 @@ class Finding:
     heldout_rms_after_choosing: Rms | None
     """The same with the choice itself repeated without each pose; of the first alone."""
     confidence: Number
-    """Share of resamplings of moving joints' speeds in which it ranks first; null of load states."""
+    """Null: no choice is repeated."""
     probability: OrAbsent[float] = None
-    """That it is there; None of moving joints."""
+    """That it is there; None where nothing could be judged."""
     parameters: list[CandidateParameter]
     """First estimates, from one linear step with it; `before_after` has the refitted values of what is missing."""
     alternatives: list[EffectAt]
@@ -312,9 +308,13 @@ class DiagnoseResult(CommandResult):
     missing: list[ProposedEffect]
     """Effects to add, in order."""
     p_nothing: OrAbsent[float] = None
-    """Probability that nothing is missing that shows more than half of the noise; None of moving joints."""
+    """Probability that nothing is missing that shows more than half of the noise; None where nothing could
+    be judged.
+    """
     p_unknown: OrAbsent[float] = None
-    """Probability that something is missing that is none of the catalogue's effects; None of moving joints."""
+    """Probability that something is missing that is none of the catalogue's effects; None where nothing could be
+    judged.
+    """
     unknown: OrAbsent[list[UnknownLaw]] = None
     """Laws that nobody has written down, most probable first."""
     excluded_sizes: OrAbsent[list[ExcludedSizeAt]] = None

@@ -90,9 +90,7 @@ def diagnose_rows(
     found = tuple(one for one in effects if one.candidate.name not in judged.model)
     held = tuple(one for one in effects if one.candidate.name in judged.model)
     if found:
-        last = scan_row_candidates(
-            problem.fit(with_all(fit.robot, found, judged.fit.robot)), [], []
-        )
+        last = scan_row_candidates(problem.fit(with_all(fit.robot, found, judged.fit.robot)), [])
     superfluous = superfluous_effects(judged, reading, fit.robot)
     seconds = time.perf_counter() - start
     return DiagnosedRows(judged, reading, first, last, found, held, superfluous, tuple(not_tried), seconds, problem)

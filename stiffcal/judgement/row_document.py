@@ -143,7 +143,7 @@ def _explain(found: DiagnosedRows, trial: Trial, alike: list[Candidate], before:
         f"{size_in_rows(scan, trial):.2g} {problem.unit} rms; with it the error {problem.subject.left_out} decreases "
         f"from {first} to {second}, at {helped} of {n_folds} {problem.folds_in_words}."
     )
-    names = listing([candidate_in_words(candidate) for candidate in alike])
+    names = listing(map(candidate_in_words, alike)) if alike else ""
     return Explanation(
         seen=seen,
         means=f"That is {effect.name}: {effect.summary}{values_in_words(trial)}.",

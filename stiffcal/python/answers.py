@@ -226,7 +226,7 @@ class ModelDiagnosis(CampaignAnswer):
 
     @property
     def missing(self) -> pd.DataFrame:
-        """The set of effects to add, in order, with their look-alikes in these poses (cosines in brackets)."""
+        """The set of effects to add, in order, with their look-alikes in these poses (probabilities in brackets)."""
         return frame_of_rows(
             (
                 {
@@ -303,8 +303,7 @@ def _candidates(effects: Sequence[EffectAt]) -> str:
 
 
 def _look_alike(effect: LookAlike) -> str:
-    sure = effect.cosine if effect.probability is None else effect.probability
-    alike = "" if sure is None else f" ({sure:.3f})"
+    alike = "" if effect.probability is None else f" ({effect.probability:.3f})"
     return f"{effect.effect} {place_label(effect.where)}{alike}"
 
 

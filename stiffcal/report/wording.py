@@ -56,6 +56,13 @@ def length(metres: float | None) -> str:
     return wording.length(metres, digits)
 
 
+def size_of_effect(at_tool: float | None, torque: float | None) -> str:
+    """Return the rms of an effect at the tool, m, or in a drive's torque, N·m; a dash where neither is known."""
+    if torque:
+        return f"{digits(torque, 2)} N·m"
+    return length(at_tool) if at_tool else DASH
+
+
 def angle(radians: float | None) -> str:
     """Return a small angle in mrad, the one unit of small angles in a report."""
     return wording.angle(radians, digits)

@@ -251,19 +251,13 @@ def _add_and_remove(
 def _to_add(diagnosed: DiagnoseResult, likely: bool) -> list[ProposedEffect]:
     """Return what is to be added: what is certain, and what is probable where that is asked for.
 
-    Effects of one distribution are missing together. Of each search of moving joints, which states no probability, the
-    foremost alone is added before all are made again.
+    Effects of one distribution are missing together.
     """
-    foremost: dict[str | None, ProposedEffect] = {}
-    added = []
-    for effect in diagnosed.missing:
-        if effect.firm is None:
-            if effect.searched_in not in foremost:
-                foremost[effect.searched_in] = effect
-                added.append(effect)
-        elif effect.firm or (likely and (effect.member_probability or 0.0) >= LIKELY):
-            added.append(effect)
-    return added
+    return [
+        effect
+        for effect in diagnosed.missing
+        if effect.firm or (likely and (effect.member_probability or 0.0) >= LIKELY)
+    ]
 
 
 def _next_changes(

@@ -8,7 +8,7 @@ from stiffcal.diagnosis.results import DiagnoseResult, Finding
 from stiffcal.escapes import shell
 from stiffcal.model.summary import EffectAt
 from stiffcal.view.content import CandidateStanding, ViewCandidate
-from stiffcal.wording import probability_in_words, share, significant
+from stiffcal.wording import probability_in_words
 from stiffcal.workflow.view_models import place_words
 
 MOST_OFFERED = 24
@@ -40,11 +40,9 @@ def view_candidates(diagnosis: DiagnoseResult | None) -> list[ViewCandidate]:
 
 def _how_sure(finding: Finding | None, standing: CandidateStanding) -> str:
     """Return how sure the diagnosis is of a candidate, in words; "" of what is rejected, and where it does not say."""
-    if finding is None or standing == "rejected":
+    if finding is None or standing == "rejected" or finding.probability is None:
         return ""
-    if finding.probability is not None:
-        return probability_in_words(finding.probability)
-    return "" if finding.confidence is None else f"first in {share(finding.confidence, significant)} of resamplings"
+    return probability_in_words(finding.probability)
 
 
 def _in_order(diagnosis: DiagnoseResult) -> Iterator[tuple[CandidateStanding, EffectAt]]:

@@ -103,30 +103,27 @@ def _on_what_it_depends(diagnosis: DiagnoseResult) -> str:
 
 def _excluded(sizes: Sequence[ExcludedSizeAt]) -> str:
     """Return how large an effect at each place would have been found, in words."""
-    known = sorted((one for one in sizes if one.size_m is not None), key=lambda one: -(one.size_m or 0.0))
-    hidden = [one.of for one in sizes if one.size_m is None]
+    known = [one for one in sizes if one.size_m is not None or one.size_Nm is not None]
+    known.sort(key=lambda one: (-(one.size_m or 0.0), -(one.size_Nm or 0.0)))
+    hidden = [one.of for one in sizes if one not in known]
     text = ""
     if known:
-        listed = wording.listing([f"{one.of} {wording.length(one.size_m)}" for one in known], 30)
-        text = f"In nine campaigns of ten like this one an effect of this size at the tool would be found: {listed}."
+        listed = wording.listing([f"{one.of} {wording.size_of_effect(one.size_m, one.size_Nm)}" for one in known], 30)
+        text = f"In nine campaigns of ten like this one an effect of this size (rms at the tool, or of the torque) would be found: {listed}."
     if hidden:
-        text += f" In no pose and load of this campaign shows: {wording.listing(hidden, 30)}."
+        text += f" Nowhere in this campaign shows: {wording.listing(hidden, 30)}."
     return text.strip()
 
 
 def _missing_words(effect: ProposedEffect) -> str:
     names = [_look_alike_words(alternative) for alternative in effect.alternatives]
     alike = f"; cannot be distinguished in these poses and loads: {wording.listing(names, 6)}" if names else ""
-    sure = "" if effect.probability is None else f": {probability_in_words(effect.probability)}"
-    if effect.probability is not None and not effect.firm:
-        sure += ", not certain"
-    return f"{wording.effect_at(effect)}{sure}{alike}"
+    certain = "" if effect.firm else ", not certain"
+    return f"{wording.effect_at(effect)}: {probability_in_words(effect.probability or 0.0)}{certain}{alike}"
 
 
 def _look_alike_words(effect: LookAlike) -> str:
-    alike = "" if effect.cosine is None else f", cosine {effect.cosine:.3f}"
-    sure = "" if effect.probability is None else f" {probability_in_words(effect.probability)}"
-    return f"{wording.effect_at(effect)}{alike}{sure}"
+    return f"{wording.effect_at(effect)} {probability_in_words(effect.probability or 0.0)}"
 
 
 def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:

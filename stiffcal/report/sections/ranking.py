@@ -1,4 +1,4 @@
-"""The ranking: every effect that was tried, best first, with verdict, error, confidence and look-alikes."""
+"""The ranking: every effect that was tried, best first, with verdict, error, probability and look-alikes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _COLUMNS = (
     TableColumn("held-out poses,\nrms"),
     TableColumn("explains"),
     TableColumn("probability"),
-    TableColumn("at the tool"),
+    TableColumn("size"),
     TableColumn("p"),
     TableColumn("look-alikes", align="left", width=1.0),
 )
@@ -82,8 +82,6 @@ def _table(diagnosis: DiagnoseResult | EarlierDiagnosis, most: int) -> TableBloc
     if len(findings) > most:
         caption += f" {len(findings) - most} more rank below; stiffcal diagnose --json lists them."
     columns = list(_COLUMNS)
-    if all(finding.probability is None for finding in findings):
-        columns[5] = TableColumn("first in")
     if not any(row[-1] for row in rows):
         plain = TableColumn("p", align="left", width=1.0)
         return TableBlock((*columns[:-2], plain), tuple(row[:-1] for row in rows), f"{caption} None has a look-alike.")
@@ -99,10 +97,8 @@ def _row(finding: Finding) -> tuple[str, ...]:
         finding.verdict,
         wording.measure_cell(finding.heldout_rms_after),
         wording.percent(min(max(finding.explains, 0.0), 1.0)) if finding.explains is not None else wording.DASH,
-        wording.percent(finding.confidence)
-        if finding.probability is None
-        else probability_in_words(finding.probability),
-        wording.length(finding.size_m) if finding.size_m else wording.DASH,
+        probability_in_words(finding.probability or 0.0),
+        wording.size_of_effect(finding.size_m, finding.size_Nm),
         wording.DASH if p is None else "<\u00a010⁻⁶" if p < 1e-6 else wording.digits(p, 2),
         wording.listing(alike, _MOST_ALIKE) if alike else "",
     )
@@ -114,19 +110,10 @@ def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
         "Held-out poses: error with the effect added, each pose left out of the fit in turn. Explains: share of the "
         "avoidable error (above the "
         "noise) that is removed, by a first estimate; the share in the summary is of the refitted model. "
-        "At the tool: rms contribution of the effect there. p: probability of an equal decrease by chance, allowing "
-        "for the number of candidates. "
+        "Size: rms contribution of the effect at the tool, or in the torque. p: probability of an equal decrease by "
+        "chance, allowing for the number of candidates. Probability: that the effect is there, next to all other "
+        "effects, mistakes in the data and laws of no catalogue. Supported: named; possible: 5 % and more."
     )
-    if any(finding.probability is not None for finding in diagnosis.findings):
-        text += (
-            "Probability: that the effect is there, next to all other effects, mistakes in the data and laws of no "
-            "catalogue. Supported: named; possible: 5 % and more."
-        )
-    else:
-        text += (
-            "First in: share of resamplings in which the effect ranks first. Supported: significant decrease of the "
-            "held-out error, with the selection repeated for everything that is held out."
-        )
     chosen = next(
         (finding.heldout_rms_after_choosing for finding in diagnosis.findings if finding.heldout_rms_after_choosing),
         None,

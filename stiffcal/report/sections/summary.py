@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.state_kinds import state_kinds
 from stiffcal.reduction.registered_frames import RegistrationSummary
@@ -71,7 +71,6 @@ def _verdict(content: ReportContent) -> str:
     if diagnosis.missing:
         before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
         noise = f"; the noise is {wording.measure_text(diagnosis.noise)}" if diagnosis.noise else ""
-        text += _how_sure(diagnosis)
         text += f" Added to the model, it reduces the error in held-out poses from {before} to {after} rms"
         validated = diagnosis.as_validated
         if validated is not None and validated.with_missing is not None:
@@ -90,19 +89,6 @@ def _held(effect: ProposedEffect) -> str:
     names = [wording.effect_at(other) for other in effect.alternatives]
     alike = f", or {wording.listing(names)}" if names else ""
     return f"{wording.effect_at(effect)}{alike}: {probability_in_words(effect.probability or 0.0)}"
-
-
-def _how_sure(diagnosis: DiagnoseResult) -> str:
-    """Return in which share of resamplings the missing effect comes first; "" where that was judged next to another."""
-    leading = next((effect for effect in diagnosis.missing if diagnosis.finding_of(effect) is not None), None)
-    finding = None if leading is None else diagnosis.finding_of(leading)
-    if leading is None or finding is None or finding.verdict != "supported":
-        return ""
-    if finding.confidence is None:
-        # the probability stands in the answer
-        return ""
-    share = wording.percent(finding.confidence)
-    return f" When whole poses are resampled, {wording.effect_at(leading)} ranks first in {share} of the draws."
 
 
 def _changed(values: Sequence[BeforeAfter], content: ReportContent, cause: str) -> str:
