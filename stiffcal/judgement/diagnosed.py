@@ -49,6 +49,7 @@ class DiagnosedStates(Diagnosed):
     """(n,) False for states that are probably off, and for those of runs that are."""
 
     measured_in = "poses and loads"
+    more = "poses"
 
     def run_in_words(self, run: int) -> str:
         """Return a run by its number, in words."""

@@ -32,7 +32,12 @@ class DiagnosedRows(Diagnosed):
 
     @property
     def measured_in(self) -> str:
-        """What more of would decide, in words."""
+        """By what something would show, in words."""
+        return self.problem.folds_in_words
+
+    @property
+    def more(self) -> str:
+        """Of what more would decide, in words."""
         return self.problem.folds_in_words
 
     def run_in_words(self, run: int) -> str:

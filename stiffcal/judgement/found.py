@@ -74,7 +74,12 @@ class Diagnosed(ABC):
     @property
     @abstractmethod
     def measured_in(self) -> str:
-        """What more of would decide, in words: "poses and loads"."""
+        """By what something would show, in words: "poses and loads"."""
+
+    @property
+    @abstractmethod
+    def more(self) -> str:
+        """Of what more would decide, in words: "poses"."""
 
     @abstractmethod
     def run_in_words(self, run: int) -> str:

@@ -51,7 +51,7 @@ class RowData:
 
 
 @dataclass(frozen=True)
-class RowSpace:
+class WeightedRows:
     """Weights of k rows; constants are columns that every hypothesis has."""
 
     data: RowData
@@ -82,7 +82,7 @@ class RowSpace:
 class GroundOfRows(Ground):
     """A model of torque over motion, fitted to rows of one problem."""
 
-    space: RowSpace
+    space: WeightedRows
     """Their weights."""
     course: RowCourse
     """In which order they were read."""
@@ -119,7 +119,7 @@ class GroundOfRows(Ground):
                 shared.append(column)
         constants = np.unique(fit.constant[fit.constant >= 0])
         shared += [(fit.constant == number).astype(np.float64) for number in constants]
-        space = RowSpace(RowData(course.group), sigma)
+        space = WeightedRows(RowData(course.group), sigma)
         columns = space.rows(np.array(shared).reshape(-1, 1, len(sigma)))
         of_poses, of_time = _of_passes(space, course), _of_time(space, course)
         kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_poses, OF_LOADS), (of_time, OF_TIME)]
@@ -163,12 +163,12 @@ def _without_constants(fit: RowFit) -> Floats:
     return np.asarray(left)
 
 
-def _of_passes(space: RowSpace, course: RowCourse) -> Discrepancy:
+def _of_passes(space: WeightedRows, course: RowCourse) -> Discrepancy:
     """Return each pass's own friction."""
     return Discrepancy.of_drivers(space, [np.ones(len(course.group))], course.group)
 
 
-def _of_time(space: RowSpace, course: RowCourse) -> Discrepancy:
+def _of_time(space: WeightedRows, course: RowCourse) -> Discrepancy:
     """Return each joint's friction, and the zero of its sensor, as they walk at random."""
     part = np.zeros(len(course.time))
     for joint in np.unique(course.joint):

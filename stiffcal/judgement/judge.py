@@ -117,7 +117,7 @@ class Judged:
 F = TypeVar("F", bound=JudgedFit)
 
 
-class Campaign(ABC, Generic[F]):
+class JudgedReadings(ABC, Generic[F]):
     """What all models of one judgement share: readings of one kind, and what may be missing from a model of them."""
 
     @abstractmethod
@@ -150,7 +150,7 @@ class Campaign(ABC, Generic[F]):
         return {}
 
 
-def judge(campaign: Campaign[F], fit: F, progress: Progress = no_progress) -> Judged:
+def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress) -> Judged:
     """Compare all sets of members that are worth it.
 
     Parameters

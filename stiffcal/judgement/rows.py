@@ -11,7 +11,7 @@ from stiffcal.diagnosis.row_candidates import row_candidates
 from stiffcal.errors import Progress, no_progress
 from stiffcal.experiments.row_search import RowCourse, RowFit, RowProblem
 from stiffcal.judgement.ground_of_rows import GroundOfRows
-from stiffcal.judgement.judge import Campaign, Judged, is_member, judge, weighed_about
+from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
 from stiffcal.judgement.members import Member, list_members
 from stiffcal.judgement.motion_sizes import MotionSizes
 from stiffcal.judgement.priors import EXPECTED_EFFECTS
@@ -38,7 +38,7 @@ def judge_rows(
 
 
 @dataclass(frozen=True)
-class RowsOfCampaign(Campaign[RowFit]):
+class RowsOfCampaign(JudgedReadings[RowFit]):
     """Rows of one problem, and what may be missing from a model of them."""
 
     problem: RowProblem

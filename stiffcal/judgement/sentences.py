@@ -75,7 +75,7 @@ def _nothing_named(found: Diagnosed, against: str) -> str:
     p = probability_in_words(found.reading.p_nothing)
     return (
         f"No effect is found; whether the model is good enough cannot be judged with these {found.measured_in}: that "
-        f"nothing of half the noise or more is missing has a probability of {p} ({against}); measure more of them."
+        f"nothing of half the noise or more is missing has a probability of {p} ({against}); measure more {found.more}."
     )
 
 

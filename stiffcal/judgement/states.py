@@ -26,7 +26,7 @@ from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_symbol
 from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
-from stiffcal.judgement.judge import Campaign, Judged, is_member, judge, weighed_about
+from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
 from stiffcal.judgement.lasting_errors import lasting_errors
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings
@@ -93,7 +93,7 @@ def _noise_of(fit: Fit) -> Noise:
 
 
 @dataclass(frozen=True)
-class StatesOfCampaign(Campaign[Fit]):
+class StatesOfCampaign(JudgedReadings[Fit]):
     """A campaign's load states, and what may be missing from a model of them."""
 
     states: LoadStates

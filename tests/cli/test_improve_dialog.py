@@ -19,8 +19,8 @@ def finding(effect: str, where: Where, after: float, verdict: str = "possible") 
     """Return a finding with an error after it."""
     evidence = SimpleNamespace(seen="REASON", means="MEANS", alike="", check="CHECK")
     return SimpleNamespace(
-        effect=effect, where=where, verdict=verdict, explains=0.98, why="WHY", evidence=evidence, confidence=1.0,
-        heldout_rms_before=Rms(1.33e-4, None), heldout_rms_after=Rms(after, None),
+        effect=effect, where=where, verdict=verdict, explains=0.98, why="WHY", evidence=evidence, confidence=None,
+        probability=0.98,        heldout_rms_before=Rms(1.33e-4, None), heldout_rms_after=Rms(after, None),
     )  # fmt: skip
 
 

@@ -87,7 +87,9 @@ def test_a_missing_effect_is_printed_with_its_refitted_values() -> None:
         )
         for name, unit, value in (("backlash.j4.width", "rad", 2e-3), ("joint-compliance.j4.c", "N·m/rad", 2e5))
     )  # fmt: skip
-    missing = ProposedEffect(effect="backlash", where=Where(joints=[4]), alternatives=[])
+    missing = ProposedEffect(
+        effect="backlash", where=Where(joints=[4]), alternatives=[], probability=0.99, member_probability=1.0, firm=True
+    )
     # not in the ranking: it was found next to another effect
     result: Any = SimpleNamespace(
         missing=[missing, missing], before_after=values_before_and_after([spring], [spring, width]),
@@ -96,5 +98,6 @@ def test_a_missing_effect_is_printed_with_its_refitted_values() -> None:
     with StringIO() as text:
         _show_missing(AnswerConsole(file=text, width=120), result, missing)
         assert text.getvalue() == (
-            "\nmissing: backlash (joint 4)\n  Refitted with all that is missing, ± 95 %: width 2.00 ± 0.20 mrad.\n"
+            "\nmissing: backlash (joint 4): 99.0 %, certain\n"
+            "  Refitted with all that is missing, ± 95 %: width 2.00 ± 0.20 mrad.\n"
         )

@@ -16,7 +16,7 @@ from stiffcal.documents import document_of
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Problem, Settings, fit_observations
 from stiffcal.judgement import diagnosed as module_of_models
-from stiffcal.judgement import judge as module_of_sets
+from stiffcal.judgement import states as module_of_sets
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import LoadStates, Sigma

@@ -77,11 +77,8 @@ def _named(effect: ProposedEffect | EffectAt) -> tuple[str, int]:
 
 
 def _is_firm_and_wrong(bench: Bench, first: DiagnoseResult) -> bool:
-    if not first.missing or first.unexplained or first.undecided:
-        return False
-    effect = first.missing[0]
-    names = {_named(effect), *map(_named, effect.alternatives)}
-    return bench.outside or not names & set(bench.hidden)
+    certain = [effect for effect in first.missing if effect.firm]
+    return any(bench.outside or _named(effect) not in bench.hidden for effect in certain)
 
 
 def _outcome_of(

@@ -36,17 +36,20 @@ from tests.laboratory.report_content import made_up_content
 
 BACKLASH = EffectAt(effect="backlash", where=Where(joints=[4]))
 HYSTERESIS = EffectAt(effect="friction-hysteresis", where=Where(joints=[4]))
-ALIKE = LookAlike(effect=HYSTERESIS.effect, where=HYSTERESIS.where, cosine=0.987)
+ALIKE = LookAlike(effect=HYSTERESIS.effect, where=HYSTERESIS.where, probability=0.3)
 
 
 def proposed(*alternatives: LookAlike) -> ProposedEffect:
-    return ProposedEffect(effect=BACKLASH.effect, where=BACKLASH.where, alternatives=list(alternatives))
+    return ProposedEffect(
+        effect=BACKLASH.effect, where=BACKLASH.where, alternatives=list(alternatives), probability=0.99,
+        member_probability=0.7, firm=False,
+    )  # fmt: skip
 
 
 def finding() -> Finding:
     return Finding(
         effect=BACKLASH.effect, where=BACKLASH.where, verdict="supported", explains=0.98, size_m=1.1e-4, p_value=1e-30,
-        confidence=1.0, heldout_rms_before=Rms(1.2e-4, None), heldout_rms_after=Rms(2.9e-5, None),
+        confidence=None, probability=0.7, heldout_rms_before=Rms(1.2e-4, None), heldout_rms_after=Rms(2.9e-5, None),
         heldout_rms_after_choosing=Rms(3e-5, None), parameters=[], alternatives=[HYSTERESIS],
     )  # fmt: skip
 
@@ -128,8 +131,8 @@ def test_without_a_diagnosis_pages_are_left_out_with_the_reason(module: Any) -> 
 def test_answer_and_look_alikes() -> None:
     text = words(diagnosis.section(content()))
     assert text.startswith("Missing: backlash of joint 4")
-    alike = "cannot be distinguished in these poses and loads: friction-hysteresis (joint 4), cosine 0.987"
-    assert f"backlash (joint 4); {alike}" in text
+    alike = "cannot be distinguished in these poses and loads: friction-hysteresis (joint 4) 30 %"
+    assert f"backlash (joint 4): 99.0 %, not certain; {alike}" in text
 
 
 def test_nothing_missing_and_nothing_known() -> None:
@@ -159,7 +162,7 @@ def test_ranking_holds_every_number_with_its_unit() -> None:
         "supported",
         "0.0290 mm",
         "98.0 %",
-        "100 %",
+        "70 %",
         "0.110 mm",
         "<\u00a010⁻⁶",
         "friction-hysteresis (joint 4)",

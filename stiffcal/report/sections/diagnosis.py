@@ -109,7 +109,10 @@ def _excluded(sizes: Sequence[ExcludedSizeAt]) -> str:
     text = ""
     if known:
         listed = wording.listing([f"{one.of} {wording.size_of_effect(one.size_m, one.size_Nm)}" for one in known], 30)
-        text = f"In nine campaigns of ten like this one an effect of this size (rms at the tool, or of the torque) would be found: {listed}."
+        text = (
+            "In nine campaigns of ten like this one an effect of this size (rms at the tool, or of the torque) would "
+        )
+        text += f"be found: {listed}."
     if hidden:
         text += f" Nowhere in this campaign shows: {wording.listing(hidden, 30)}."
     return text.strip()
