@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from typing import ClassVar
@@ -58,6 +58,8 @@ class Ground(ABC):
     """The run that may be louder than the others."""
     noise: NoiseScale
     """How well the weights are known."""
+    with_present: dict[tuple[tuple[str, Place], ...], Shared] = field(default_factory=dict, compare=False, kw_only=True)
+    """What every set has where some effects of the model are in all of them."""
 
     most_shapes: ClassVar[int] = 200
     """Combinations of shape parameters up to which a law is tried."""
@@ -72,12 +74,15 @@ class Ground(ABC):
         flat = self.shared.columns[~self.shared.prior[:, :-1].any(axis=0)]
         return off_by_run(self.of_loads, self.of_time, flat)
 
-    def evidence(self, members: Sequence[MemberColumns], residual: Floats | None = None) -> SetEvidence:
+    def evidence(
+        self, members: Sequence[MemberColumns], residual: Floats | None = None, shared: Shared | None = None
+    ) -> SetEvidence:
         """Return the evidence of sets of members, where what is present already can be taken back.
 
         Parameters
         ----------
         residual : (r,) whitened, in place of the model's with the members' present parts.
+        shared : what every set has, where that is more than what every hypothesis has.
         """
         if residual is None:
             residual = self.white
@@ -85,7 +90,9 @@ class Ground(ABC):
                 if len(member.present):
                     residual = residual + member.present @ member.rows
         kind = np.broadcast_to(self.space.data.kind[:, None], self.space.free.shape).ravel()
-        return SetEvidence.of(Readings(self.shared, residual, self.space.free.ravel(), kind), members, self.noise)
+        return SetEvidence.of(
+            Readings(shared or self.shared, residual, self.space.free.ravel(), kind), members, self.noise
+        )
 
     @property
     @abstractmethod

@@ -6,7 +6,7 @@ next to it the evidence stays, and the sum over all shapes stands as the share o
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from stiffcal.diagnosis.slips import is_slip
 from stiffcal.identification.regressors import Regressor
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.priors import UsualSizes
+from stiffcal.judgement.shared import Shared
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole
 
@@ -59,8 +60,8 @@ def shapes_of(ground: Ground, candidate: Candidate, scale: UsualSizes) -> list[S
     if len(tried) < 2:
         return [Shaped(one, 0.0) for one in tried]
     found: dict[tuple[float, ...], Shaped] = {}
-    for residual in _residuals(ground, candidate, placed, scale):
-        for one in _best_shapes(ground, tried, residual, scale, own):
+    for residual, shared in _without(ground, candidate, placed, scale):
+        for one in _best_shapes(ground, tried, (residual, shared), scale, own):
             key = tuple(one.regressor.shape.values())
             # next to what explains all, every shape reads alike; in its place fewer do
             known = found.get(key, Shaped(one.regressor, 0.0, 0.0))
@@ -83,28 +84,42 @@ def present_as(ground: Ground, candidate: Candidate) -> PlacedEffect | None:
     return None
 
 
-def _residuals(ground: Ground, candidate: Candidate, placed: PlacedEffect | None, scale: UsualSizes) -> list[Floats]:
-    """Return whitened residuals (r,) in which an effect's shape is sought.
+def _without(
+    ground: Ground, candidate: Candidate, placed: PlacedEffect | None, scale: UsualSizes
+) -> Iterator[tuple[Floats, Shared]]:
+    """Give whitened residuals (r,) in which an effect's shape is sought, and what every shape has besides.
 
     Of an effect that the model has: without it. Of another: next to all that the model has, and in place of each at
-    the same place.
+    the same place. What the model has otherwise is refitted with each shape.
     """
-    white = ground.white
     rivals = [placed] if placed else [one for one in ground.present if one.place == candidate.place]
-    changed = [white + _share_of(ground, one, scale) for one in rivals]
-    return changed if placed else [white, *changed]
+    if placed is None:
+        yield ground.white, _beside(ground, ground.present, scale)
+    for rival in rivals:
+        columns = columns_of(ground, ground.state.regressor(rival.effect, rival.place, rival.shape()), scale)
+        back = columns.present @ columns.rows if len(columns.present) else np.zeros(columns.rows.shape[1])
+        yield ground.white + back, _beside(ground, [one for one in ground.present if one is not rival], scale)
 
 
-def _share_of(ground: Ground, placed: PlacedEffect, scale: UsualSizes) -> Floats:
-    """Return (r,) what an effect of the model does to the whitened readings."""
-    columns = columns_of(ground, ground.state.regressor(placed.effect, placed.place, placed.shape()), scale)
-    return np.asarray(columns.present @ columns.rows) if len(columns.present) else np.zeros(columns.rows.shape[1])
+def _beside(ground: Ground, present: Sequence[PlacedEffect], scale: UsualSizes) -> Shared:
+    """Return what every hypothesis has, with some effects of the model of any size; made once."""
+    key = tuple((one.effect.name, one.place) for one in present)
+    if key not in ground.with_present:
+        shared = ground.shared
+        own = [
+            columns_of(ground, ground.state.regressor(one.effect, one.place, one.shape()), scale).rows
+            for one in present
+        ]
+        columns = np.concatenate([shared.columns, *own])
+        prior = np.insert(shared.prior, [len(shared.columns)] * (len(columns) - len(shared.columns)), 0.0, axis=1)
+        ground.with_present[key] = replace(shared, columns=columns, prior=prior) if own else shared
+    return ground.with_present[key]
 
 
 def _best_shapes(
     ground: Ground,
     tried: Sequence[Regressor],
-    residual: Floats,
+    without: tuple[Floats, Shared],
     scale: UsualSizes,
     own: Mapping[str, float] | None,
 ) -> list[Shaped]:
@@ -114,12 +129,13 @@ def _best_shapes(
 
     Parameters
     ----------
+    without : as of `_without`.
     own : the shape in the model, which stands for all: its part is what is taken back. None: it is not in the model.
     """
     known = list(tried)
-    values = _evidence(ground, known, residual, scale)
+    values = _evidence(ground, known, without, scale)
     symbol = _continuous(known[0].effect)
-    none = ground.evidence((), residual).normal(())
+    none = ground.evidence((), *without).normal(())
     for _ in range(ROUNDS):
         if symbol is None or values.max() < none - HOPELESS:
             break
@@ -128,7 +144,7 @@ def _best_shapes(
             break
         first = known[0]
         made = [ground.state.regressor(first.effect, first.place, {symbol: value}) for value in new]
-        values = np.append(values, _evidence(ground, made, residual, scale))
+        values = np.append(values, _evidence(ground, made, without, scale))
         known += made
     best = int(np.argmax(values)) if own is None else [dict(one.shape) for one in known].index(dict(own))
     if symbol is None:
@@ -177,12 +193,12 @@ def _between(known: Sequence[Regressor], values: Floats, symbol: str) -> list[fl
     return found
 
 
-def _evidence(ground: Ground, tried: Sequence[Regressor], residual: Floats, scale: UsualSizes) -> Floats:
+def _evidence(ground: Ground, tried: Sequence[Regressor], without: tuple[Floats, Shared], scale: UsualSizes) -> Floats:
     """Return (k,) the log evidence of each shape alone."""
     columns = [replace(columns_of(ground, one, scale), present=np.zeros(0)) for one in tried]
     found = []
     for first in range(0, len(columns), TOGETHER):
-        evidence = ground.evidence(columns[first : first + TOGETHER], residual)
+        evidence = ground.evidence(columns[first : first + TOGETHER], *without)
         found += [evidence.normal([k]) for k in range(len(evidence.members))]
     return np.array(found)
 
