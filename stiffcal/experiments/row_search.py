@@ -85,6 +85,10 @@ class RowCourse:
     group: Integers
     """(k,) number of the pass, or of the piece of other motion: each may err in a way of its own."""
 
+    def select(self, rows: Integers) -> RowCourse:
+        """Return that of some rows."""
+        return RowCourse(self.joint[rows], self.time[rows], self.direction[rows], self.group[rows])
+
 
 @dataclass(frozen=True)
 class UsualMotion:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -12,14 +12,16 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.drift import Drift, drift_of
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
+from stiffcal.estimation.bins import Bins
 from stiffcal.experiments.row_search import RowCourse, RowFit
+from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.discrepancy import WAVES, Discrepancy, LouderRun
 from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.ground import CheckKind, Ground
 from stiffcal.judgement.priors import OF_LOADS, OF_TIME
 from stiffcal.judgement.shared import Shared
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import ParameterRole, Place
+from stiffcal.model.effect import Effect, ParameterRole, Place
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,25 @@ class WeightedRows:
 
 
 @dataclass(frozen=True)
+class MeansMaker:
+    """Makes the regressors of effects, as means over bins of rows."""
+
+    maker: RegressorMaker
+    """Makes those of the rows."""
+    bins: Bins
+    """Of them."""
+
+    def shapes(self, effect: Effect, place: Place) -> list[dict[str, float]]:
+        """Return the combinations of shape parameters to try."""
+        return self.maker.shapes(effect, place)
+
+    def regressor(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor:
+        """Return an effect's regressor."""
+        made = self.maker.regressor(effect, place, shape)
+        return replace(made, columns=self.bins.means(made.columns), fixed=self.bins.means(made.fixed))
+
+
+@dataclass(frozen=True)
 class GroundOfRows(Ground):
     """A model of torque over motion, fitted to rows of one problem."""
 
@@ -92,13 +113,13 @@ class GroundOfRows(Ground):
     checked: ClassVar[Mapping[CheckKind, slice]] = {CheckKind.TORQUE: slice(0, 1)}
 
     @classmethod
-    def of(cls, fit: RowFit, common: CompliantRobot, course: RowCourse, sigma: Floats) -> Self:
+    def of(cls, fit: RowFit, common: CompliantRobot, course: RowCourse, bins: Bins, sigma: Floats) -> Self:
         """Return what members are compared about.
 
         Parameters
         ----------
-        fit : of a model. common : effects that every hypothesis has. course : of the rows.
-        sigma : (k,) standard uncertainty of each.
+        fit : of a model. common : effects that every hypothesis has. course : of the bins.
+        bins : of the rows, which are judged as means. sigma : (b,) standard uncertainty of each mean.
         """
         own = {(placed.effect.name, placed.place) for placed in common.placed}
         present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
@@ -114,21 +135,21 @@ class GroundOfRows(Ground):
             name = fit.names[number] if number < len(fit.names) else ""
             key = of_members.get(name)
             if key is not None:
-                derivative[key[:2]][key[2]] = column[None]
+                derivative[key[:2]][key[2]] = bins.means(column)[None]
             elif name not in of_members:
-                shared.append(column)
+                shared.append(bins.means(column))
         constants = np.unique(fit.constant[fit.constant >= 0])
-        shared += [(fit.constant == number).astype(np.float64) for number in constants]
+        shared += [bins.means((fit.constant == number).astype(np.float64)) for number in constants]
         space = WeightedRows(RowData(course.group), sigma)
         columns = space.rows(np.array(shared).reshape(-1, 1, len(sigma)))
         of_poses, of_time = _of_passes(space, course), _of_time(space, course)
         kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_poses, OF_LOADS), (of_time, OF_TIME)]
         prior = np.zeros((0, len(columns) + 1))
-        residual = _without_constants(fit)[None]
+        residual = bins.means(_without_constants(fit))[None]
         scale = NoiseScale(float(len(sigma) - len(columns)), 0.0)
         return cls(
-            fit.maker, space, Shared(columns, prior, kinds), residual, present, derivative, of_poses, of_time, None,
-            scale, course,
+            MeansMaker(fit.maker, bins), space, Shared(columns, prior, kinds), residual, present, derivative, of_poses,
+            of_time, None, scale, course,
         )  # fmt: skip
 
     @property

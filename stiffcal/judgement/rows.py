@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.row_candidates import row_candidates
 from stiffcal.errors import Progress, no_progress
+from stiffcal.estimation.bins import Bins
 from stiffcal.experiments.row_search import RowCourse, RowFit, RowProblem
 from stiffcal.judgement.ground_of_rows import GroundOfRows
 from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
@@ -20,6 +20,9 @@ from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.unlisted_motion import unlisted_motion_laws
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
+
+MOST_BINS = 500
+"""Means that a joint is judged by: more show nothing else, and cost time."""
 
 
 def judge_rows(
@@ -49,8 +52,10 @@ class RowsOfCampaign(JudgedReadings[RowFit]):
     """Effects of the catalogue at their places."""
     scale: MotionSizes
     """How large these usually are."""
+    bins: Bins
+    """Of the rows, which are judged as means."""
     course: RowCourse
-    """In which order the rows were read."""
+    """In which order these were read."""
     expected: float
     """Effects beyond the present model that are missing at these joints."""
 
@@ -61,7 +66,9 @@ class RowsOfCampaign(JudgedReadings[RowFit]):
         common = replace(robot, placed=tuple(placed for placed in robot.placed if not is_member(placed)))
         expected = EXPECTED_EFFECTS * len(problem.joints) / n_joints
         candidates, _ = row_candidates(problem, common, catalogue)
-        return cls(problem, common, candidates, MotionSizes.of(problem), problem.course(), expected)
+        course = problem.course()
+        bins = Bins.of(course.joint, 2 * course.group + (course.direction > 0.0), MOST_BINS)
+        return cls(problem, common, candidates, MotionSizes.of(problem), bins, course.select(bins.first), expected)
 
     def about(self, fit: RowFit) -> RowsOfCampaign:
         """Return it as it is: nothing in it hangs on a fit."""
@@ -82,7 +89,7 @@ class RowsOfCampaign(JudgedReadings[RowFit]):
 
     def judged(self, fit: RowFit, chosen: frozenset[str], number: int) -> Judged:
         """Weigh sets about a model."""
-        ground = self._ground(fit, fit.sigma)
+        ground = self._ground(fit, fit)
         laws = unlisted_motion_laws(ground.state, self.problem.joints)
         members = list_members(ground, self.candidates, self.scale, laws, expected=self.expected)
         evidence = ground.evidence([one.columns for one in members])
@@ -92,9 +99,10 @@ class RowsOfCampaign(JudgedReadings[RowFit]):
     def with_rivals(self, judged: Judged, fit: RowFit, aside: frozenset[Off]) -> Judged:
         """Return a judgement with the nearest rivals of its set refitted."""
         weighed = with_rivals_refitted(
-            judged.weighed, judged.own, self.scale, lambda members: self._ground(self.fit(members, aside), fit.sigma)
+            judged.weighed, judged.own, self.scale, lambda members: self._ground(self.fit(members, aside), fit)
         )
         return replace(judged, weighed=weighed)
 
-    def _ground(self, fit: RowFit, sigma: Floats) -> GroundOfRows:
-        return GroundOfRows.of(fit, self.common, self.course, sigma)
+    def _ground(self, fit: RowFit, best: RowFit) -> GroundOfRows:
+        """Return what members are compared about: a fit, with the noise of that of the best set."""
+        return GroundOfRows.of(fit, self.common, self.course, self.bins, self.bins.sigma(best.sigma))

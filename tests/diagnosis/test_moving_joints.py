@@ -207,3 +207,12 @@ def test_time_would_do_for_a_temperature_that_rises_once(rises_once: bool) -> No
     assert missing.candidate.name == "friction-temperature j1"
     assert found.time_would_do(missing.candidate) is rises_once
     assert any("time explains it" in text for text in row_diagnosis(found).warnings) is rises_once
+
+
+def test_of_many_rows_means_are_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stiffcal.judgement.rows.MOST_BINS", 120)
+    found = diagnosed(both)
+    assert len(found.judged.ground.space.data.run) <= 120
+    assert named(found) == {"stribeck j1", "torque-ripple j1"}
+    assert all(one.group.firm for one in found.found)
+    assert not found.unexplained

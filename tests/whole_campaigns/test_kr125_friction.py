@@ -57,9 +57,10 @@ def test_a_drive_that_does_not_reach_what_is_stated(folder: Path, command: Comma
 
 
 def test_the_stribeck_part_is_missing_where_only_joint_friction_is_modelled(folder: Path, command: Command) -> None:
-    """Joint 2's alone has one; joint 3's passes show the simulated ripple too, which the model does not hold."""
+    """Joint 2's alone has one; it is certain, and the simulated ripple of that joint, of unknown order, is not."""
     text = 'schema = "stiffcal/model/1"\n\n[[effects]]\ntype = "joint-friction"\njoints = [1, 2, 3, 4, 5, 6]\n'
     (folder / "model.toml").write_text(text, encoding="utf-8")
     command("identify", folder)
     document = command("diagnose", folder)
-    assert [(effect["effect"], effect["where"]["joints"]) for effect in document["missing"]] == [("stribeck", [2])]
+    missing = [(effect["effect"], effect["where"]["joints"], effect["firm"]) for effect in document["missing"]]
+    assert missing == [("stribeck", [2], True), ("torque-ripple", [2], False)]

@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.estimation.bins import noise_of_mean
 
 WINDOW, CUBIC = 12, 3
 # A correlation within so many standard errors of zero is none.
@@ -39,11 +40,7 @@ class PassNoise:
 
     def of_mean(self, count: Integers) -> Floats:
         """Return by what the noise of single samples is multiplied in a mean over ``count`` neighbours (b,)."""
-        rho, n = self.correlation, np.asarray(count, dtype=np.float64)
-        if rho == 0.0:
-            return np.asarray(1.0 / np.sqrt(n))
-        inflation = (1.0 + rho) / (1.0 - rho) - 2.0 * rho * (1.0 - rho**n) / (n * (1.0 - rho) ** 2)
-        return np.asarray(np.sqrt(np.maximum(inflation, 1.0 / n) / n))
+        return noise_of_mean(count, self.correlation)
 
 
 def pass_noise(torque: Floats, reading: Integers, level: Integers, weight: Floats) -> PassNoise | None:
