@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
@@ -21,7 +20,7 @@ from stiffcal.judgement.ground import CheckKind, Ground
 from stiffcal.judgement.priors import OF_LOADS, OF_TIME
 from stiffcal.judgement.shared import Shared
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Effect, ParameterRole, Place
+from stiffcal.model.effect import Effect, Place
 
 
 @dataclass(frozen=True)
@@ -123,21 +122,9 @@ class GroundOfRows(Ground):
         """
         own = {(placed.effect.name, placed.place) for placed in common.placed}
         present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
-        derivative: dict[tuple[str, Place], dict[str, Floats]] = defaultdict(dict)
-        of_members = dict[str, tuple[str, Place, str] | None]()
-        for placed in present:
-            for spec in placed.effect.parameters:
-                amplitude = spec.role is not ParameterRole.NONLINEAR
-                key = (placed.effect.name, placed.place, spec.symbol) if amplitude else None
-                of_members[placed.parameter_name(spec.symbol)] = key
-        shared = []
-        for number, column in enumerate(fit.columns):
-            name = fit.names[number] if number < len(fit.names) else ""
-            key = of_members.get(name)
-            if key is not None:
-                derivative[key[:2]][key[2]] = bins.means(column)[None]
-            elif name not in of_members:
-                shared.append(bins.means(column))
+        of_members = {one.parameter_name(spec.symbol) for one in present for spec in one.effect.parameters}
+        names = (*fit.names, *[""] * (len(fit.columns) - len(fit.names)))
+        shared = [bins.means(column) for name, column in zip(names, fit.columns, strict=True) if name not in of_members]
         constants = np.unique(fit.constant[fit.constant >= 0])
         shared += [bins.means((fit.constant == number).astype(np.float64)) for number in constants]
         space = WeightedRows(RowData(course.group), sigma)
@@ -148,7 +135,7 @@ class GroundOfRows(Ground):
         residual = bins.means(_without_constants(fit))[None]
         scale = NoiseScale(float(len(sigma) - len(columns)), 0.0)
         return cls(
-            MeansMaker(fit.maker, bins), space, Shared(columns, prior, kinds), residual, present, derivative, of_poses,
+            MeansMaker(fit.maker, bins), space, Shared(columns, prior, kinds), residual, present, {}, of_poses,
             of_time, None, scale, course,
         )  # fmt: skip
 

@@ -7,6 +7,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.diagnosed_rows import DiagnosedRows, diagnose_rows
+from stiffcal.judgement.priors import DISCREPANCIES
 from stiffcal.judgement.row_document import row_diagnosis
 from stiffcal.model.catalogue import find_effects
 from tests.laboratory.hidden_friction import NOISE, Law, nothing, problem_of
@@ -74,6 +75,14 @@ def test_an_effect_of_the_model_is_as_probable_as_before_it_was_added() -> None:
     assert held == pytest.approx(missing, abs=0.02)
 
 
+def test_where_the_model_has_no_friction_that_and_what_is_on_top_of_it_are_named() -> None:
+    """The speed of a Stribeck term is sought with the friction refitted: next to the fit without it another is best."""
+    found = diagnose_rows(problem_of(LAWS["stribeck j1"], with_friction=False), find_effects())
+    assert [one.candidate.name for one in found.found] == ["joint-friction j1", "stribeck j1"]
+    assert all(one.group.firm for one in found.found)
+    assert not found.unexplained
+
+
 def test_an_effect_that_the_model_holds_for_nothing_is_superfluous() -> None:
     model = {"stribeck": {"stribeck": 1.0, "velocity": 0.06, "exponent": 1.0}}
     found = diagnose_rows(problem_of(nothing, added=model), find_effects())
@@ -94,6 +103,7 @@ def test_passes_that_differ_each_in_its_own_way_are_no_effect() -> None:
     assert not any(one.group.firm for one in found.found)
     assert found.unexplained
     assert found.reading.p_nothing < 0.1
+    assert found.judged.weighed.of_discrepancy()[1 : 1 + len(DISCREPANCIES)].sum() > 0.9
 
 
 def test_without_a_logged_temperature_its_effect_is_not_tried() -> None:

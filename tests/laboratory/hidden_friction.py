@@ -34,6 +34,7 @@ def problem_of(
     per_pass: float = 0.0,
     rises_once: bool = False,
     added: Mapping[str, Mapping[str, float]] | None = None,
+    with_friction: bool = True,
 ) -> RowProblem:
     """Return the rows of runs at eight speeds; ``law`` gives torque at angle, velocity and warmth, K.
 
@@ -41,7 +42,7 @@ def problem_of(
     ----------
     per_pass : N·m, standard deviation of a friction that each run has of its own.
     rises_once : whether the drive warms up steadily; else it cools down in between.
-    added : effects of the model beyond joint-friction, with values.
+    added : effects of the model beyond joint-friction, with values. with_friction : whether the model has that.
     """
     rng = np.random.default_rng(seed)
     runs, begins = [], 0.0
@@ -61,7 +62,8 @@ def problem_of(
     reduction = reduce_friction(runs, robot())
     assert reduction.samples is not None
     place = Place("joints", (joint,))
+    basic = (PlacedEffect(LAW, place),) if with_friction else ()
     more = (PlacedEffect(find_effects()[name], place, values) for name, values in (added or {}).items())
     rows = steady_rows(reduction.samples)
-    (problem,) = friction_problems(rows, np.arange(len(rows)), (PlacedEffect(LAW, place), *more), robot(), frozenset())
+    (problem,) = friction_problems(rows, np.arange(len(rows)), (*basic, *more), robot(), frozenset())
     return problem
