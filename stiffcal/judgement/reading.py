@@ -115,7 +115,8 @@ def read_off(judged: Judged) -> WhatIsMissing:
     sets, straight = weighed.probabilities(), weighed.without_discrepancy()
     names = {key: frozenset(members[i].name for i in key) for key in sets}
     checks = checks_of(judged)
-    unlisted = sum(value for key, value in sets.items() if any(members[i].kind is MemberKind.UNLISTED for i in key))
+    of_no_catalogue = (any(members[i].kind is MemberKind.UNLISTED for i in key) for key in sets)
+    unlisted = min(sum(value for value, one in zip(sets.values(), of_no_catalogue, strict=True) if one), 1.0)
     # what is left shows that no hypothesis describes the readings: how they compare is then no certainty; nor is it
     # next to a law that nobody has written down, which is no more than near to what it stands for
     doubtful = any(check.failed for check in checks) or unlisted >= NAMED

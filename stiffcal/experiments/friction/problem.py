@@ -158,7 +158,7 @@ class FrictionProblem(RowProblem):
         time, joint, run = rows.means(rows.motion.time)[own], int(rows.joint[own[0]]), rows.run[own[0]]
         when = f'{time.min():.3g} s after the first reading, in run "{run}"'
         if not rows.steady[own[0]]:
-            return f"the motion of joint {joint} {when}"
+            return f"the motion of joint {joint} from {when}"
         return f"the pass of joint {joint} at {float(np.mean(rows.velocity[own])):.3g} rad/s, {when}"
 
     def usual(self, joint: int) -> UsualMotion:
