@@ -120,6 +120,10 @@ F = TypeVar("F", bound=JudgedFit)
 class JudgedReadings(ABC, Generic[F]):
     """What all models of one judgement share: readings of one kind, and what may be missing from a model of them."""
 
+    def judged_effects(self, robot: CompliantRobot) -> list[PlacedEffect]:
+        """Return the effects of a model that are judged like those that are not in it."""
+        return [placed for placed in robot.placed if is_member(placed)]
+
     @abstractmethod
     def about(self, fit: F) -> Self:
         """Return it prepared with another fit: the robot is as large and as loaded as in the runs that took part."""
@@ -158,7 +162,7 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
     campaign : the readings. fit : of the present model to them.
     progress : receives a description of each step.
     """
-    present = [placed for placed in fit.robot.placed if is_member(placed)]
+    present = campaign.judged_effects(fit.robot)
     model = chosen = frozenset(name_of(placed) for placed in present)
     aside = frozenset[Off]()
     explained = dict[Off, tuple[str, ...]]()

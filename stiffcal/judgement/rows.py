@@ -11,7 +11,7 @@ from stiffcal.errors import Progress, no_progress
 from stiffcal.estimation.bins import Bins
 from stiffcal.experiments.row_search import RowCourse, RowFit, RowProblem
 from stiffcal.judgement.ground_of_rows import GroundOfRows
-from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
+from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, name_of, weighed_about
 from stiffcal.judgement.members import Member, list_members
 from stiffcal.judgement.motion_sizes import MotionSizes
 from stiffcal.judgement.priors import EXPECTED_EFFECTS
@@ -63,12 +63,20 @@ class RowsOfCampaign(JudgedReadings[RowFit]):
     def of(cls, problem: RowProblem, catalogue: Mapping[str, Effect], n_joints: int) -> RowsOfCampaign:
         """Prepare; of what is missing in all each of so many joints has the same share."""
         robot = problem.robot
-        common = replace(robot, placed=tuple(placed for placed in robot.placed if not is_member(placed)))
+        bare = replace(robot, placed=tuple(placed for placed in robot.placed if not is_member(placed)))
         expected = EXPECTED_EFFECTS * len(problem.joints) / n_joints
-        candidates, _ = row_candidates(problem, common, catalogue)
+        candidates, _ = row_candidates(problem, bare, catalogue)
+        # what these rows cannot show is no question: where the model has it, every hypothesis does
+        shown = {one.name for one in candidates}
+        common = replace(robot, placed=tuple(one for one in robot.placed if name_of(one) not in shown))
         course = problem.course()
         bins = Bins.of(course.joint, 2 * course.group + (course.direction > 0.0), MOST_BINS)
         return cls(problem, common, candidates, MotionSizes.of(problem), bins, course.select(bins.first), expected)
+
+    def judged_effects(self, robot: CompliantRobot) -> list[PlacedEffect]:
+        """Return the effects of a model that these rows can show beyond what every hypothesis has."""
+        common = {name_of(one) for one in self.common.placed}
+        return [one for one in robot.placed if name_of(one) not in common]
 
     def about(self, fit: RowFit) -> RowsOfCampaign:
         """Return it as it is: nothing in it hangs on a fit."""

@@ -168,3 +168,13 @@ def test_of_many_rows_means_are_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     assert named(found) == {"stribeck j1", "torque-ripple j1"}
     assert all(one.group.firm for one in found.found)
     assert not found.unexplained
+
+
+def test_what_these_runs_cannot_show_is_not_called_superfluous() -> None:
+    """Without a logged temperature nothing says whether friction follows it."""
+    model = {"friction-temperature": {"coulomb_K": -0.3, "viscous_K": -0.5}}
+    problem = problem_of(nothing, temperature=False, added=model)
+    found = diagnose_rows(problem, find_effects())
+    assert found.superfluous == ()
+    assert found.held == ()
+    assert found.judged.model == frozenset()
