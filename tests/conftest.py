@@ -74,7 +74,8 @@ collect_ignore = ["benchmarks/figaroh"]
 # what a change rarely breaks. Elsewhere the tests and files that are marked themselves.
 LONG = (
     "benchmarks", "compensation/test_c_code.py", "diagnosis/suspects/test_find.py",
-    "diagnosis/test_model_settings.py", "diagnosis/test_moving_joints.py", "diagnosis/test_search.py",
+    "diagnosis/test_few_poses.py", "diagnosis/test_model_settings.py", "diagnosis/test_moving_joints.py",
+    "diagnosis/test_refit_values.py", "diagnosis/test_search.py",
     "experiments/test_clamped_sigma.py", "experiments/test_friction.py", "faults", "fuzz",
     "identification/test_moved_base.py", "live/test_command.py", "live/test_server.py", "live/test_watching.py",
     "next_steps", "planning/test_efficiency.py", "rates", "reduction/test_consistency.py",
@@ -84,9 +85,10 @@ LONG = (
     "security/test_stores.py", "security/test_streams.py", "store/test_remote.py", "store/test_two_at_once.py",
     "test_wheel.py", "whole_campaigns", "workflow/test_campaigns_of_one_robot.py",
     "workflow/test_clamped_template.py", "workflow/test_controller_export.py", "workflow/test_effect_pictures.py",
-    "workflow/test_fingerprint.py", "workflow/test_formats.py", "workflow/test_improve.py", "workflow/test_plan.py",
+    "workflow/test_fingerprint.py", "workflow/test_followed.py", "workflow/test_formats.py",
+    "workflow/test_improve.py", "workflow/test_plan.py",
     "workflow/test_plan_absolute.py", "workflow/test_plan_program.py", "workflow/test_plan_rivals.py",
-    "workflow/test_suspects.py",
+    "workflow/test_report_diagnosis.py", "workflow/test_suspects.py",
 )  # fmt: skip
 
 # Files and tests of `make practice`, which CI leaves out: each takes long, and what it holds is held by shorter ones of
