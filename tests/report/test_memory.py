@@ -1,13 +1,18 @@
-"""What setting pages leaves in memory: nothing that grows with the number of reports."""
+"""What drawing and setting pages leaves in memory: nothing that grows with the number of reports."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 import sys
+import weakref
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
+
+from stiffcal.errors import no_progress
+from stiffcal.report.drawing import draw_pictures
 
 # In a process of its own: what other tests have given back would be taken first.
 REPORTS_OF_MANY_LINES = """
@@ -41,3 +46,17 @@ def test_reports_leave_no_pages_in_memory(tmp_path: Path) -> None:
     held = json.loads(subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout)
     # 11 MB a report were kept
     assert held[-1] - held[1] < 15e6
+
+
+def test_pictures_that_are_drawn_are_given_back(tmp_path: Path) -> None:
+    """Their parts refer to each other, and would stand among objects that are hardly ever looked at."""
+    drawn: list[weakref.ref[Figure]] = []
+
+    def draw() -> Figure:
+        figure = Figure()
+        figure.add_subplot().plot([0.0, 1.0])
+        drawn.append(weakref.ref(figure))
+        return figure
+
+    draw_pictures([("a picture", draw, tmp_path / f"{number}.svg") for number in range(2)], no_progress)
+    assert [figure() for figure in drawn] == [None, None]
