@@ -11,6 +11,9 @@ from tests.laboratory.small_campaign import write_small_campaign
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 SMALL = "small"
+"""Four poses of a robot whose model lacks nothing …"""
+WITHOUT_6 = "small, without joint 6"
+"""… and of one whose model lacks the spring of joint 6."""
 
 
 def diagnosed_copy(name: str, target: Path) -> Path:
@@ -18,15 +21,18 @@ def diagnosed_copy(name: str, target: Path) -> Path:
 
     Parameters
     ----------
-    name : `SMALL`, four poses in which nothing is missing, or a folder of ``campaigns/``.
+    name : `SMALL`, `WITHOUT_6`, or a folder of ``campaigns/``.
     """
     return Path(shutil.copytree(folder_once(_diagnose, name) / "campaign", target, symlinks=True))
 
 
 def _diagnose(place: Path, name: str) -> None:
     folder = place / "campaign"
-    if name == SMALL:
+    if name in (SMALL, WITHOUT_6):
         write_small_campaign(folder, poses=4)
+        if name == WITHOUT_6:
+            model = folder / "model.toml"
+            model.write_text(model.read_text(encoding="utf-8").replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
     else:
         shutil.copytree(CAMPAIGNS / name, folder, ignore=shutil.ignore_patterns("store"))
     diagnose_campaign(folder)

@@ -24,7 +24,7 @@ from stiffcal.workflow.history import read_history
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.view import view_campaign
 from stiffcal.workflow.view_sample import MOST_SHOWN
-from tests.laboratory.diagnosed_folders import SMALL, diagnosed_copy
+from tests.laboratory.diagnosed_folders import SMALL, WITHOUT_6, diagnosed_copy
 from tests.laboratory.small_campaign import write_small_campaign
 
 FOLDER = Path(page_module.__file__).parent
@@ -208,13 +208,10 @@ def test_the_fits_of_friction_before_the_present_one_stay_drawable(friction: Pat
 
 
 @pytest.mark.long
-def test_the_page_opens_on_what_was_added_last(diagnosed: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "small"
-    shutil.copytree(diagnosed, folder, ignore=shutil.ignore_patterns("store"))
+def test_the_page_opens_on_what_was_added_last(tmp_path: Path) -> None:
+    folder = diagnosed_copy(WITHOUT_6, tmp_path / "small")
     model = folder / "model.toml"
-    whole = model.read_text("utf-8")
-    model.write_text(whole.replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
-    diagnose_campaign(folder)
+    whole = model.read_text("utf-8").replace("4, 5]", "4, 5, 6]")
     view_campaign(folder)
     assert content_of((folder / "view.html").read_text("utf-8"))[0]["change"] is None
     # no diagnosis of the new model: the directions are those that the last one read of the same states
