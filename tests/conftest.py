@@ -115,6 +115,7 @@ PRACTICE = (
     "experiments/test_friction.py::test_weight_does_not_matter",
     "identification/test_moved_base.py::test_the_diagnosis",
     "ingest/test_run_readings.py::test_of_other_kinds_the_run_whose_log_was_edited_is_read_again[rods",
+    "judgement/test_judge.py::test_a_run_in_another_unit",
     "judgement/test_misjudged_campaigns.py::test_a_tool_that_nobody_stated",
     "judgement/test_other_states.py::test_what_is_hidden_is_named_and_firm[absolute/04",
     "judgement/test_other_states.py::test_what_is_hidden_is_named_and_firm[joints/02",
