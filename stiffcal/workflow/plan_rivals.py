@@ -93,6 +93,8 @@ def rival_models(rivals: list[NamedRival], campaign: Campaign, plan: PlanFile, c
     ------
     InputError : an effect or a place does not exist, or the model holds it already.
     """
+    if not rivals:
+        return []
     from stiffcal.store.trial import TrialResults
     from stiffcal.workflow.edit_model import model_with
 
