@@ -10,6 +10,7 @@ class ChangeKind(StrEnum):
     """What is changed."""
 
     ANGLE_UNIT = "angle-unit"
+    """Of all joint angles; of one joint it is `JOINT_UNIT`."""
     LENGTH_UNIT = "length-unit"
     LENGTH_FACTOR = "length-factor"
     JOINT_UNIT = "joint-unit"

@@ -107,8 +107,8 @@ def error_in_words(value: float, measure: str) -> str:
     value : m, rad or N·m. measure : "translation", "motor_angle" or "torque".
     """
     if measure == "torque":
-        return f"{value:.3g} N·m"
-    return f"{1e3 * value:.3g} {'mrad' if measure == 'motor_angle' else 'mm'}"
+        return f"{significant(value)} N·m"
+    return f"{significant(1e3 * value)} {'mrad' if measure == 'motor_angle' else 'mm'}"
 
 
 def leading_measure(rms: Rms) -> str:

@@ -89,18 +89,7 @@ def diagnose_states(
 ) -> DiagnosedStates:
     """Find what is missing from a model of load states.
 
-    Parameters
-    ----------
-    states : the campaign's load states.
-    robot : the present model, with or without values.
-    catalogue : effects by name.
-    settings : how fits are made.
-    progress : receives a description of each step.
-    doubt : whether runs and single readings may be off.
-
-    Raises
-    ------
-    InputError : the data hold no more readings than the model has values.
+    Parameters and errors are those of `judge_states`.
     """
     start = time.perf_counter()
     settings = settings or Settings()

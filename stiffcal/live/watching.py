@@ -137,7 +137,7 @@ class LogWatcher:
         )
         lines = self._take(campaign, needed, good) if good and is_other else self._lines
         runs = [self._shown(run, {file: logs[file] for file, _ in own} | shared_logs) for run, own in needed.items()]
-        self.seen = WatchedLogs(version=self._serial, runs=runs, lines=lines)
+        self.seen = WatchedLogs(version=self._serial, runs=[*runs, *_without_partner(campaign)], lines=lines)
 
     def _take(self, campaign: Campaign, needed: Collection[str], good: Mapping[str, object]) -> list[str]:
         """Have the models take the runs that are right; return what is to be said of all of them.
@@ -213,8 +213,12 @@ def _files_of(campaign: Campaign) -> tuple[dict[str, list[tuple[str, bool]]], li
 
 
 def _kept(campaign: Campaign, needed: Collection[str], kept: Collection[str]) -> Campaign:
-    """Return the campaign with some of the runs that have logs of their own; those without lie in tables, and stay."""
-    return with_runs(campaign, {run.id for run in campaign.manifest.runs if run.id in kept or run.id not in needed})
+    """Return the campaign with some of the runs that have logs of their own; those without lie in tables, and stay.
+
+    Nothing is said in it of logs whose partner is not there: these are shown as waiting.
+    """
+    left = with_runs(campaign, {run.id for run in campaign.manifest.runs if run.id in kept or run.id not in needed})
+    return left if left.found is None else replace(left, found=replace(left.found, unpartnered=()))
 
 
 def _begin_from(before: Path, store: Path) -> None:

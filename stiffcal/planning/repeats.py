@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 
 
 class TooAlikeError(Exception):
@@ -35,6 +35,7 @@ class Repeats:
     """(N,) equal where all else that distinguishes runs is: their loads, or the driven joint."""
     near: float = 0.0
     """Poses are alike where no joint's angles differ by more, rad."""
+    _found: dict[int, Booleans] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @staticmethod
     def of(limit: Repeats | int | None, n_runs: int) -> Repeats:
@@ -49,15 +50,25 @@ class Repeats:
             return self
         return replace(self, joints=self.joints[picked], load=self.load[picked])
 
-    def exhausted(self, design: Integers, n_candidates: int) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    def exhausted(self, design: Integers, n_candidates: int) -> Booleans:
         """Return (N,) True for candidates of whose like the design has as many as are allowed."""
         if self.joints is None or self.load is None:
             count = np.bincount(design, minlength=n_candidates)
         else:
-            turned = self.joints[:, None] - self.joints[design]  # a whole turn leads to the same pose
-            apart = np.abs(turned - 2.0 * np.pi * np.round(turned / (2.0 * np.pi))).max(axis=2)
-            count = np.count_nonzero((apart <= self.near) & (self.load[:, None] == self.load[design]), axis=1)
+            count = np.zeros(n_candidates, dtype=np.int64)
+            for candidate in design.tolist():
+                count += self._like(candidate)
         return np.asarray(count >= self.most)
+
+    def _like(self, candidate: int) -> Booleans:
+        """Return (N,) True for candidates like one of them. Found once: a design asks again for each exchange."""
+        if candidate not in self._found:
+            assert self.joints is not None
+            assert self.load is not None
+            turned = self.joints - self.joints[candidate]  # a whole turn leads to the same pose
+            apart = np.abs(turned - 2.0 * np.pi * np.round(turned / (2.0 * np.pi))).max(axis=1)
+            self._found[candidate] = (apart <= self.near) & (self.load == self.load[candidate])
+        return self._found[candidate]
 
     def kept(self, design: Sequence[int] | Integers, n_runs: int, order: Integers) -> Integers:
         """Return a design as far as it keeps the limit, filled up with the candidates in some order.

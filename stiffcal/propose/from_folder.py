@@ -212,7 +212,7 @@ def draft_of_logs(
         text,
         {file: path for file, path in files.items() if file in used} | extra,
         tuple(f"{file}: {line}" for file, line in marked if line.doubt is not None and line.question is None),
-        tuple(dict.fromkeys(column.header for device in devices for column in device.kind.roles.unused)),
+        tuple({column.header: column for device in devices for column in device.kind.roles.unused}.values()),
         roles=roles,
         to_write=to_write_by_hand(lines, missing, urdf is not None or robot is not None),
         runs=tuple(runs),

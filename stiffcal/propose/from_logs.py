@@ -163,7 +163,7 @@ def draft_from_logs(
     copies = {f"raw/{log.path.name}": log.path for log in logs}
     marked = [f"{MANIFEST_FILE}: {line}" for line in lines if line.doubt is not None]
     marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
-    unused = tuple(column.header for log in firsts.values() for column in log.drives.unused)
+    unused = tuple(column for log in firsts.values() for column in log.drives.unused)
     measured = sorted({joint for joints in moved for joint in joints}) or list(range(1, count + 1))
     model = _model_text(kind, measured)
     proposal = Proposal(

@@ -45,8 +45,8 @@ class Proposal:
     """Name under the campaign folder to the file it is copied from."""
     guessed: tuple[str, ...]
     """The lines that are marked, each with its file."""
-    unused: tuple[str, ...]
-    """Columns that were not recognised."""
+    unused: tuple[SniffedColumn, ...]
+    """Columns that are not used."""
     files: list[Path] = field(default_factory=list)
     """What was written; empty for a draft."""
     model: str = ""
@@ -121,14 +121,13 @@ def draft_campaign(
     text, extra, rows = robot_text(roles, urdf, robot, arm)
     marked = [f"{MANIFEST_FILE}: {line}" for line in lines if line.doubt is not None]
     marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
-    unused = tuple(column.header for column in roles.unused)
     lacks_tool = tool is None and not serves_absolute(roles)
     proposal = Proposal(
         manifest,
         text,
         copies | extra,
         tuple(marked),
-        unused,
+        roles.unused,
         remarks=remarks_of_tables(sniffed),
         lacks_tool=lacks_tool,
         roles=roles,

@@ -64,7 +64,7 @@ def counted_otherwise(joints: Floats, chain: Chain, stated: Floats) -> Iterator[
             angles = joints * np.where(np.isin(np.arange(joints.shape[1]), turning), factor, 1.0)
             yield CountedAngles(angles, InputChange(ChangeKind.ANGLE_UNIT, value=unit_name))
         for k in others:
-            change = InputChange(ChangeKind.ANGLE_UNIT, (names[k],), value=unit_name)
+            change = InputChange(ChangeKind.JOINT_UNIT, (names[k],), value=unit_name)
             yield CountedAngles(_with(joints, k, factor[k] * joints[:, k]), change)
     yield from coupled_angles(joints, chain)
     for a, b in combinations(range(joints.shape[1]), 2):

@@ -95,16 +95,8 @@ _Texts: TypeAlias = tuple[str, str, str] | tuple[str, str, str, str]
 
 def _angle_unit(change: InputChange, chain: Chain) -> _Texts:
     unit = unit_in_words(change.value)
-    if not change.names:
-        mend = f"write {toml_text.pair('units', {'position': change.value})}"
-        return "units.position", f"joint angles in {unit}", mend, f"joint angles are in {unit}, those of the others not"
-    (name,) = change.names
-    return (
-        f"joint {name}",
-        f"joint {name} in {unit}",
-        f"convert the column of {name} to the unit of the others",
-        f"the angle of joint {name} is in {unit}, that of the others not",
-    )
+    mend = f"write {toml_text.pair('units', {'position': change.value})}"
+    return "units.position", f"joint angles in {unit}", mend, f"joint angles are in {unit}, those of the others not"
 
 
 def _length_unit(change: InputChange, chain: Chain) -> _Texts:
@@ -145,13 +137,12 @@ def _mirrored(change: InputChange, chain: Chain) -> _Texts:
 
 
 def _joint_unit(change: InputChange, chain: Chain) -> _Texts:
-    (name,) = change.names
-    of = f"the position of joint {name}"
+    (name,), unit = change.names, unit_in_words(change.value)
     return (
         f"joint {name}",
-        f"joint {name} in {change.value}",
+        f"joint {name} in {unit}",
         f"correct the unit of the column of {name}",
-        f"{of} is in {change.value}, that of the others not",
+        f"{_reading(name, chain)} is in {unit}, that of the others not",
     )
 
 

@@ -60,7 +60,7 @@ class PlaceChange:
         """In which file the mistake is, where all rows have it."""
         if self.change.kind in _OF_ROBOT:
             return "robot"
-        of_unit = self.change.kind is ChangeKind.ANGLE_UNIT and not self.change.names
+        of_unit = self.change.kind is ChangeKind.ANGLE_UNIT
         of_length = self.change.kind is ChangeKind.LENGTH_FACTOR and not self.change.value
         return "manifest" if of_unit or of_length else "table"
 

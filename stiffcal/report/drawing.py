@@ -58,4 +58,6 @@ def _rarely_collecting() -> Iterator[None]:
         yield
     finally:
         gc.set_threshold(*thresholds)
+        # what is unused of the pictures, before it stands among objects that are looked at least often
+        gc.collect()
         gc.unfreeze()

@@ -13,11 +13,11 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.propose.chosen_urdf import chosen_urdf
+from stiffcal.propose.explained import unused_in_words
 from stiffcal.propose.from_logs import KINDS_OF_LOGS
 from stiffcal.propose.from_table import Proposal
 from stiffcal.propose.lines import Question
 from stiffcal.propose.log_devices import files_in
-from stiffcal.wording import unused_columns
 from stiffcal.workflow.command_results import InitResult
 
 OF_TABLES = ("load", "absolute")
@@ -148,7 +148,7 @@ def init_campaign(
         written, guessed = proposal.files, list(proposal.guessed)
         lacks_tool = proposal.lacks_tool
         columns = list(proposal.columns) or None
-        unused = [*proposal.remarks, *unused_columns(proposal.unused)]
+        unused = [*proposal.remarks, *unused_in_words(proposal.unused)]
         if not of_logs and (urdf is not None or robot is not None):
             from stiffcal.workflow.robot_remarks import remarks_of
 
@@ -181,7 +181,7 @@ def _from_folder(
 def _result(proposal: Proposal) -> InitResult:
     """Return the answer on a campaign of logs."""
     return InitResult(
-        warnings=[*proposal.remarks, *unused_columns(proposal.unused)],
+        warnings=[*proposal.remarks, *unused_in_words(proposal.unused)],
         files=[str(file) for file in proposal.files],
         guessed=list(proposal.guessed),
         to_write=list(proposal.to_write),

@@ -89,11 +89,6 @@ def _of_whole_campaign(campaign: Campaign, robot: CompliantRobot, context: RunCo
 
 def _of_first_runs(campaign: Campaign, robot: CompliantRobot, context: RunContext) -> MeasuredSoFar | None:
     """Return the fit to the runs of which every log is there; nothing is stored, as the campaign is not complete."""
-    from stiffcal.identification.geometry import with_geometry
-    from stiffcal.identification.identify import Settings, identify_parameters
-    from stiffcal.ingest.reducing import reduce_campaign
-    from stiffcal.model.assembly import fixed_parameters
-
     sources = campaign.manifest.sources
     named = {name: list(campaign.manifest.files_of(name).values()) for name in sources if sources[name].in_files}
     complete = []
@@ -106,6 +101,11 @@ def _of_first_runs(campaign: Campaign, robot: CompliantRobot, context: RunContex
             complete.append(run)
     if not complete:
         return None
+    from stiffcal.identification.geometry import with_geometry
+    from stiffcal.identification.identify import Settings, identify_parameters
+    from stiffcal.ingest.reducing import reduce_campaign
+    from stiffcal.model.assembly import fixed_parameters
+
     manifest = campaign.manifest.model_copy(update={"runs": tuple(complete)})
     states = reduce_campaign(replace(campaign, manifest=manifest), context.progress).states
     if not states.used.any():

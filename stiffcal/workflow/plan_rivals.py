@@ -11,7 +11,6 @@ from stiffcal.campaign.model_file import model_of_text
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.edit_model import model_with
 from stiffcal.workflow.plan_model import PlanModel, planned_model
 from stiffcal.workflow.steps import RunContext, TrialModel, model_text, with_trial_model
 
@@ -94,7 +93,10 @@ def rival_models(rivals: list[NamedRival], campaign: Campaign, plan: PlanFile, c
     ------
     InputError : an effect or a place does not exist, or the model holds it already.
     """
+    if not rivals:
+        return []
     from stiffcal.store.trial import TrialResults
+    from stiffcal.workflow.edit_model import model_with
 
     text = context.trial.text if context.trial is not None else model_text(campaign)
     models = []

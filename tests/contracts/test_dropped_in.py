@@ -159,6 +159,7 @@ def effect() -> Iterator[None]:
         yield
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("effect")
 def test_a_new_effect_is_listed_fitted_and_proposed(tmp_path: Path, command: Command) -> None:
     assert "angle-stiffness" in {known["name"] for known in command("effects")["effects"]}

@@ -17,6 +17,7 @@ from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect
 from tests.calibration.field_mix import FieldCampaign, draw_campaign
 from tests.calibration.stress.classes import draw_stress
+from tests.laboratory.few_effects import FEW
 
 pytestmark = pytest.mark.long
 
@@ -29,9 +30,28 @@ CREEP_SEED, CREEP = 3, 273
 """A campaign with creep, of which the grid has a better shape than the fit."""
 
 
+NEXT_TO_FRICTION = (*FEW, "friction-hysteresis", "presliding", "stribeck", "target-offset", "wrench-scale")
+"""Effects for what a catalogue and a model change in the answer, whichever effects these are."""
+
+
 @pytest.fixture(scope="module")
 def friction() -> FieldCampaign:
     return draw_campaign(SEED, FRICTION)
+
+
+@pytest.fixture(scope="module")
+def judged_friction(friction: FieldCampaign) -> Judged:
+    return judge_states(friction.states, friction.model, next_to_friction())
+
+
+def next_to_friction() -> dict[str, Effect]:
+    return {name: effect for name, effect in built_in_effects().items() if name in NEXT_TO_FRICTION}
+
+
+@pytest.fixture(scope="module")
+def nothing() -> tuple[FieldCampaign, Judged]:
+    campaign = draw_campaign(SEED, NOTHING)
+    return campaign, judge_states(campaign.states, campaign.model, built_in_effects())
 
 
 def probabilities(judged: Judged) -> dict[str, float]:
@@ -44,9 +64,9 @@ def probabilities(judged: Judged) -> dict[str, float]:
     return found
 
 
-def test_nothing_is_named_where_nothing_is() -> None:
-    campaign = draw_campaign(SEED, NOTHING)
-    found = read_off(judge_states(campaign.states, campaign.model, built_in_effects()))
+def test_nothing_is_named_where_nothing_is(nothing: tuple[FieldCampaign, Judged]) -> None:
+    campaign, judged = nothing
+    found = read_off(judged)
     assert campaign.hidden == ()
     assert found.groups == ()
     assert found.p_nothing > 0.9
@@ -78,20 +98,22 @@ def test_the_order_of_the_catalogue_changes_nothing(friction: FieldCampaign) -> 
         assert one.get(name, 0.0) == pytest.approx(other.get(name, 0.0), abs=1e-9), name
 
 
-def test_what_is_in_the_model_already_is_as_probable_as_before(friction: FieldCampaign) -> None:
+def test_what_is_in_the_model_already_is_as_probable_as_before(
+    friction: FieldCampaign, judged_friction: Judged
+) -> None:
     """Added by hand or found by the judgement: the same hypothesis has the same probability."""
-    effects = built_in_effects()
+    effects = next_to_friction()
     placed = friction.hidden[0]
     added = PlacedEffect(effects[placed.effect.name], placed.place)
     with_it = replace(friction.model, placed=(*friction.model.placed, added))
-    one, other = (probabilities(judge_states(friction.states, model, effects)) for model in (friction.model, with_it))
+    one, other = map(probabilities, (judged_friction, judge_states(friction.states, with_it, effects)))
     name = f"{placed.effect.name} {placed.place.label}"
     assert one[name] > 0.9
     assert one[name] == pytest.approx(other[name], abs=0.02)
 
 
-def test_a_second_plugin_of_the_same_law_changes_no_group(friction: FieldCampaign) -> None:
-    effects = built_in_effects()
+def test_a_second_plugin_of_the_same_law_changes_no_group(friction: FieldCampaign, judged_friction: Judged) -> None:
+    effects = next_to_friction()
 
     class Again(type(effects["friction-hysteresis"])):  # type: ignore[misc]
         """The same law by another name."""
@@ -99,7 +121,7 @@ def test_a_second_plugin_of_the_same_law_changes_no_group(friction: FieldCampaig
         name = "friction-again"
 
     with_it: dict[str, Effect] = {**effects, "friction-again": Again()}
-    one, other = (read_off(judge_states(friction.states, friction.model, known)) for known in (effects, with_it))
+    one, other = map(read_off, (judged_friction, judge_states(friction.states, friction.model, with_it)))
     assert one.groups[0].probability == pytest.approx(other.groups[0].probability, abs=0.01)
     assert one.p_unknown == pytest.approx(other.p_unknown, abs=0.01)
     assert not other.groups[0].firm
@@ -136,14 +158,13 @@ def test_two_runs_with_exchanged_angles_are_set_aside_together() -> None:
     assert not found.unexplained
 
 
-def test_a_single_reading_that_is_off_is_no_step() -> None:
+def test_a_single_reading_that_is_off_is_no_step(nothing: tuple[FieldCampaign, Judged]) -> None:
     """The first state of a run, eight noises off: a step between it and the others explains it as well."""
-    campaign = draw_campaign(SEED, NOTHING)
+    campaign, plain = nothing
     states = campaign.states
     run = int(states.run[len(states) // 2])
     first = int(np.flatnonzero(states.run == run)[0])
     position = states.position.copy()
-    plain = judge_states(states, campaign.model, built_in_effects())
     noise = plain.fit.noise
     assert isinstance(noise, Noise)
     position[first, :, 0] += 8.0 * noise.translation

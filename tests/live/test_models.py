@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +18,19 @@ from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.validate import validate_campaign
+from tests.laboratory.few_effects import few_effects
 
 
 @pytest.fixture
 def models(campaign: Path) -> LiveModels:
     return LiveModels(campaign, RunContext())
+
+
+@pytest.fixture
+def of_few_effects() -> Iterator[None]:
+    """A diagnosis in a third of the time: which effects it compares matters to no test here."""
+    with few_effects():
+        yield
 
 
 def _shown(models: LiveModels, choice: ModelChoice) -> ViewModel:
@@ -127,6 +136,8 @@ def test_a_changed_file_is_never_overwritten(models: LiveModels, campaign: Path)
     assert "bearing-tilt" in (campaign / "model.toml").read_text()
 
 
+@pytest.mark.long
+@pytest.mark.usefixtures("of_few_effects")
 def test_what_was_diagnosed_is_diagnosed_once_it_is_written(models: LiveModels, campaign: Path) -> None:
     tried = models.diagnose(CHOICES["added"])
     models.write(CHOICES["added"])
@@ -141,6 +152,7 @@ def test_what_was_diagnosed_is_diagnosed_once_it_is_written(models: LiveModels, 
     assert again.fit_id == written.fit_id
 
 
+@pytest.mark.usefixtures("of_few_effects")
 def test_a_written_model_shows_the_diagnosis_of_the_one_before(models: LiveModels) -> None:
     judged = models.diagnose(ModelChoice())
     models.content(CHOICES["added"])
@@ -150,6 +162,7 @@ def test_a_written_model_shows_the_diagnosis_of_the_one_before(models: LiveModel
     assert written.verdict == judged.verdict
 
 
+@pytest.mark.usefixtures("of_few_effects")
 def test_tried_models_stand_after_the_fits(models: LiveModels) -> None:
     models.diagnose(ModelChoice())
     models.content(CHOICES["added"])

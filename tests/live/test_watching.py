@@ -23,6 +23,7 @@ from stiffcal.view.packing import unpacked
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext
 from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
+from tests.long_campaigns.campaign import write_head, write_runs
 
 OLD_S = 10.0 * QUIET_S
 
@@ -206,6 +207,30 @@ def test_a_log_that_was_taken_away_is_shown_no_more(measuring: Measuring) -> Non
     (measuring.folder / "raw" / "pose3.csv").unlink()
     assert set(measuring.runs()) == {"pose1", "pose2"}
     assert shown_states(measuring) == 50
+
+
+def test_a_log_without_its_partner_waits_for_it(tmp_path: Path) -> None:
+    """Of two devices one has written its log of a run: it is no run yet, and no fault."""
+    folder = tmp_path / "c"
+    write_head(folder)
+    write_runs(folder, 1, 3)
+    partner = folder / "raw" / "run2_log.csv"
+    text = partner.read_text(encoding="utf-8")
+    partner.unlink()
+    context = RunContext()
+    watcher = LogWatcher(folder, LiveModels(folder, context), LogFiles(folder))
+    try:
+        for file in (folder / "raw").iterdir():
+            os.utime(file, (0.0, 0.0))  # nobody writes them any more
+        watcher.look()
+        assert {run.id: run.stage for run in watcher.seen.runs} == {"run1": "read", "run2": "waiting"}
+        assert not any("run2" in line for line in watcher.seen.lines)
+        partner.write_text(text, encoding="utf-8")
+        os.utime(partner, (0.0, 0.0))
+        watcher.look()
+        assert {run.id: run.stage for run in watcher.seen.runs} == {"run1": "read", "run2": "read"}
+    finally:
+        watcher.close()
 
 
 def test_a_manifest_that_is_being_edited_ends_nothing(measuring: Measuring) -> None:

@@ -166,7 +166,7 @@ def test_one_joint_in_radians_is_named(joint: str, tmp_path: Path) -> None:
     columns = displacement_columns(12)
     columns[joint] = np.radians(columns[joint])
     (fault,) = _faults_of(write_displacement_campaign(tmp_path / "cell", columns))
-    assert fault.changes == (InputChange(ChangeKind.ANGLE_UNIT, (joint,), value="rad"),)
+    assert fault.changes == (InputChange(ChangeKind.JOINT_UNIT, (joint,), value="rad"),)
 
 
 @pytest.mark.parametrize("seed", range(3))

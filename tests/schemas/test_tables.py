@@ -17,6 +17,7 @@ from stiffcal.store import Store, values_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.ingest import ingest_campaign
 from tests.ingest.test_logged_runs import GAUGE, HEAD, campaign_of
+from tests.laboratory.few_effects import few_effects
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.workflow.test_improve import COUPLED
 
@@ -46,7 +47,8 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
 
     folder = write_small_campaign(tmp_path_factory.mktemp("tables") / "small", poses=3, hidden=COUPLED)
     validate_campaign(folder)
-    assert diagnose_campaign(folder).evidence
+    with few_effects():
+        assert diagnose_campaign(folder).evidence
     return Store(folder / "store", display_name="store")
 
 

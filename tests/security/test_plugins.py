@@ -18,6 +18,7 @@ from stiffcal.errors import InputError
 from stiffcal.model.campaign_effects import all_effects, key_of_plugins, model_effects, plugin_code
 from stiffcal.trust.record import open_record
 from stiffcal.workflow.diagnose import diagnose_campaign
+from tests.laboratory.few_effects import few_effects
 from tests.laboratory.plugin_campaigns import MARK, NAME, list_plugins, ran, stranger, write_plugin
 
 
@@ -106,7 +107,8 @@ def test_a_diagnosis_lists_effects_of_code_that_is_not_trusted_as_not_tried_and_
     state: Path, tmp_path: Path
 ) -> None:
     folder = stranger(tmp_path / "stranger", needed=False)
-    entries = {entry.effect: entry.needs for entry in diagnose_campaign(folder).not_tried}
+    with few_effects():
+        entries = {entry.effect: entry.needs for entry in diagnose_campaign(folder).not_tried}
     needs = f"this campaign's code, which is not trusted (SHA-256 {digest_of(folder)}); to allow it: stiffcal trust "
     assert entries["cross-stiffness"] == f"{needs}{folder}"
     assert not ran(folder)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,14 +9,13 @@ from typing import Any
 import pytest
 
 from stiffcal.view.page import build_page
-from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
 from stiffcal.workflow.view_content import view_content
 from tests.laboratory.browser import chromium, opened
-from tests.laboratory.small_campaign import write_small_campaign
+from tests.laboratory.diagnosed_folders import SMALL, diagnosed_copy
 
 
 @pytest.fixture(scope="package")
@@ -29,8 +27,7 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture(scope="session")
 def content(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    folder, context = write_small_campaign(tmp_path_factory.mktemp("view") / "small", poses=4), RunContext()
-    diagnose_campaign(folder)
+    folder, context = diagnosed_copy(SMALL, tmp_path_factory.mktemp("view") / "small"), RunContext()
     data = up_to_date_states(folder, context)
     identified = up_to_date_fit(data, context)
     made = view_content(data, identified, up_to_date_validation(data, identified, context), raw=True)
@@ -39,9 +36,7 @@ def content(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 @pytest.fixture(scope="session")
 def friction_content(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    folder, context = tmp_path_factory.mktemp("friction") / "07", RunContext()
-    shutil.copytree(Path(__file__).parents[2] / "campaigns" / "joints" / "07", folder)
-    diagnose_campaign(folder)
+    folder, context = diagnosed_copy("joints/07", tmp_path_factory.mktemp("friction") / "07"), RunContext()
     data = up_to_date_states(folder, context)
     identified = up_to_date_fit(data, context)
     return view_content(data, identified, up_to_date_validation(data, identified, context), raw=True)

@@ -14,6 +14,7 @@ from stiffcal.wording import estimate, significant
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.view import view_campaign
 from tests.laboratory.browser import colours_of, opened, settled
+from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.laboratory.view_of_many_states import with_many_states
 
@@ -170,9 +171,7 @@ def test_readings_of_two_kinds_have_pages_of_their_own(
 
 
 def test_a_step_with_all_that_is_missing(browser: Any, tmp_path: Path) -> None:
-    folder = write_small_campaign(tmp_path / "small", poses=4)
-    model = folder / "model.toml"
-    model.write_text(model.read_text("utf-8").replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
+    folder = diagnosed_copy(WITHOUT_6, tmp_path / "small")
     diagnosis = diagnose_campaign(folder)
     assert diagnosis.heldout_rms_with_missing is not None
     view_campaign(folder)
@@ -200,12 +199,9 @@ def test_a_step_with_all_that_is_missing(browser: Any, tmp_path: Path) -> None:
 
 
 def test_an_effect_that_was_added_is_shown_before_and_after_on_one_scale(browser: Any, tmp_path: Path) -> None:
-    folder = write_small_campaign(tmp_path / "small", poses=4)
+    folder = diagnosed_copy(WITHOUT_6, tmp_path / "small")
     model = folder / "model.toml"
-    whole = model.read_text("utf-8")
-    model.write_text(whole.replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
-    diagnose_campaign(folder)
-    model.write_text(whole, encoding="utf-8")
+    model.write_text(model.read_text("utf-8").replace("4, 5]", "4, 5, 6]"), encoding="utf-8")
     view_campaign(folder)
     page, complaints = opened(browser, folder / "view.html")
     assert page.evaluate("[stiffcal.state.x, stiffcal.state.y, stiffcal.state.sideBySide]") == ["torque6", "r.e1", 1]

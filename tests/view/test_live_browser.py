@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from stiffcal.live.page import live_server
-from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.steps import RunContext
+from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.browser
@@ -32,10 +32,7 @@ WATCH_FORECASTS = """(() => {
 @pytest.fixture
 def live_page(browser: Any, tmp_path: Path) -> Iterator[tuple[Any, Path]]:
     """A campaign whose model lacks a joint, diagnosed, served and opened."""
-    folder = write_small_campaign(tmp_path / "small", poses=4)
-    model = folder / "model.toml"
-    model.write_text(model.read_text("utf-8").replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
-    diagnose_campaign(folder)
+    folder = diagnosed_copy(WITHOUT_6, tmp_path / "small")
     with served(browser, folder) as opened:
         yield opened, folder
 

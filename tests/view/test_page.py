@@ -24,6 +24,7 @@ from stiffcal.workflow.history import read_history
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.view import view_campaign
 from stiffcal.workflow.view_sample import MOST_SHOWN
+from tests.laboratory.diagnosed_folders import SMALL, WITHOUT_6, diagnosed_copy
 from tests.laboratory.small_campaign import write_small_campaign
 
 FOLDER = Path(page_module.__file__).parent
@@ -33,9 +34,7 @@ MOST_LINES, MOST_COLUMNS = 300, 160
 
 @pytest.fixture(scope="module")
 def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = write_small_campaign(tmp_path_factory.mktemp("view") / "small", poses=4)
-    diagnose_campaign(folder)
-    return folder
+    return diagnosed_copy(SMALL, tmp_path_factory.mktemp("view") / "small")
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +46,7 @@ def text(diagnosed: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="module")
 def friction(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("friction") / "07"
-    shutil.copytree(REPOSITORY / "campaigns" / "joints" / "07", folder)
-    diagnose_campaign(folder)
+    folder = diagnosed_copy("joints/07", tmp_path_factory.mktemp("friction") / "07")
     view_campaign(folder)
     return folder
 
@@ -129,6 +126,7 @@ def test_absolute_places_are_judged_states_and_their_frames_are_parameters(numbe
         assert effect["removable"] == (not effect["name"].startswith("frame ")), effect["name"]
 
 
+@pytest.mark.long
 def test_a_clamped_page_draws_the_motor_of_the_fit_and_of_candidates(tmp_path: Path) -> None:
     folder = tmp_path / "clamped"
     shutil.copytree(REPOSITORY / "campaigns" / "joints" / "05", folder)
@@ -210,13 +208,10 @@ def test_the_fits_of_friction_before_the_present_one_stay_drawable(friction: Pat
 
 
 @pytest.mark.long
-def test_the_page_opens_on_what_was_added_last(diagnosed: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "small"
-    shutil.copytree(diagnosed, folder, ignore=shutil.ignore_patterns("store"))
+def test_the_page_opens_on_what_was_added_last(tmp_path: Path) -> None:
+    folder = diagnosed_copy(WITHOUT_6, tmp_path / "small")
     model = folder / "model.toml"
-    whole = model.read_text("utf-8")
-    model.write_text(whole.replace("4, 5, 6]", "4, 5]"), encoding="utf-8")
-    diagnose_campaign(folder)
+    whole = model.read_text("utf-8").replace("4, 5]", "4, 5, 6]")
     view_campaign(folder)
     assert content_of((folder / "view.html").read_text("utf-8"))[0]["change"] is None
     # no diagnosis of the new model: the directions are those that the last one read of the same states

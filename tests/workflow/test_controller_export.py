@@ -25,6 +25,7 @@ from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.simulate import simulate_campaign
 from stiffcal.workflow.steps import RunContext
 from tests.laboratory.compilers import SANITIZED, STRICT, build
+from tests.laboratory.few_effects import few_effects
 from tests.laboratory.replay import DRIVER, by_program, by_python
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -104,7 +105,8 @@ def test_the_head_says_whether_the_model_is_complete(tmp_path: Path) -> None:
     answer = export_campaign(folder, RunContext(), tmp_path / "first.c")
     assert " * NOT VERIFIED: " in (tmp_path / "first.c").read_text()
     assert any(warning.startswith("NOT VERIFIED") for warning in answer.warnings)
-    diagnosed = diagnose_campaign(folder)
+    with few_effects():
+        diagnosed = diagnose_campaign(folder)
     assert diagnosed.missing
     assert f' * INCOMPLETE: by "stiffcal diagnose" the model lacks {diagnosed.missing[0].effect}' in code_of(
         folder, tmp_path / "second.c"
@@ -114,7 +116,8 @@ def test_the_head_says_whether_the_model_is_complete(tmp_path: Path) -> None:
 
 def test_a_complete_model_says_so(tmp_path: Path) -> None:
     folder = write_small_campaign(tmp_path / "small")
-    diagnosed = diagnose_campaign(folder)
+    with few_effects():
+        diagnosed = diagnose_campaign(folder)
     assert diagnosed.adequate
     answer = export_campaign(folder, RunContext(), tmp_path / "loop.c")
     text = (tmp_path / "loop.c").read_text()

@@ -17,6 +17,7 @@ from stiffcal.store import Store
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.followed import followed_residual
 from stiffcal.workflow.steps import RunContext
+from tests.laboratory.few_effects import few_effects
 from tests.laboratory.small_campaign import write_small_campaign
 
 BACKLASH = """
@@ -32,7 +33,8 @@ joints = [3]
 def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, DiagnoseResult]:
     """A robot with play in a joint, which its model does not know."""
     folder = write_small_campaign(tmp_path_factory.mktemp("followed") / "play", hidden=BACKLASH)
-    return folder, diagnose_campaign(folder)
+    with few_effects():
+        return folder, diagnose_campaign(folder)
 
 
 def test_the_evidence_of_the_missing_effect_is_drawn(diagnosed: tuple[Path, DiagnoseResult]) -> None:

@@ -17,6 +17,7 @@ from stiffcal.workflow.improve import Decision, EffectProposal, _next_changes, _
 from stiffcal.workflow.improve_results import ImproveStep
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
 
+pytestmark = pytest.mark.usefixtures("few_known_effects")
 COUPLED = """
 [[effects]]
 type = "axis-coupling"

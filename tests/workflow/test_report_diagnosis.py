@@ -18,6 +18,7 @@ from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.report_diagnosis import with_diagnosis
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
+from tests.laboratory.few_effects import few_effects
 
 NOTHING = ReportContent(ReportProvenance("x", "y", "2026-11-21"), (), ())
 
@@ -27,7 +28,8 @@ def test_not_made_made_and_stale(campaign: Path) -> None:
     identified = identify_campaign(campaign)
     assert with_diagnosis(NOTHING, data, identified).not_diagnosed == "not diagnosed: run stiffcal diagnose"
     edit_model(campaign, "add", "bearing-tilt", where={"joints": "2"})
-    diagnose_campaign(campaign)
+    with few_effects():
+        diagnose_campaign(campaign)
     data, identified = up_to_date_states(campaign, RunContext()), identify_campaign(campaign)
     content = report_content(
         data, identified, up_to_date_validation(data, identified, RunContext()), read_history(campaign)

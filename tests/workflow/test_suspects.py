@@ -32,6 +32,7 @@ from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.suspects import suspicion_of
 from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory import small_campaign
+from tests.laboratory.few_effects import few_effects
 from tests.laboratory.report_content import made_up_content
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -74,7 +75,8 @@ def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = manifest.read_text(encoding="utf-8")
     sigma = 'units = { position = "mm", rotation = "rad" }\nsigma = { position = 0.01, rotation = 0.00002 }'
     manifest.write_text(text.replace('units = { position = "mm", rotation = "rad" }', sigma), encoding="utf-8")
-    diagnose_campaign(folder)
+    with few_effects():
+        diagnose_campaign(folder)
     return folder
 
 
@@ -126,18 +128,21 @@ def test_identify_and_validate_name_the_run_and_fit_it_all_the_same(folder: Path
 
 
 def test_diagnose_answers_without_the_suspect_and_with_it(folder: Path) -> None:
-    result = diagnose_campaign(folder)
+    with few_effects():
+        result = diagnose_campaign(folder)
     assert [suspect.run for suspect in result.suspects or []] == ["pose3"]
     assert not result.missing
     assert not result.unexplained
     assert result.with_suspects is not None
     assert result.with_suspects.missing or result.with_suspects.unexplained
     assert result.summary.startswith('Left out, as probably off: run "pose3".')
-    assert diagnose_campaign(folder) == result
+    with few_effects():
+        assert diagnose_campaign(folder) == result
 
 
 def test_improve_and_the_report_show_the_run_and_the_lines_that_leave_it_out(folder: Path) -> None:
-    result = improve_campaign(folder, dry_run=True)
+    with few_effects():
+        result = improve_campaign(folder, dry_run=True)
     assert [suspect.run for suspect in result.suspects or []] == ["pose3"]
     text = StringIO()
     show_ladder(AnswerConsole(file=text, width=200), result)
