@@ -43,6 +43,8 @@ class Ground:
     """Runs that wander."""
     louder: LouderRun | None
     """The run that may be louder than the others."""
+    alike: Discrepancy | None
+    """Places of sweeps at which states err alike; None where no motor swept: what they leave is noise."""
     noise: NoiseScale
     """How well the weights are known."""
 
@@ -50,6 +52,11 @@ class Ground:
     def white(self) -> Floats:
         """(r,) whitened residual."""
         return np.asarray(self.space.rows(self.residual[None])[0])
+
+    @property
+    def of_noise(self) -> list[int]:
+        """Positions in the grid of discrepancies at which no pose has a way of its own: all that is left is noise."""
+        return [0, *self.shared.numbers_of(self.alike)]
 
     def runs_off(self) -> Iterator[tuple[int, Floats]]:
         """Give each run's number and (d, r) whitened columns by which it alone may be off, of rms one over its rows."""

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.candidates import Candidate, driven_joint_of_state, list_candidates
 from stiffcal.diagnosis.drift import Drift, drift_of
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces
@@ -28,11 +28,12 @@ from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_symbol
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.lasting_errors import lasting_errors
+from stiffcal.judgement.like_states import with_noise_of_like_states
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.priors import (
+    ALIKE_IN_SWEEPS,
     ALONE,
     COMMON,
-    DISCREPANCIES,
     DOUBTED_RUN,
     OF_LOADS,
     OF_TIME,
@@ -89,7 +90,13 @@ class Judged:
     @property
     def louder(self) -> float:
         """Probability that `Ground.louder` scatters more than the other runs; 0 where none is compared."""
-        return float(self.weighed.of_discrepancy()[1 + 2 * len(DISCREPANCIES) :].sum())
+        ground = self.ground
+        return float(self.weighed.of_discrepancy()[ground.shared.numbers_of(ground.louder)].sum())
+
+    @property
+    def noise_number(self) -> int:
+        """Position in the grid of discrepancies of the most probable one at which all that is left is noise."""
+        return max(self.ground.of_noise, key=lambda number: self.weighed.of_discrepancy()[number])
 
     @property
     def at_bound(self) -> bool:
@@ -188,6 +195,8 @@ def judge_states(
             continue
         if without != aside:
             campaign = _Campaign.of(states, robot, fit, catalogue, settings, doubt)
+        else:
+            campaign = replace(campaign, data=_with_noise_of_like_states(fit, campaign.data))
         chosen, aside = _names(effects), without
         tried.add((_model_of(effects), aside))
     return replace(judged, explained=explained)
@@ -291,6 +300,13 @@ class _Campaign:
     doubt: bool
     """Whether runs and single readings may be off."""
 
+    @property
+    def driven(self) -> frozenset[int] | None:
+        """The joints that were driven where all runs are of a clamped robot; else None."""
+        if not self.states.clamped.all():
+            return None
+        return frozenset(driven_joint_of_state(self.states, self.springs.chain).tolist())
+
     @classmethod
     def of(
         cls,
@@ -308,9 +324,8 @@ class _Campaign:
         geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
         given = GivenSettings.of(model, settings.fixed, fit.data)
         places = ReferencePlaces.of(states, fit)
-        return cls(
-            states, model, fit.data, springs, candidates, scale, geometry, weight, settings, given, places, doubt
-        )
+        data = _with_noise_of_like_states(fit, fit.data)
+        return cls(states, model, data, springs, candidates, scale, geometry, weight, settings, given, places, doubt)
 
     def without(self, names: frozenset[str]) -> _Campaign:
         """Return it without some effects."""
@@ -358,7 +373,7 @@ class _Campaign:
         fit = judged.fit
         everything = fit_problem(self.states, self.model).data
         ground = self.ground(fit, _noise_of(fit), everything)
-        laws = {law.place + ": " + law.follows: law for law in unlisted_laws(ground.state)}
+        laws = {law.place + ": " + law.follows: law for law in unlisted_laws(ground.state, self.driven)}
         columns = [
             columns_of(ground, ground.state.regressor(one.effect, one.place, one.shape()), self.scale)
             for one in ground.present
@@ -388,7 +403,10 @@ class _Campaign:
         weights = dict(self.weight.of_links) if self.springs.chain.masses_known else {}
         # who states a tool has not forgotten it: what its link lacks is then a law like those of the others
         of_tool = None if self.data.setup.tool_mass else weights.pop(self.springs.chain.link_names[-1], None)
-        laws = [*unlisted_laws(ground.state), *(UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items())]
+        laws = [
+            *unlisted_laws(ground.state, self.driven),
+            *(UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items()),
+        ]
         given = replace(self.given, of_tool=of_tool)
         members = list_members(ground, self.candidates, self.scale, laws, given, self.doubt)
         start = tuple(
@@ -448,12 +466,27 @@ class _Campaign:
             raise _nothing_left(about.dof, len(common))
         scale = NoiseScale(float(about.dof - len(common)), STATED_NOISE_DOF if stated else 0.0)
         of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
+        alike = Discrepancy.of_like_states(space)
         louder = LouderRun.of(space, space.rows(about.residual[None])[0]) if self.doubt else None
         kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_loads, OF_LOADS), (of_time, OF_TIME)]
         if louder is not None:
             kinds.append((louder, DOUBTED_RUN))
+        if alike is not None:
+            kinds.append((alike, ALIKE_IN_SWEEPS))
         shared = Shared(space.rows(columns), prior, kinds)
-        return Ground(state, space, shared, about.residual, present, derivative, of_loads, of_time, louder, scale)
+        return Ground(
+            state, space, shared, about.residual, present, derivative, of_loads, of_time, louder, alike, scale
+        )
+
+
+def _with_noise_of_like_states(fit: Fit, data: Observations) -> Observations:
+    """Return readings, those of clamped motors with the noise that their like states show next to a model."""
+    if data.clamped is None:
+        return data
+    about = fit.linearised(_noise_of(fit), data=data)
+    precision = np.einsum("aan->an", about.space.whitening.precision())
+    variance = np.divide(1.0, precision, out=np.zeros_like(precision), where=precision > 0.0)
+    return with_noise_of_like_states(data, about.residual, variance)
 
 
 def _prior_of(prior: Floats, chosen: Sequence[int]) -> Floats:

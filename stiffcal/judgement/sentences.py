@@ -151,14 +151,18 @@ def _unexplained(found: DiagnosedStates, structure: Sequence[ResidualDependence]
     return " ".join(texts)
 
 
+_READINGS = {
+    CheckKind.TRANSLATION: "positions", CheckKind.ROTATION: "rotations", CheckKind.LENGTH: "lengths of rods",
+}  # fmt: skip
+
+
 def _failed(found: DiagnosedStates, check: Check) -> str:
     """Return a check that fails, in words."""
     ratio = f"{max(check.ratio, 0.0) ** 0.5:.3g} times"
     if check.kind is CheckKind.RUN and check.run is not None:
         run = found.states.runs[check.run].name
         return f'What is left in run "{run}" is {ratio} as large as in the other runs.'
-    what = "positions" if check.kind is CheckKind.TRANSLATION else "rotations"
-    return f"What is left in {what} is {ratio} the noise."
+    return f"What is left in {_READINGS[check.kind]} is {ratio} the noise."
 
 
 def why_not_added(probability: float) -> str:
