@@ -38,7 +38,7 @@ def corrected_wrenches(
         return data, 0.0
     if data.correction is None:
         data = with_curvature(data, weights.sensitivity, lambda moved: predict_observations(robot, moved))
-    correction = wrench_correction(data, residual, weights.sensitivity)
+    correction = wrench_correction(data, residual, weights.sensitivity, robot.adjusted_chain)
     if correction is None:
         return data, 0.0
     return data.corrected(correction), step_of(correction)

@@ -22,7 +22,7 @@ from stiffcal.model.held_frame import held_frame
 
 # Mean squares of the other joints' torques above this multiple of the noise are more than noise: they are left alone.
 NOISE_ONLY = 2.0
-# Drives that turn by less than this share of the driven one stand still.
+# Drives that turn with the driven one by less than this share of its motion stand still.
 AT_REST = 0.01
 # A sweep is cut into states until nothing bends beyond the noise of its readings: that leaves errors of this share of
 # it, alike in every cycle (a play whose band is crossed within the noise came out 3 % too broad with less).
@@ -50,19 +50,21 @@ def with_other_joints_at_rest(states: LoadStates, chain: Chain) -> LoadStates:
         members = np.flatnonzero(known & (states.run == run))
         if states.runs[run].motor_torque or len(members) < LEAST_STATES:
             continue
-        span = np.ptp(states.joints[members] @ drives.T, axis=0)
+        turn = states.joints[members] @ drives.T
+        turn, driven = turn - turn.mean(axis=0), int(np.argmax(np.ptp(turn, axis=0)))
+        # with the driven one: the noise of an encoder at rest is no motion
+        share = np.abs(turn.T @ turn[:, driven]) / max(float(turn[:, driven] @ turn[:, driven]), np.finfo(float).tiny)
         angles = chain.model_angles(states.joints[members].mean(axis=0)[None])
         # of the wrench as read: axes of the sensor, about its point
         axes = attached_poses(chain, angles, states.setup.wrench_axes)[1][0]
         jacobian = held.jacobian[:, :, members[0]] @ np.linalg.inv(drives)
         jacobian = np.concatenate([axes.T @ jacobian[:3], axes.T @ jacobian[3:]])
-        at_rest = jacobian[:, span < AT_REST * span.max()]
-        change = _noise_of(wrench[members].T, sigma[members].T, at_rest, jacobian[:, int(np.argmax(span))])
+        change = _noise_of(wrench[members].T, sigma[members].T, jacobian[:, share < AT_REST], jacobian[:, driven])
         if change is None:
             continue
-        noise, share = change
+        noise, remaining = change
         wrench[members] -= noise.T
-        sigma[members] *= min(float(np.hypot(share, STATE_SHARE)), 1.0)
+        sigma[members] *= min(float(np.hypot(remaining, STATE_SHARE)), 1.0)
     return replace(states, wrench=wrench, wrench_sigma=sigma)
 
 

@@ -45,7 +45,9 @@ class WrenchCorrection:
     """By how much a fit has moved wrenches that were read, and what that moves in the rows."""
 
     wrench: Floats
-    """(6, n) N and N·m, added to what was read."""
+    """(6, n) N and N·m, added to what was read …"""
+    held: Floats
+    """(6, n) … the same in base axes, added to what the fixture does to the held frame."""
     rows: Floats
     """(m, n) m and rad, added to what was measured: the model's derivative times the correction."""
     proposed: Floats
@@ -58,7 +60,7 @@ class WrenchCorrection:
     def subset(self, pick: slice | Booleans | Integers) -> WrenchCorrection:
         """Return that of some states."""
         return WrenchCorrection(
-            self.wrench[:, pick], self.rows[:, pick], self.proposed[pick], self.relaxation[pick]
+            self.wrench[:, pick], self.held[:, pick], self.rows[:, pick], self.proposed[pick], self.relaxation[pick]
         )  # fmt: skip
 
 
@@ -138,10 +140,24 @@ class Observations:
         With the wrench moved to where it is most probable, and the rows by the model's derivative times that, the
         residual of a linear law stays as it is, and its variance is that of both readings (effective variance).
         """
-        wrench, rows = self.wrench + correction.wrench, self.measured + correction.rows
-        if self.correction is not None:
-            wrench, rows = wrench - self.correction.wrench, rows - self.correction.rows
-        return replace(self, wrench=wrench, measured=rows, correction=correction)
+        before = self.correction
+        wrench, held, rows = correction.wrench, correction.held, correction.rows
+        if before is not None:
+            wrench, held, rows = wrench - before.wrench, held - before.held, rows - before.rows
+        layout = self.layout.with_held_wrench(held)
+        return replace(
+            self, wrench=self.wrench + wrench, measured=self.measured + rows, layout=layout, correction=correction
+        )
+
+    @property
+    def uncorrected(self) -> Observations:
+        """The observations with clamped states' wrenches as they were read, whatever model was fitted."""
+        own = self.correction
+        if own is None:
+            return self
+        layout = self.layout.with_held_wrench(-own.held)
+        wrench, measured = self.wrench - own.wrench, self.measured - own.rows
+        return replace(self, wrench=wrench, measured=measured, layout=layout, correction=None)
 
     @property
     def as_read(self) -> Floats:

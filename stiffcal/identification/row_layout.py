@@ -106,6 +106,13 @@ class RowLayout:
         """The frame by which the robot is held in clamped runs; None where there are none."""
         return None if self.motors is None else self.motors.held
 
+    def with_held_wrench(self, change: Floats) -> RowLayout:
+        """Return the layout with (6, n) more of what the fixture does to the held frame, N and N·m, base axes."""
+        if self.motors is None:
+            return self
+        held = replace(self.motors.held, wrench=self.motors.held.wrench + change)
+        return replace(self, motors=replace(self.motors, held=held))
+
     def subset(self, pick: slice | Booleans | Integers) -> RowLayout:
         """Return the layout of some states."""
         gauges, motors = self.gauges, self.motors

@@ -15,8 +15,10 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.judge import f_tail
+from stiffcal.identification.row_layout import MOTOR
 from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.like_states import WORTH_OF_NEIGHBOURS
 from stiffcal.judgement.rows_off import off_mask
 from stiffcal.judgement.tails import Tail, tails_of
 
@@ -57,6 +59,8 @@ class _LeftOver:
     """(m, n)."""
     expected: Floats
     """(m, n), for noise as it is known."""
+    kind: Integers
+    """(m,) of the readings."""
     run: Integers
     """(n,) number of each state's run."""
     off: Booleans
@@ -71,7 +75,7 @@ class _LeftOver:
         """Return it for a judgement: squares as they count next to the tails of the noise."""
         ground, readings = judged.ground, judged.weighed.evidence.readings
         rows = [one.columns.rows * size[:, None] for one, size in zip(judged.best, _sizes(judged), strict=True)]
-        left, free = readings.left(np.concatenate([np.zeros((0, len(readings.residual))), *rows]), 0)
+        left, free = readings.left(np.concatenate([np.zeros((0, len(readings.residual))), *rows]), judged.noise_number)
         data = ground.space.data
         off = off_mask(data.run, data.index, (off for one in judged.best for off in one.off))
         if ground.louder is not None and judged.louder > 0.5:
@@ -81,7 +85,7 @@ class _LeftOver:
         tail = max(tails, key=lambda one: tails[one])
         square = left**2 * tail.weights(left**2 / np.maximum(free, 1e-300), readings.kind)
         shape = data.measured_mask.shape
-        return cls(square.reshape(shape), free.reshape(shape), data.run, off, tail, judged.drift.independent)
+        return cls(square.reshape(shape), free.reshape(shape), data.kind, data.run, off, tail, judged.drift.independent)
 
     def against_noise(self, judged: Judged) -> Iterator[Check]:
         """Give the checks by kind of reading."""
@@ -96,20 +100,26 @@ class _LeftOver:
                 ratio = float(self.square[rows][:, ~self.off].sum()) / expected
                 yield Check(kind, ratio, f_tail(ratio, worth * expected, dof))
 
+    def swept(self, numbers: Integers) -> Booleans:
+        """Return which runs, by number, hold readings of clamped motors alone."""
+        return np.array([not self.expected[self.kind != MOTOR][:, self.run == number].any() for number in numbers])
+
     def run_by_run(self) -> Iterator[Check]:
         """Give the check of the run that scatters most."""
         numbers = np.unique(self.run[~self.off])
-        squares = np.array([self.square[:, self.run == number].sum() for number in numbers])
+        # each kind of reading has a noise of its own, and a run may hold one kind alone
+        variance = np.array([self.tail.variance.get(kind, 1.0) for kind in self.kind.tolist()])[:, None]
+        squares = np.array([(self.square / variance)[:, self.run == number].sum() for number in numbers])
         expected = np.array([self.expected[:, self.run == number].sum() for number in numbers])
         tried = [k for k in range(len(numbers)) if expected[k] > 1.0 and expected.sum() - expected[k] > 1.0]
         if len(tried) < 2:
             return
         others = expected.sum() - expected
+        # the noise of a sweep is that of its own like states, and no better known than these show it
+        known = np.where(self.swept(numbers), np.minimum(others, WORTH_OF_NEIGHBOURS * expected), others)
         ratios = [squares[k] / expected[k] * others[k] / (squares.sum() - squares[k]) for k in tried]
         worth = self.independent * self.tail.worth
-        chances = [
-            f_tail(ratio, worth * expected[k], worth * others[k]) for ratio, k in zip(ratios, tried, strict=True)
-        ]
+        chances = [f_tail(ratio, worth * expected[k], worth * known[k]) for ratio, k in zip(ratios, tried, strict=True)]
         worst = int(np.argmin(chances))
         p_value = 1.0 - (1.0 - chances[worst]) ** len(tried)
         yield Check(CheckKind.RUN, float(ratios[worst]), p_value, int(numbers[tried[worst]]))
@@ -119,4 +129,4 @@ def _sizes(judged: Judged) -> list[Floats]:
     """Return (q,) the best sizes of each member of the best set where no pose answers in a way of its own."""
     evidence, key = judged.weighed.evidence, judged.weighed.best
     _, sizes = evidence.best_sizes(key)
-    return [evidence.members[i].scales[size] for i, size in zip(key, sizes[0], strict=True)]
+    return [evidence.members[i].scales[size] for i, size in zip(key, sizes[judged.noise_number], strict=True)]

@@ -17,6 +17,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.projection import Projection
 from stiffcal.judgement.decomposition import thin_svd
+from stiffcal.judgement.like_states import sweeps_of
 from stiffcal.judgement.priors import DISCREPANCIES, LOUDER, RUN_SIZES
 from stiffcal.judgement.space import Space
 
@@ -72,6 +73,28 @@ class Discrepancy:
         waves = [np.cos(np.pi * k * part) / k for k in range(1, WAVES + 1)]
         size = float(np.sqrt(sum(1.0 / k**2 for k in range(1, WAVES + 1)) / 2.0))
         return cls.of_drivers(space, [wave / size for wave in waves], group)
+
+    @classmethod
+    def of_like_states(cls, space: Projection) -> Discrepancy | None:
+        """Return by what like states of sweeps err alike, each place by itself; None where no clamped motor swept.
+
+        A sweep is cut into states where it bends, and each is one point of a stretch of a curve: what that makes
+        returns with the cycle (`stiffcal.experiments.clamped.states`).
+        """
+        data = space.data
+        m, n = data.measured.shape
+        parts, runs = [], []
+        for sweep in sweeps_of(data):
+            columns = np.zeros((len(sweep.places), m, n))
+            columns[:, sweep.row, sweep.states] = sweep.places / space.whitening.scale[sweep.row, sweep.states]
+            own = space.rows(columns).reshape(columns.shape)[:, sweep.row, sweep.states]
+            basis, values, _ = thin_svd(own.T)
+            kept = values**2 > LEAST * max(float(values.max(initial=0.0)) ** 2, 1e-300)
+            parts.append((sweep.row * n + sweep.states, basis[:, kept], values[kept] ** 2))
+            runs.append(sweep.run)
+        if not parts:
+            return None
+        return cls(tuple(runs), m * n, tuple(one[:2] for one in parts), np.concatenate([one[2] for one in parts]))
 
     @classmethod
     def of_drivers(cls, space: Space, drivers: Sequence[Floats], group: Integers) -> Discrepancy:

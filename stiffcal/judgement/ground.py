@@ -30,6 +30,7 @@ class CheckKind(Enum):
 
     TRANSLATION = "translation against the noise"
     ROTATION = "rotation against the noise"
+    LENGTH = "length against the noise"
     TORQUE = "torque against the noise"
     RUN = "a run against the others"
 
@@ -58,6 +59,8 @@ class Ground(ABC):
     """The run that may be louder than the others."""
     noise: NoiseScale
     """How well the weights are known."""
+    alike: Discrepancy | None = field(default=None, kw_only=True)
+    """Places of sweeps at which states err alike; None where no motor swept: what they leave is noise."""
     with_present: dict[tuple[tuple[str, Place], ...], Shared] = field(default_factory=dict, compare=False, kw_only=True)
     """What every set has where some effects of the model are in all of them."""
 
@@ -68,6 +71,11 @@ class Ground(ABC):
     def white(self) -> Floats:
         """(r,) whitened residual."""
         return np.asarray(self.space.rows(self.residual[None])[0])
+
+    @property
+    def of_noise(self) -> list[int]:
+        """Positions in the grid of discrepancies at which no pose has a way of its own: all that is left is noise."""
+        return [0, *self.shared.numbers_of(self.alike)]
 
     def runs_off(self) -> Iterator[tuple[int, Floats]]:
         """Give each run's number and (d, r) whitened columns by which it alone may be off, of rms one over its rows."""
@@ -106,8 +114,8 @@ class Ground(ABC):
 
     @property
     @abstractmethod
-    def checked(self) -> Mapping[CheckKind, slice]:
-        """The components that are held against the noise, by what they are."""
+    def checked(self) -> Mapping[CheckKind, Integers]:
+        """Positions of the components that are held against the noise, by what they are."""
 
     def steps(self) -> tuple[int, float | None]:
         """Return the number of states at which a step may begin, and the state where it explains most."""

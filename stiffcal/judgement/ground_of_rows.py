@@ -109,7 +109,7 @@ class GroundOfRows(Ground):
 
     # a shape costs an inner product of some hundred rows: all orders of a ripple are tried
     most_shapes: ClassVar[int] = MANY_ROW_SHAPES
-    checked: ClassVar[Mapping[CheckKind, slice]] = {CheckKind.TORQUE: slice(0, 1)}
+    checked: ClassVar[Mapping[CheckKind, Integers]] = {CheckKind.TORQUE: np.zeros(1, dtype=np.int64)}
 
     @classmethod
     def of(cls, fit: RowFit, common: CompliantRobot, course: RowCourse, bins: Bins, sigma: Floats) -> Self:

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+
+import numpy as np
 
 from stiffcal.arrays import Integers
 from stiffcal.diagnosis.drift import Drift, drift_of_states
 from stiffcal.diagnosis.slips import best_slip
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
-from stiffcal.identification.row_layout import TRANSLATION
+from stiffcal.identification.row_layout import MEASURES, TRANSLATION
 from stiffcal.judgement.ground import CheckKind, Ground
+
+_OF_MEASURE = {
+    "translation": CheckKind.TRANSLATION, "rotation": CheckKind.ROTATION, "length": CheckKind.LENGTH,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -24,10 +29,11 @@ class GroundOfStates(Ground):
     space: Projection
     """Weights and runs."""
 
-    checked: ClassVar[Mapping[CheckKind, slice]] = {
-        CheckKind.TRANSLATION: slice(0, 3),
-        CheckKind.ROTATION: slice(3, 6),
-    }
+    @property
+    def checked(self) -> Mapping[CheckKind, Integers]:
+        """Positions of components by measure; not of clamped motors: like states leave out what cycles repeat."""
+        kind = self.space.data.kind
+        return {check: np.flatnonzero(np.isin(kind, MEASURES[measure])) for measure, check in _OF_MEASURE.items()}
 
     @property
     def drift(self) -> Drift:

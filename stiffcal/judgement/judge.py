@@ -17,7 +17,7 @@ from stiffcal.estimation.parameters import Parameter
 from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member
-from stiffcal.judgement.priors import COMMON, DISCREPANCIES, MemberKind
+from stiffcal.judgement.priors import COMMON, MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -73,7 +73,13 @@ class Judged:
     @property
     def louder(self) -> float:
         """Probability that `Ground.louder` scatters more than the other runs; 0 where none is compared."""
-        return float(self.weighed.of_discrepancy()[1 + 2 * len(DISCREPANCIES) :].sum())
+        ground = self.ground
+        return float(self.weighed.of_discrepancy()[ground.shared.numbers_of(ground.louder)].sum())
+
+    @property
+    def noise_number(self) -> int:
+        """Position in the grid of discrepancies of the most probable one at which all that is left is noise."""
+        return max(self.ground.of_noise, key=lambda number: self.weighed.of_discrepancy()[number])
 
     @property
     def at_bound(self) -> bool:
@@ -149,6 +155,10 @@ class JudgedReadings(ABC, Generic[F]):
     def with_rivals(self, judged: Judged, fit: F, aside: frozenset[Off]) -> Judged:
         """Return a judgement with the nearest rivals of its set refitted, what is off left out."""
 
+    def next_to(self, fit: F) -> JudgedReadings[F]:
+        """Return it with the noise that the readings show next to a model."""
+        return self
+
     def asked_again(self, judged: Judged, fit: F, aside: frozenset[Off]) -> dict[Off, float]:
         """Return of all that was set aside the probability that it is off, about the last model."""
         return {}
@@ -190,8 +200,7 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
             campaign = campaign.without(new)
             judged = replace(campaign.judged(fit, chosen, number), model=model)
             continue
-        if without != aside:
-            campaign = campaign.about(fit)
+        campaign = campaign.about(fit) if without != aside else campaign.next_to(fit)
         chosen, aside = _names(effects), without
         tried.add((_model_of(effects), aside))
     return replace(judged, explained=explained)

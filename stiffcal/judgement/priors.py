@@ -15,8 +15,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG
+from stiffcal.judgement.forms import spring_symbol
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Effect, NodeLoads, Place, Values
 
@@ -60,6 +61,8 @@ DISCREPANCIES = np.array([0.05, 0.14, 0.4, 1.1, 3.2, 9.0])
 """Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform) …"""
 NO_DISCREPANCY, OF_LOADS, OF_TIME = 0.5, 0.35, 0.15
 """… and how probable it is that there is none, that poses answer their loads in ways of their own, that they wander."""
+ALIKE_IN_SWEEPS = 0.35
+"""How probable it is that the states of a sweep err alike wherever the motor stands alike, in place of all these."""
 NORMAL = 0.5
 """Probability that single readings scatter normally …"""
 TAILS = np.array([10.0, 5.0, 3.0])
@@ -183,7 +186,9 @@ class RobotScale:
     """How soft and how loaded a robot is, against those of the catalogue's typical sizes."""
 
     compliance: float
-    """Its joints' over `TYPICAL_COMPLIANCE`."""
+    """Its joints' over `TYPICAL_COMPLIANCE` …"""
+    of_joint: Floats
+    """(J,) … and each joint's own, where its spring is known; else as soft as all."""
     torque: Floats
     """(J,) largest torque of each drive over `TYPICAL_TORQUE`."""
 
@@ -191,15 +196,17 @@ class RobotScale:
     def of(cls, robot: CompliantRobot, loads: NodeLoads) -> RobotScale:
         """Return it for a robot with values, under the loads of a campaign."""
         chain = robot.chain
-        springs = [
-            placed.amplitude("c")
+        springs = {
+            placed.place.joints[0]: compliance
             for placed in robot.placed
-            if placed.effect.name == JOINT_SPRING and placed.place.joints[0] not in chain.prismatic_joints
-        ]
-        known = [c for c in springs if c > 0.0]
-        softness = float(np.exp(np.mean(np.log(known)))) / TYPICAL_COMPLIANCE if known else 1.0
-        torque = [float(np.abs(drive_torque(chain, loads.wrench, k)).max()) for k in range(1, chain.n_joints + 1)]
-        return cls(softness, np.maximum(torque, 1e-6) / TYPICAL_TORQUE)
+            if placed.place.kind == "joints" and placed.place.joints[0] not in chain.prismatic_joints
+            if (compliance := _compliance(placed)) > 0.0
+        }
+        softness = float(np.exp(np.mean(np.log(list(springs.values()))))) / TYPICAL_COMPLIANCE if springs else 1.0
+        joints = range(1, chain.n_joints + 1)
+        of_joint = [springs[k] / TYPICAL_COMPLIANCE if k in springs else softness for k in joints]
+        torque = [float(np.abs(drive_torque(chain, loads.wrench, k)).max()) for k in joints]
+        return cls(softness, np.array(of_joint), np.maximum(torque, 1e-6) / TYPICAL_TORQUE)
 
     def usual_weight(self, chain: Chain) -> tuple[float, float]:
         """Return the standard deviations of a link's mass, kg, and first moment, kg·m, where none is stated."""
@@ -209,16 +216,31 @@ class RobotScale:
         return mass, mass * reach / chain.n_joints
 
     def typical(self, effect: Effect, place: Place, symbol: str, shape: Values = NO_SHAPE) -> float:
-        """Return the typical size of an amplitude on this robot, in its own unit (rigidities: of the inverse)."""
+        """Return the typical size of an amplitude on this robot, in its own unit (rigidities: of the inverse).
+
+        What bends a spring's curve is as large as the joint's own spring; all else is as soft as the robot.
+        """
         spec = effect.spec(symbol)
-        if spec.unit.startswith("N·m/rad") and spec.unit[-1] in "²³":
-            order = {"²": 2, "³": 3}[spec.unit[-1]]
-            torque = float(self.torque[place.joints[0] - 1]) * TYPICAL_TORQUE
-            return float(BEND / (self.compliance * TYPICAL_COMPLIANCE) ** order / torque ** (order - 1))
-        size = abs(spec.amplitude_of(spec.typical)) or 1.0
         unit = spec.unit
+        order = {"²": 2, "³": 3}.get(unit[-1:], 1)
+        own, torque = self.compliance, 1.0
+        if place.joints:
+            own, torque = float(self.of_joint[place.joints[0] - 1]), float(self.torque[place.joints[0] - 1])
+        if unit.startswith("N·m/rad") and order > 1:
+            compliance, torque = own * TYPICAL_COMPLIANCE, torque * TYPICAL_TORQUE
+            return float(BEND / compliance**order / torque ** (order - 1))
+        size = abs(spec.amplitude_of(spec.typical)) or 1.0
         if "N" not in unit or unit.startswith("N/") or unit == "N·m":
             return size
-        power = {"²": 2, "³": 3}.get(unit[-1], 1) if unit.startswith("rad/(N·m)") else 1
-        torque = float(self.torque[place.joints[0] - 1]) if place.joints else 1.0
-        return float(size * self.compliance / torque ** (power - 1))
+        if unit.startswith("rad/(N·m)") and order > 1:
+            return float(size * own / torque ** (order - 1))
+        return size * self.compliance
+
+
+def _compliance(placed: PlacedEffect) -> float:
+    """Return the compliance of a joint's drive, rad/(N·m), by a spring or a form that holds one; 0 of what has none."""
+    if placed.effect.name == JOINT_SPRING:
+        return placed.amplitude("c")
+    symbol = spring_symbol(placed)
+    rigidity = placed.values.get(symbol, 0.0) if symbol is not None else 0.0
+    return 1.0 / rigidity if rigidity > 0.0 else 0.0

@@ -112,7 +112,7 @@ class WhatIsMissing:
 def read_off(judged: Judged) -> WhatIsMissing:
     """Return what a distribution says."""
     weighed, members = judged.weighed, judged.members
-    sets, straight = weighed.probabilities(), weighed.without_discrepancy()
+    sets, straight = weighed.probabilities(), weighed.given_discrepancy(judged.ground.of_noise)
     names = {key: frozenset(members[i].name for i in key) for key in sets}
     checks = checks_of(judged)
     of_no_catalogue = (any(members[i].kind is MemberKind.UNLISTED for i in key) for key in sets)
@@ -155,8 +155,11 @@ def read_off(judged: Judged) -> WhatIsMissing:
         ranked = sorted(shares.items(), key=lambda item: -item[1])
         groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm, _size_of(judged, leader, sets, names)))
     off = _sums({key: frozenset(one for i in key for one in members[i].off) for key in sets}, sets)
-    of_poses = weighed.of_discrepancy()[1 : 1 + 2 * len(DISCREPANCIES)]
-    of_loads, of_time = of_poses.reshape(-1, len(DISCREPANCIES))[:, DISCREPANCIES > SHOWS].sum(axis=1)
+    ground, of_discrepancy = judged.ground, weighed.of_discrepancy()
+    of_loads, of_time = (
+        of_discrepancy[ground.shared.numbers_of(one)][DISCREPANCIES > SHOWS].sum()
+        for one in (ground.of_loads, ground.of_time)
+    )
     # a wander that has died away within some readings is noise that lingers (air, a filter)
     shows = float(of_loads + (of_time if judged.drift.drifts else 0.0))
     model = _present(judged, names)
@@ -229,17 +232,22 @@ def _sure(
 def _within(
     own: set[str], others: frozenset[str], sets: Mapping[Key, float], names: dict[Key, frozenset[str]]
 ) -> dict[str, float]:
-    """Return the probability of each of a group's members, the other groups as in the best set."""
-    found: dict[str, float] = defaultdict(float)
-    for key, value in sets.items():
-        inside = names[key] & own
-        if inside and names[key] - own == others:
-            for name in inside:
-                found[name] += value / len(inside)
-    total = sum(found.values())
+    """Return the probability of each of a group's members, the other groups as in the best set.
+
+    Of the most probable one it is that of all sets that hold it: what may be there besides is nothing in its place. Of
+    the others it is that of sets without it.
+    """
+    given = {key: value for key, value in sets.items() if names[key] & own and names[key] - own == others}
+    total = sum(given.values())
     if total <= 0.0:
-        found = _sums({key: names[key] & frozenset(own) for key in sets}, sets)
-        total = sum(found.values())
+        given = {key: value for key, value in sets.items() if names[key] & own}
+        total = sum(given.values())
+    inside = {key: names[key] & frozenset(own) for key in given}
+    held = _sums(inside, given)
+    # of equal ones the first by name, not by the order in which sets were weighed
+    first = max(sorted(held), key=lambda name: held[name])
+    found = _sums(inside, {key: value for key, value in given.items() if first not in inside[key]})
+    found[first] = held[first]
     return {name: value / total for name, value in found.items()}
 
 

@@ -110,7 +110,9 @@ def _about_its_own(
     for i in key:
         member = weighed.members[i]
         if member.kind is MemberKind.EFFECT:
-            one = placed[member.name]
+            # a spring may be part of a whole form of another law, which every hypothesis then has
+            if (one := placed.get(member.name)) is None:
+                continue
             regressor = ground.state.regressor(one.effect, one.place, one.shape())
             columns.append(columns_of(ground, regressor, scale))
         elif member.setting is not None:

@@ -13,7 +13,7 @@ import numpy as np
 from stiffcal.judgement.evidence import MemberColumns, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
-from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
+from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.sets import Key, normalised
 
 FACTOR = 3.0
@@ -48,13 +48,13 @@ def _odds_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]
 
 
 def _discrepancy_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
-    """Vary how probable it is that poses answer in ways of their own, and that they wander."""
-    count = len(DISCREPANCIES)
-    for first in (1, 1 + count):
+    """Vary how probable it is that poses answer in ways of their own, that they wander, and that sweeps err."""
+    ground = judged.ground
+    for kind in (ground.of_loads, ground.of_time, *([ground.alike] if ground.alike is not None else [])):
         log = {}
         for key, values in judged.weighed.by_discrepancy.items():
             changed = values.copy()
-            changed[first : first + count] += np.log(factor)
+            changed[ground.shared.numbers_of(kind)] += np.log(factor)
             log[key] = float(np.logaddexp.reduce(changed))
         yield normalised(log)
 

@@ -13,7 +13,10 @@ from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.reading import FIRM, NAMED
 from stiffcal.wording import listing, probability_in_words, variable
 
-CHECKED = {CheckKind.TRANSLATION: "positions", CheckKind.ROTATION: "rotations", CheckKind.TORQUE: "torques"}
+CHECKED = {
+    CheckKind.TRANSLATION: "positions", CheckKind.ROTATION: "rotations", CheckKind.LENGTH: "lengths of rods",
+    CheckKind.TORQUE: "torques",
+}  # fmt: skip
 """What is held against the noise, in words."""
 
 

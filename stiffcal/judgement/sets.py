@@ -73,9 +73,11 @@ class WeighedSets:
         """Return the probability of each set that was weighed, all others left out."""
         return normalised(self.log)
 
-    def without_discrepancy(self) -> dict[Key, float]:
-        """Return the same where no hypothesis has a discrepancy."""
-        return normalised({key: float(values[0]) for key, values in self.by_discrepancy.items()})
+    def given_discrepancy(self, numbers: Sequence[int]) -> dict[Key, float]:
+        """Return the same where every hypothesis has one of some discrepancies of the grid, by their positions."""
+        return normalised(
+            {key: float(np.logaddexp.reduce(values[numbers])) for key, values in self.by_discrepancy.items()}
+        )
 
     def of_discrepancy(self) -> Floats:
         """Return (t,) the probability of each discrepancy."""

@@ -91,6 +91,10 @@ class Shared:
             found.append((np.linalg.inv(factor) / size, determinant))
         return found
 
+    def numbers_of(self, discrepancy: Discrepancy | LouderRun | None) -> list[int]:
+        """Return the positions in the grid of a kind of discrepancy, one for each of its sizes; none of none."""
+        return [t for t, (kind, *_) in enumerate(self.grid) if kind >= 0 and self.kinds[kind][0] is discrepancy]
+
     def inverse(self, rows: Floats, number: int) -> Floats:
         """Return V⁻¹ times rows (k, r), V of a discrepancy of the grid."""
         kind, weights, _ = self.grid[number]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.candidates import Candidate, driven_joint_of_state, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces
 from stiffcal.diagnosis.suspects.influence import most_suspects
@@ -28,9 +28,11 @@ from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
 from stiffcal.judgement.lasting_errors import lasting_errors
+from stiffcal.judgement.like_states import with_noise_of_like_states
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings
 from stiffcal.judgement.priors import (
+    ALIKE_IN_SWEEPS,
     ALONE,
     DOUBTED_RUN,
     OF_LOADS,
@@ -123,6 +125,13 @@ class StatesOfCampaign(JudgedReadings[Fit]):
     doubt: bool
     """Whether runs and single readings may be off."""
 
+    @property
+    def driven(self) -> frozenset[int] | None:
+        """The joints that were driven where all runs are of a clamped robot; else None."""
+        if not self.states.clamped.all():
+            return None
+        return frozenset(driven_joint_of_state(self.states, self.springs.chain).tolist())
+
     @classmethod
     def of(
         cls,
@@ -143,7 +152,7 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         return cls(
             states,
             model,
-            fit.data,
+            _with_noise_of_like_states(fit, fit.data),
             springs,
             catalogue,
             candidates,
@@ -159,6 +168,10 @@ class StatesOfCampaign(JudgedReadings[Fit]):
     def about(self, fit: Fit) -> StatesOfCampaign:
         """Return it prepared with another fit."""
         return StatesOfCampaign.of(self.states, self.model, fit, self.catalogue, self.settings, self.doubt)
+
+    def next_to(self, fit: Fit) -> StatesOfCampaign:
+        """Return it with the noise that like states of sweeps show next to a model."""
+        return replace(self, data=_with_noise_of_like_states(fit, self.data))
 
     def without(self, names: frozenset[str]) -> StatesOfCampaign:
         """Return it without some effects."""
@@ -204,7 +217,7 @@ class StatesOfCampaign(JudgedReadings[Fit]):
             return {}
         everything = fit_problem(self.states, self.model).data
         ground = self.ground(fit, _noise_of(fit), everything)
-        laws = {law.place + ": " + law.follows: law for law in unlisted_laws(ground.state)}
+        laws = {law.place + ": " + law.follows: law for law in unlisted_laws(ground.state, self.driven)}
         columns = [
             columns_of(ground, ground.state.regressor(one.effect, one.place, one.shape()), self.scale)
             for one in ground.present
@@ -234,7 +247,10 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         weights = dict(self.weight.of_links) if self.springs.chain.masses_known else {}
         # who states a tool has not forgotten it: what its link lacks is then a law like those of the others
         of_tool = None if self.data.setup.tool_mass else weights.pop(self.springs.chain.link_names[-1], None)
-        laws = [*unlisted_laws(ground.state), *(UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items())]
+        laws = [
+            *unlisted_laws(ground.state, self.driven),
+            *(UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items()),
+        ]
         given = replace(self.given, of_tool=of_tool)
         mistakes = mistakes_and_settings(ground, given, self.scale, self.doubt)
         members = list_members(ground, self.candidates, self.scale, laws, mistakes)
@@ -287,14 +303,27 @@ class StatesOfCampaign(JudgedReadings[Fit]):
             raise _nothing_left(about.dof, len(common))
         scale = NoiseScale(float(about.dof - len(common)), STATED_NOISE_DOF if stated else 0.0)
         of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
+        alike = Discrepancy.of_like_states(space)
         louder = LouderRun.of(space, space.rows(about.residual[None])[0]) if self.doubt else None
         kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_loads, OF_LOADS), (of_time, OF_TIME)]
         if louder is not None:
             kinds.append((louder, DOUBTED_RUN))
+        if alike is not None:
+            kinds.append((alike, ALIKE_IN_SWEEPS))
         shared = Shared(space.rows(columns), prior, kinds)
         return GroundOfStates(
-            state, space, shared, about.residual, present, derivative, of_loads, of_time, louder, scale
+            state, space, shared, about.residual, present, derivative, of_loads, of_time, louder, scale, alike=alike
         )
+
+
+def _with_noise_of_like_states(fit: Fit, data: Observations) -> Observations:
+    """Return readings, those of clamped motors with the noise that their like states show next to a model."""
+    if data.clamped is None:
+        return data
+    about = fit.linearised(_noise_of(fit), data=data)
+    precision = np.einsum("aan->an", about.space.whitening.precision())
+    variance = np.divide(1.0, precision, out=np.zeros_like(precision), where=precision > 0.0)
+    return with_noise_of_like_states(data, about.residual, variance)
 
 
 def _prior_of(prior: Floats, chosen: Sequence[int]) -> Floats:

@@ -45,18 +45,31 @@ class UnlistedLaw:
     """(q, m, n) displacements, of any size."""
 
 
-def unlisted_laws(state: Linearised) -> Iterator[UnlistedLaw]:
-    """Give the laws about a robot at rest."""
+def unlisted_laws(state: Linearised, driven: frozenset[int] | None = None) -> Iterator[UnlistedLaw]:
+    """Give the laws about a robot at rest.
+
+    Parameters
+    ----------
+    driven : joints that were driven with the robot clamped: its readings show laws of these drives alone. None: loaded.
+    """
     chain = state.robot.chain
-    for joint in range(1, chain.n_joints + 1):
-        for follows, functions in (FUNCTIONS | (OF_PLACES if state.data.absolute.any() else {})).items():
+    for joint in sorted(driven) if driven is not None else range(1, chain.n_joints + 1):
+        for follows, functions in _followed(state, driven is not None).items():
             count = len(functions(chain, joint, state.loads))
             regressor = state.regressor(_Drive(functions, count), Place("joints", (joint,)), {})
             if regressor.columns.any():
                 yield UnlistedLaw(f"joint {joint}", follows, regressor.columns)
+        if driven is not None:
+            continue
         regressor = state.regressor(_Node(int(chain.drive_components[joint - 1])), Place("joints", (joint,)), {})
         if regressor.columns.any():
             yield UnlistedLaw(f"joint {joint}", "all that the joint carries", regressor.columns)
+
+
+def _followed(state: Linearised, clamped: bool) -> dict[str, Callable[[Chain, int, NodeLoads], list[Floats]]]:
+    """Return the functions by what a law follows: at the other joints of a clamped robot nothing stays but noise."""
+    found = FUNCTIONS | (OF_PLACES if state.data.absolute.any() else {})
+    return {name: one for name, one in found.items() if not (clamped and one is _of_other_torques)}
 
 
 def _unit(values: Floats) -> Floats:
