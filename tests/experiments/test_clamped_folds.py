@@ -86,7 +86,9 @@ def test_correcting_wrenches_for_a_model_leaves_the_folds() -> None:
     rng = np.random.default_rng(3)
     rows = np.where(motor_rows(data), 0.5 * np.ptp(data.measured) * rng.standard_normal(data.measured.shape), 0.0)
     none = np.zeros(data.n_states)
-    corrected = data.corrected(WrenchCorrection(np.zeros_like(data.wrench), rows, none, none))
+    corrected = data.corrected(
+        WrenchCorrection(np.zeros_like(data.wrench), np.zeros_like(data.wrench), rows, none, none)
+    )
     assert not np.array_equal(corrected.measured, data.measured)
     assert search_folds(corrected).tolist() == search_folds(data).tolist()
 

@@ -27,7 +27,7 @@ def judged() -> Judged:
     """Return sets of an effect, an unlisted law and a run that is off, each alone."""
     rng = np.random.default_rng(3)
     basis, _ = np.linalg.qr(rng.normal(size=(N, 4)))
-    poses = Discrepancy((0,), N, ((np.arange(N), basis[:, 3:]),), np.ones(1))
+    poses, wander = (Discrepancy((0,), N, ((np.arange(N), basis[:, 3:]),), np.ones(1)) for _ in range(2))
     y = 4.0 * basis[:, 0] + 3.5 * basis[:, 1] + 3.0 * basis[:, 2]
     kinds = [MemberKind.EFFECT, MemberKind.UNLISTED, MemberKind.MISTAKE]
     members = []
@@ -35,7 +35,7 @@ def judged() -> Judged:
         columns = MemberColumns(basis[:, [k]].T, np.zeros(1, dtype=np.bool_), np.array([1.0, 4.0]), np.ones(2))
         members.append(Member(kind.value, Share(f"place {k}", "", kind, False), None, {}, 0.0, columns, -3.0))
     none = (1.0 - NO_DISCREPANCY) / 2
-    shared = Shared(np.zeros((0, N)), np.zeros((0, 1)), ((poses, none), (poses, none)))
+    shared = Shared(np.zeros((0, N)), np.zeros((0, 1)), ((poses, none), (wander, none)))
     evidence = SetEvidence.of(
         Readings(shared, y, np.ones(N), np.zeros(N, dtype=np.int64)),
         [one.columns for one in members],
@@ -44,7 +44,8 @@ def judged() -> Judged:
     weighed = WeighedSets(members, evidence)
     for key in ((), EFFECT, UNLISTED, RUN):
         weighed.weigh(key)
-    return cast("Judged", SimpleNamespace(weighed=weighed, members=members))
+    ground = SimpleNamespace(shared=shared, of_loads=poses, of_time=wander, alike=None)
+    return cast("Judged", SimpleNamespace(weighed=weighed, members=members, ground=ground))
 
 
 def odds(sets: dict[tuple[int, ...], float], key: tuple[int, ...]) -> float:
