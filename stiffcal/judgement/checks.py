@@ -61,6 +61,8 @@ class _LeftOver:
     """(m, n), for noise as it is known."""
     kind: Integers
     """(m,) of the readings."""
+    uneven: Floats
+    """(n,) squares of like states over their noise, run by run: beyond one where some scatter more than most."""
     run: Integers
     """(n,) number of each state's run."""
     off: Booleans
@@ -85,7 +87,16 @@ class _LeftOver:
         tail = max(tails, key=lambda one: tails[one])
         square = left**2 * tail.weights(left**2 / np.maximum(free, 1e-300), readings.kind)
         shape = data.measured_mask.shape
-        return cls(square.reshape(shape), free.reshape(shape), data.kind, data.run, off, tail, judged.drift.independent)
+        return cls(
+            square.reshape(shape),
+            free.reshape(shape),
+            data.kind,
+            ground.uneven_noise(),
+            data.run,
+            off,
+            tail,
+            judged.drift.independent,
+        )
 
     def against_noise(self, judged: Judged) -> Iterator[Check]:
         """Give the checks by kind of reading."""
@@ -108,7 +119,7 @@ class _LeftOver:
         """Give the check of the run that scatters most."""
         numbers = np.unique(self.run[~self.off])
         # each kind of reading has a noise of its own, and a run may hold one kind alone
-        variance = np.array([self.tail.variance.get(kind, 1.0) for kind in self.kind.tolist()])[:, None]
+        variance = np.array([self.tail.variance.get(kind, 1.0) for kind in self.kind.tolist()])[:, None] * self.uneven
         squares = np.array([(self.square / variance)[:, self.run == number].sum() for number in numbers])
         expected = np.array([self.expected[:, self.run == number].sum() for number in numbers])
         tried = [k for k in range(len(numbers)) if expected[k] > 1.0 and expected.sum() - expected[k] > 1.0]

@@ -102,6 +102,10 @@ class Ground(ABC):
             Readings(shared or self.shared, residual, self.space.free.ravel(), kind), members, self.noise
         )
 
+    def uneven_noise(self) -> Floats:
+        """Return (n,) by what squares of the noise exceed what each state is taken to have, run by run."""
+        return np.ones(self.space.free.shape[1])
+
     @property
     @abstractmethod
     def drift(self) -> Drift:

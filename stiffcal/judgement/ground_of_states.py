@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Integers
+from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.drift import Drift, drift_of_states
 from stiffcal.diagnosis.slips import best_slip
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.row_layout import MEASURES, TRANSLATION
 from stiffcal.judgement.ground import CheckKind, Ground
+from stiffcal.judgement.like_states import sweeps_of, variance_of
 
 _OF_MEASURE = {
     "translation": CheckKind.TRANSLATION, "rotation": CheckKind.ROTATION, "length": CheckKind.LENGTH,
@@ -34,6 +35,14 @@ class GroundOfStates(Ground):
         """Positions of components by measure; not of clamped motors: like states leave out what cycles repeat."""
         kind = self.space.data.kind
         return {check: np.flatnonzero(np.isin(kind, MEASURES[measure])) for measure, check in _OF_MEASURE.items()}
+
+    def uneven_noise(self) -> Floats:
+        """Return (n,) by what like states of sweeps scatter beyond the noise that most of them have; 1 elsewhere."""
+        found, variance = np.ones(self.space.data.n_states), variance_of(self.space.whitening)
+        for sweep in sweeps_of(self.space.data):
+            own = sweep.row, sweep.states
+            found[sweep.states] = max(float(np.mean(sweep.scatter(self.residual[own], variance[own]))), 1.0)
+        return found
 
     @property
     def drift(self) -> Drift:

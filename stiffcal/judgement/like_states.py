@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.identification.noise import Whitening
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.row_layout import MOTOR
 
@@ -43,8 +44,8 @@ class Sweep:
     places: Floats
     """(p, s) 1 for the states of each place, 0 elsewhere."""
 
-    def scatter(self, residual: Floats, variance: Floats) -> float:
-        """Return the square of the noise of readings over their variance, of each against its neighbours.
+    def scatter(self, residual: Floats, variance: Floats) -> Floats:
+        """Return squares of the noise of readings over their variance, of each against its neighbours.
 
         Neighbours are those in angle, of any cycles, and a reading lies on the line through them but for their noise:
         what a model leaves that is smooth over three states has no part.
@@ -61,7 +62,13 @@ class Sweep:
             share = np.divide(angle[1] - angle[0], wide, out=np.full(len(wide), 0.5), where=wide > 0.0)
             off = left[1] - (1.0 - share) * left[0] - share * left[2]
             squares.append(off**2 / (spread[1] + (1.0 - share) ** 2 * spread[0] + share**2 * spread[2]))
-        return float(np.median(np.concatenate(squares))) / MEDIAN_SQUARE
+        return np.concatenate(squares)
+
+
+def variance_of(whitening: Whitening) -> Floats:
+    """Return (m, n) the variance of each reading, the wrench's share included; 0 where nothing was read."""
+    precision = np.einsum("aan->an", whitening.precision())
+    return np.divide(1.0, precision, out=np.zeros_like(precision), where=precision > 0.0)
 
 
 def sweeps_of(data: Observations) -> Iterator[Sweep]:
@@ -88,7 +95,8 @@ def with_noise_of_like_states(data: Observations, residual: Floats, variance: Fl
     sweeps = [one for one in sweeps_of(data) if len(one.states) >= LEAST_STATES]
     if clamped is None or not sweeps:
         return data
-    squares = [one.scatter(*(values[one.row, one.states] for values in (residual, variance))) for one in sweeps]
+    scatters = [one.scatter(*(values[one.row, one.states] for values in (residual, variance))) for one in sweeps]
+    squares = [float(np.median(one)) / MEDIAN_SQUARE for one in scatters]
     logs = _shrunk(np.log(np.maximum(squares, LEAST_SQUARE)), np.array([len(one.states) for one in sweeps]))
     ratio = np.full(data.n_states, float(np.exp(0.5 * np.mean(logs))))
     for one, log in zip(sweeps, logs, strict=True):

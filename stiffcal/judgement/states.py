@@ -28,7 +28,7 @@ from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
 from stiffcal.judgement.lasting_errors import lasting_errors
-from stiffcal.judgement.like_states import with_noise_of_like_states
+from stiffcal.judgement.like_states import variance_of, with_noise_of_like_states
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings
 from stiffcal.judgement.priors import (
@@ -321,9 +321,7 @@ def _with_noise_of_like_states(fit: Fit, data: Observations) -> Observations:
     if data.clamped is None:
         return data
     about = fit.linearised(_noise_of(fit), data=data)
-    precision = np.einsum("aan->an", about.space.whitening.precision())
-    variance = np.divide(1.0, precision, out=np.zeros_like(precision), where=precision > 0.0)
-    return with_noise_of_like_states(data, about.residual, variance)
+    return with_noise_of_like_states(data, about.residual, variance_of(about.space.whitening))
 
 
 def _prior_of(prior: Floats, chosen: Sequence[int]) -> Floats:
