@@ -70,8 +70,7 @@ class _LeftOver:
     def of(cls, judged: Judged) -> _LeftOver:
         """Return it for a judgement: squares as they count next to the tails of the noise."""
         ground, readings = judged.ground, judged.weighed.evidence.readings
-        rows = [one.columns.rows * size[:, None] for one, size in zip(judged.best, _sizes(judged), strict=True)]
-        left, free = readings.left(np.concatenate([np.zeros((0, len(readings.residual))), *rows]), 0)
+        left, free = readings.left(judged.weighed.evidence.inner, judged.weighed.best, _sizes(judged), 0)
         data = ground.space.data
         off = off_mask(data.run, data.index, (off for one in judged.best for off in one.off))
         if ground.louder is not None and judged.louder > 0.5:
@@ -115,8 +114,8 @@ class _LeftOver:
         yield Check(CheckKind.RUN, float(ratios[worst]), p_value, int(numbers[tried[worst]]))
 
 
-def _sizes(judged: Judged) -> list[Floats]:
-    """Return (q,) the best sizes of each member of the best set where no pose answers in a way of its own."""
+def _sizes(judged: Judged) -> Floats:
+    """Return (q,) the best sizes of the columns of the best set where no pose answers in a way of its own."""
     evidence, key = judged.weighed.evidence, judged.weighed.best
     _, sizes = evidence.best_sizes(key)
-    return [evidence.members[i].scales[size] for i, size in zip(key, sizes[0], strict=True)]
+    return np.concatenate([np.zeros(0), *(evidence.members[i].scales[k] for i, k in zip(key, sizes[0], strict=True))])

@@ -36,15 +36,15 @@ def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
     """Return the size of each place where the best set has nothing, of the effect there that shows least."""
     evidence, ground, members = judged.weighed.evidence, judged.ground, judged.members
     key = judged.weighed.best
-    inner = evidence.left_by(key)
-    noise = float(evidence.noise.scale(np.maximum(inner.square, 0.0))[0])
+    left = evidence.left_by(key)
+    noise = float(evidence.noise.scale(np.maximum(left[0].square, 0.0))[0]) if left else 1.0
     stated = ground.stated
     taken = {members[i].share.place for i in key}
     found: dict[str, float] = {}
     for number, one in enumerate(members):
         if one.kind is not MemberKind.EFFECT or one.share.place in taken:
             continue
-        shown = float(np.trace(inner.gram[0][np.ix_(evidence.place[number], evidence.place[number])]))
+        shown = float(np.trace(left[number].gram[0]))
         rows = one.columns.rows
         if shown <= LEAST_LEFT * float(np.sum(rows**2)):
             found[one.share.place] = np.inf

@@ -15,7 +15,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.drift import Drift
 from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.regressors import Regressor, RegressorMaker
-from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, off_by_run
+from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun, off_by_run
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.priors import ALONE, SIZE_WEIGHTS, SIZES, UsualSizes
 from stiffcal.judgement.shared import Shared
@@ -69,8 +69,8 @@ class Ground(ABC):
         """(r,) whitened residual."""
         return np.asarray(self.space.rows(self.residual[None])[0])
 
-    def runs_off(self) -> Iterator[tuple[int, Floats]]:
-        """Give each run's number and (d, r) whitened columns by which it alone may be off, of rms one over its rows."""
+    def runs_off(self) -> Iterator[OffRun]:
+        """Give how each run alone may be off."""
         flat = self.shared.columns[~self.shared.prior[:, :-1].any(axis=0)]
         return off_by_run(self.of_loads, self.of_time, flat)
 

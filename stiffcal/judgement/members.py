@@ -122,5 +122,7 @@ def off_columns(rows: Floats, alone: float = 0.0) -> MemberColumns:
     rows : (q, r) of rms one over the run, or of one noise each.
     alone : probability that it is off in one component alone.
     """
-    even = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES))
-    return MemberColumns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even, alone if len(rows) > 1 else 0.0)
+    even, free = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES)), np.zeros(len(rows), dtype=np.bool_)
+    place = np.flatnonzero(rows.any(axis=0))
+    alone = alone if len(rows) > 1 else 0.0
+    return MemberColumns(rows[:, place], free, RUN_SIZES, even, alone, place=place)

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Floats
 from stiffcal.judgement.checks import Check, checks_of
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
@@ -243,26 +243,32 @@ def _within(
     return {name: value / total for name, value in found.items()}
 
 
-Signal = tuple[int, Integers, Floats]
-"""What a member makes in a set: the discrepancy there, positions and coefficients (q,) of its columns."""
+@dataclass(frozen=True)
+class _Signal:
+    """What a member makes in a set."""
+
+    discrepancy: int
+    """Of the set, the best …"""
+    number: int
+    """… the member …"""
+    coefficients: Floats
+    """… and those (q,) of its columns."""
 
 
-def _signal(judged: Judged, key: Key, number: int) -> Signal:
+def _signal(judged: Judged, key: Key, number: int) -> _Signal:
     """Return what a member makes in a set, at the best sizes."""
     evidence = judged.weighed.evidence
-    best, where, solution = evidence.coefficients(key)
-    own = evidence.place[number]
-    return best, own, solution[np.isin(where, own)]
+    best, solution = evidence.coefficients(key)
+    first = sum(len(evidence.members[i].rows) for i in key[: key.index(number)])
+    return _Signal(best, number, solution[first : first + len(evidence.members[number].rows)])
 
 
-def _share(judged: Judged, signal: Signal, other: int) -> float:
+def _share(judged: Judged, signal: _Signal, other: int) -> float:
     """Return the share of a member's squares, as it is in a set, that another's columns can make."""
-    evidence = judged.weighed.evidence
-    best, mine, coefficients = signal
-    gram, its = evidence.inner.gram[best], evidence.place[other]
-    whole = float(coefficients @ gram[np.ix_(mine, mine)] @ coefficients)
-    across = gram[np.ix_(its, mine)] @ coefficients
-    own = gram[np.ix_(its, its)]
+    inner, t = judged.weighed.evidence.inner, signal.discrepancy
+    whole = float(signal.coefficients @ inner.own[signal.number][t] @ signal.coefficients)
+    across = inner.across(signal.number, t)[other] @ signal.coefficients
+    own = inner.own[other][t]
     own = own + 1e-9 * np.trace(own) / len(own) * np.eye(len(own)) + 1e-300 * np.eye(len(own))
     return float(across @ np.linalg.solve(own, across)) / max(whole, 1e-300)
 
@@ -282,8 +288,8 @@ def _size_of(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Ke
     evidence = judged.weighed.evidence
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
     number = next(i for i in key if judged.members[i].name == leader)
-    best, own, coefficients = _signal(judged, key, number)
-    return _rms(judged, evidence.inner.gram[best][np.ix_(own, own)], coefficients)
+    signal = _signal(judged, key, number)
+    return _rms(judged, evidence.inner.own[number][signal.discrepancy], signal.coefficients)
 
 
 def _present(judged: Judged, names: Mapping[Key, frozenset[str]]) -> Key:
@@ -302,13 +308,15 @@ def _present(judged: Judged, names: Mapping[Key, frozenset[str]]) -> Key:
 def _change(judged: Judged, key: Key, model: Key) -> float:
     """Return the rms over all readings by which two sets differ, in noises."""
     evidence = judged.weighed.evidence
-    best, where, solution = evidence.coefficients(key)
-    _, other, less = evidence.coefficients(model)
-    both = np.union1d(where, other)
-    change = np.zeros(len(both))
-    change[np.searchsorted(both, where)] += solution
-    change[np.searchsorted(both, other)] -= less
-    return _rms(judged, evidence.inner.gram[best][np.ix_(both, both)], change)
+    best, solution = evidence.coefficients(key)
+    _, less = evidence.coefficients(model)
+    both = sorted({*key, *model})
+    change = [np.zeros(len(evidence.members[i].rows)) for i in both]
+    for chosen, sign, values in ((key, 1.0, solution), (model, -1.0, less)):
+        ends = np.cumsum([len(evidence.members[i].rows) for i in chosen])
+        for i, own in zip(chosen, np.split(values, ends[:-1]), strict=False):
+            change[both.index(i)] += sign * own
+    return _rms(judged, evidence.inner.of_set(both).gram[best], np.concatenate([np.zeros(0), *change]))
 
 
 def _rms(judged: Judged, gram: Floats, coefficients: Floats) -> float:

@@ -59,11 +59,10 @@ def _said(
     assert member.candidate is not None
     effect, place = member.candidate.effect, member.candidate.place
     symbols = ground.state.regressor(effect, place, member.shape).symbols
-    best, where, coefficients = evidence.coefficients((number,))
+    best, coefficients = evidence.coefficients((number,))
     if len(symbols) != len(coefficients):
         return 0.0
-    gram = evidence.inner.gram[best][np.ix_(where, where)]
-    information = float(coefficients @ gram @ coefficients)
+    information = float(coefficients @ evidence.inner.own[number][best] @ coefficients)
     typical = [scale.typical(effect, place, symbol) for symbol in symbols]
     values = {
         symbol: effect.spec(symbol).value_of(float(coefficient * size))

@@ -156,7 +156,5 @@ def _room(found: WeighedSets, number: int, key: Key, present: Key, most: Mapping
 
 def _most_promising(found: WeighedSets, key: Key, able: Sequence[int]) -> list[int]:
     """Return those of some members that gain most next to a set, its own at their best sizes and discrepancy."""
-    evidence, members = found.evidence, found.members
-    left = evidence.left_by(key)
-    gains = {i: float(evidence.best_sizes((i,), left)[0][0]) + members[i].log_prior for i in able}
+    gains = {i: value + found.members[i].log_prior for i, value in found.evidence.next_to(key, able).items()}
     return sorted(able, key=lambda i: -gains[i])[:CLOSE]

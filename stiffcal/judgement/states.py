@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -210,7 +211,8 @@ class StatesOfCampaign(JudgedReadings[Fit]):
             for one in ground.present
         ]
         columns += [unlisted_columns(ground, laws[one.name].columns) for one in judged.best if one.name in laws]
-        off = [(Off(run), off_columns(rows), 0.0) for run, rows in ground.runs_off() if Off(run) in aside]
+        n_rows = len(ground.white)
+        off = [(Off(one.run), off_columns(one.rows(n_rows)), 0.0) for one in ground.runs_off() if Off(one.run) in aside]
         states = frozenset(one.state for one in aside if one.state is not None)
         off += [(one, off_columns(rows, ALONE), 0.0) for one, rows in rows_off(ground, states)]
         usual = range(len(columns) + len(off))
@@ -234,7 +236,8 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         weights = dict(self.weight.of_links) if self.springs.chain.masses_known else {}
         # who states a tool has not forgotten it: what its link lacks is then a law like those of the others
         of_tool = None if self.data.setup.tool_mass else weights.pop(self.springs.chain.link_names[-1], None)
-        laws = [*unlisted_laws(ground.state), *(UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items())]
+        of_weight = (UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items())
+        laws = chain(unlisted_laws(ground.state), of_weight)
         given = replace(self.given, of_tool=of_tool)
         mistakes = mistakes_and_settings(ground, given, self.scale, self.doubt)
         members = list_members(ground, self.candidates, self.scale, laws, mistakes)

@@ -12,12 +12,13 @@ each at its own best scales. Every set has the tails of what it leaves itself: n
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.judgement.inner_products import InnerProducts
 from stiffcal.judgement.priors import NORMAL, TAILS
 from stiffcal.judgement.shared import ROUNDING, Shared
 
@@ -45,15 +46,17 @@ class Readings:
     """(r,) share of each that runs' constants leave free, 0 where nothing was read."""
     kind: Integers
     """(r,) of each (`stiffcal.identification.row_layout`)."""
-    without_members: dict[int, tuple[Floats, Floats, Floats]] = field(default_factory=dict)
-    """By discrepancy of the grid V^-1 X, orthonormal (p, r), what is left (r,) without members, and its share (r,)."""
+    without_members: dict[int, tuple[Floats, Floats]] = field(default_factory=dict)
+    """By discrepancy of the grid what is left (r,) without members, and its share (r,)."""
 
-    def gains(self, rows: Floats, scale: Floats, by_discrepancy: Floats, known: float) -> Floats:
+    def gains(
+        self, inner: InnerProducts, chosen: Sequence[int], scale: Floats, by_discrepancy: Floats, known: float
+    ) -> Floats:
         """Return (t,) what the tails of the noise add to the log evidence of a set.
 
         Parameters
         ----------
-        rows : (q, r) columns of the set. scale : (t, q) their best sizes.
+        inner : of members' columns. chosen : the set. scale : (t, q) the best sizes of its columns.
         by_discrepancy : (t,) log evidence of the set for normal noise.
         known : as of `stiffcal.judgement.evidence.NoiseScale`.
         """
@@ -61,41 +64,41 @@ class Readings:
         near = np.flatnonzero(by_discrepancy > by_discrepancy[best] - NEAR)
         found = {}
         for t in near.tolist():
-            left, free = self.left(rows * scale[t][:, None], t)
+            left, free = self.left(inner, chosen, scale[t], t)
             variance = self.shared.variance_of_noise(t)
             found[t] = log_gain(left * np.sqrt(variance), free * variance, self.kind, known)
         return np.array([found.get(t, found[best]) for t in range(len(by_discrepancy))])
 
-    def left(self, rows: Floats, number: int) -> tuple[Floats, Floats]:
+    def left(self, inner: InnerProducts, chosen: Sequence[int], scale: Floats, number: int) -> tuple[Floats, Floats]:
         """Return what a set leaves of the readings, (r,), and which share of each is free.
 
         Parameters
         ----------
-        rows : (q, r) its columns in units of their sizes.
+        inner : of members' columns. chosen : the set. scale : (q,) of its columns.
         number : of the discrepancy.
         """
-        basis, left, free = self._without_members(number)
-        if not len(rows):
+        left, free = self._without_members(number)
+        if not len(chosen):
             return left, free
-        moved = self.shared.inverse(rows, number) - (rows @ basis.T) @ basis
-        inner = np.eye(len(rows)) + rows @ moved.T
-        size = np.sqrt(np.diag(inner))
-        unit = inner / np.outer(size, size)
+        own = inner.of_set(chosen)
+        gram = own.gram[number] * np.outer(scale, scale) + np.eye(len(scale))
+        size = np.sqrt(np.diag(gram))
+        unit = gram / np.outer(size, size)
         unit[np.diag_indices(len(unit))] += ROUNDING
-        inverse = np.linalg.inv(np.linalg.cholesky(unit)) / size
-        half = inverse @ moved
-        return left - (inverse @ (rows @ left)) @ half, free - np.einsum("qr,qr->r", half, half)
+        inverse = np.linalg.inv(np.linalg.cholesky(unit)) * (scale / size)
+        half = inverse @ np.concatenate([inner.reduced(i, number) for i in chosen])
+        return left - (inverse @ own.target[number]) @ half, free - np.einsum("qr,qr->r", half, half)
 
-    def _without_members(self, number: int) -> tuple[Floats, Floats, Floats]:
+    def _without_members(self, number: int) -> tuple[Floats, Floats]:
         if number not in self.without_members:
             shared = self.shared
             factor, _ = shared.own[number]
-            basis = factor @ shared.inverse(shared.columns, number)
+            basis = shared.basis(number)
             moved = shared.inverse(self.residual[None], number)[0]
             wanted = shared.prior[:, :-1].T @ shared.prior[:, -1]
             left = moved - (factor @ (shared.columns @ moved + wanted)) @ basis
             free = self.free - shared.leverage(number) - np.sum(basis**2, axis=0)
-            self.without_members[number] = basis, left, free
+            self.without_members[number] = left, free
         return self.without_members[number]
 
 

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
@@ -27,7 +27,9 @@ def judged() -> Judged:
     """Return sets of an effect, an unlisted law and a run that is off, each alone."""
     rng = np.random.default_rng(3)
     basis, _ = np.linalg.qr(rng.normal(size=(N, 4)))
-    poses = Discrepancy((0,), N, ((np.arange(N), basis[:, 3:]),), np.ones(1))
+    first = np.zeros((1, 1), dtype=np.int64)
+    whole = AlikeRuns(first[0], np.arange(N)[None], basis[None, :, 3:], first)
+    poses = Discrepancy((0,), N, [whole], np.ones(1))
     y = 4.0 * basis[:, 0] + 3.5 * basis[:, 1] + 3.0 * basis[:, 2]
     kinds = [MemberKind.EFFECT, MemberKind.UNLISTED, MemberKind.MISTAKE]
     members = []

@@ -20,7 +20,7 @@ from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.stress.classes import draw_stress
 
 N, SIZE = 40, 2.0
-NO_POSES = Discrepancy((0,), N, ((np.arange(N), np.zeros((N, 0))),), np.zeros(0))
+NO_POSES = Discrepancy((), N, (), np.zeros(0))
 
 
 def drawn(dof: float, count: int, seed: int) -> Floats:
