@@ -127,9 +127,13 @@ def read_off(judged: Judged) -> WhatIsMissing:
     best = weighed.best
     order = [members[i].name for i in best if members[i].kind is MemberKind.EFFECT]
     order += sorted((name for name in included if name not in order), key=lambda name: -included[name])
+    able = {one.name for one in members if one.kind is not MemberKind.UNLISTED}
     for leader in order:
         if leader in taken:
             continue
+        if sum(value for key, value in sets.items() if names[key] & (able - taken)) < NAMED:
+            # no group of what is left reaches it
+            break
         own = _alike(judged, leader, sets, names) - taken
         p = sum(value for key, value in sets.items() if names[key] & own)
         if p < NAMED:
