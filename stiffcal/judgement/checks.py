@@ -97,9 +97,10 @@ class _LeftOver:
 
     def run_by_run(self) -> Iterator[Check]:
         """Give the check of the run that scatters most."""
-        numbers = np.unique(self.run[~self.off])
-        squares = np.array([self.square[:, self.run == number].sum() for number in numbers])
-        expected = np.array([self.expected[:, self.run == number].sum() for number in numbers])
+        numbers, place = np.unique(self.run, return_inverse=True)
+        left = np.unique(place[~self.off])
+        numbers = numbers[left]
+        squares, expected = (np.bincount(place, part.sum(axis=0))[left] for part in (self.square, self.expected))
         tried = [k for k in range(len(numbers)) if expected[k] > 1.0 and expected.sum() - expected[k] > 1.0]
         if len(tried) < 2:
             return
