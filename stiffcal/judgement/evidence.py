@@ -198,7 +198,7 @@ class SetEvidence:
         return self.inner.beside(chosen, scale, best)
 
     def next_to(self, chosen: Sequence[int], able: Sequence[int]) -> dict[int, float]:
-        """Return by number the log evidence of single members next to a set, its own at their best sizes.
+        """Return by number what single members add to the log evidence of a set, its own at their best sizes.
 
         Members alike in all but their columns are weighed at once.
         """
@@ -216,7 +216,8 @@ class SetEvidence:
                 np.concatenate([left[i].target for i in same]),
                 np.concatenate([left[i].square for i in same]),
             )
-            found |= dict(zip(same, self.best_sizes(same[:1], inner)[0].tolist(), strict=True))
+            more = self.best_sizes(same[:1], inner)[0] - self.best_sizes((), inner)[0]
+            found |= dict(zip(same, more.tolist(), strict=True))
         return found
 
     def coefficients(self, chosen: Sequence[int]) -> tuple[int, Floats]:

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.judgement.judge import Judged
-from stiffcal.judgement.priors import MemberKind
+from stiffcal.model.effect import Kind
 
 POWER = 1.2816
 """Standard deviations that nine of ten lie below."""
@@ -30,6 +31,13 @@ class ExcludedSize:
     """As `stiffcal.judgement.priors.where`."""
     size: float
     """Rms of what it does to the components `Ground.stated`; infinite where an effect there does not show."""
+    effect: Candidate
+    """Which effect there shows least."""
+
+    @property
+    def grows_with_load(self) -> bool:
+        """Whether it is larger under larger loads: what moves tracker or target is not."""
+        return self.effect.effect.kind is not Kind.OBSERVATION
 
 
 def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
@@ -40,20 +48,22 @@ def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
     noise = float(evidence.noise.scale(np.maximum(left[0].square, 0.0))[0]) if left else 1.0
     stated = ground.stated
     taken = {members[i].share.place for i in key}
-    found: dict[str, float] = {}
+    found: dict[str, ExcludedSize] = {}
     for number, one in enumerate(members):
-        if one.kind is not MemberKind.EFFECT or one.share.place in taken:
+        if one.candidate is None or one.share.place in taken:
             continue
+        place = one.share.place
         shown = float(np.trace(left[number].gram[0]))
         rows = one.columns.rows
         if shown <= LEAST_LEFT * float(np.sum(rows**2)):
-            found[one.share.place] = np.inf
+            found[place] = ExcludedSize(place, np.inf, one.candidate)
             continue
         moved = np.array([ground.space.unwhitened(row)[stated] for row in rows])
         read = max(int(np.count_nonzero(ground.space.data.measured_mask[stated].any(axis=0))), 1)
         size = noise * np.sqrt(_squares_to_find(one.log_prior) / shown * np.sum(moved**2) / read)
-        found[one.share.place] = max(found.get(one.share.place, 0.0), float(size))
-    return tuple(ExcludedSize(place, size) for place, size in sorted(found.items()))
+        if place not in found or size > found[place].size:
+            found[place] = ExcludedSize(place, float(size), one.candidate)
+    return tuple(found[place] for place in sorted(found))
 
 
 def _squares_to_find(log_prior: float) -> float:

@@ -90,6 +90,8 @@ class WhatIsMissing:
     """Of each effect at its place, by ``effect place``, that it is there."""
     settings: tuple[WrongSetting, ...]
     """Settings that are wrong, with a probability of a half and more."""
+    not_weighed: float
+    """Share that sets which were not weighed have of all, as far as members gain next to those that were."""
     unlisted: tuple[UnlistedFound, ...]
     """Laws that nobody has written down with a probability of `DOUBT` and more, the most probable first."""
 
@@ -187,6 +189,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
             for one, p in sorted(wrong.items(), key=lambda item: -item[1])
             if p >= NAMED
         ),
+        weighed.not_weighed,
         tuple(UnlistedFound(share_of[name].place, share_of[name].family, min(p, 1.0)) for name, p in probable),
     )
 

@@ -45,6 +45,8 @@ class WeighedSets:
     """Per set, members by number in order."""
     by_discrepancy: dict[Key, Floats] = field(default_factory=dict)
     """(t,) the same for each discrepancy."""
+    beyond: dict[Key, float] = field(default_factory=dict)
+    """Of enlarged sets the odds of one member more, of those that were not weighed, as far as they gain next to it."""
     best_normal: tuple[float, Floats] = (-np.inf, np.zeros(1))
     """Largest weight so far for normal noise, and (t,) what tails of the noise add to that."""
 
@@ -72,6 +74,18 @@ class WeighedSets:
     def probabilities(self) -> dict[Key, float]:
         """Return the probability of each set that was weighed, all others left out."""
         return normalised(self.log)
+
+    @property
+    def not_weighed(self) -> float:
+        """Share that sets which were not weighed have of all, as far as members gain next to those that were.
+
+        Sets that were not enlarged are taken to grow as the best one does.
+        """
+        p, best = self.probabilities(), self.best
+        more = sum(value for key, value in p.items() if len(key) == len(best) + 1 and set(best) < set(key))
+        growth = more / max(p[best], 1e-300) + self.beyond.get(best, 0.0)
+        left = sum(value * self.beyond.get(key, growth) for key, value in p.items())
+        return left / (1.0 + left)
 
     def without_discrepancy(self) -> dict[Key, float]:
         """Return the same where no hypothesis has a discrepancy."""
@@ -155,6 +169,11 @@ def _room(found: WeighedSets, number: int, key: Key, present: Key, most: Mapping
 
 
 def _most_promising(found: WeighedSets, key: Key, able: Sequence[int]) -> list[int]:
-    """Return those of some members that gain most next to a set, its own at their best sizes and discrepancy."""
+    """Return those of some members that gain most next to a set, its own at their best sizes and discrepancy.
+
+    What the others gain counts as not weighed.
+    """
     gains = {i: value + found.members[i].log_prior for i, value in found.evidence.next_to(key, able).items()}
-    return sorted(able, key=lambda i: -gains[i])[:CLOSE]
+    ranked = sorted(able, key=lambda i: -gains[i])
+    found.beyond[key] = float(np.exp(np.logaddexp.reduce([gains[i] for i in ranked[CLOSE:]], initial=-np.inf)))
+    return ranked[:CLOSE]
