@@ -117,6 +117,8 @@ def show_diagnosis(
         _show_missing(console, result, effect)
     if followed is not None:
         _show_followed(console, followed)
+    else:
+        _show_unknown(console, result)
     names = ", ".join(effect_words(effect) for effect in result.missing)
     show_moved(console, result.before_after, f"what adding {names} would change")
     _show_in_model(console, result)
@@ -148,6 +150,25 @@ def show_diagnosis(
             effects.setdefault(untestable.needs, []).append(untestable.effect)
         for needs, named in effects.items():
             console.print(f"  {', '.join(named)}: needs {needs}", soft_wrap=True)
+
+
+def _show_unknown(console: AnswerConsole, result: DiagnoseResult) -> None:
+    """Draw the most probable law that no catalogue holds, where it is probable and has a curve."""
+    law = next(iter(result.unknown or ()), None)
+    if law is None or law.curve is None or not result.unexplained:
+        return
+    import numpy as np
+
+    from stiffcal.cli.character_plot import plot_points
+
+    unit, factor = printed_unit(law.curve.value_unit)
+    over_unit, over_factor = ("°", 180.0 / math.pi) if law.curve.unit == "rad" else printed_unit(law.curve.unit)
+    what, _, joint = law.curve.over.partition(":")
+    labels = (f"{what} of joint {joint}", f"law of {law.of} that no catalogue holds")
+    at, value = over_factor * np.array(law.curve.at), factor * np.array(law.curve.value)
+    console.print()
+    for line in plot_points(at, value, labels, (over_unit, unit), console.width):
+        console.print(line, no_wrap=True, overflow="ignore", crop=False)
 
 
 def _show_followed(console: AnswerConsole, followed: FollowedResidual) -> None:
