@@ -29,7 +29,13 @@ def test_the_ranking_has_bars_of_probability_where_there_is_room(
     probability: float | None, width: int, drawn: bool
 ) -> None:
     result: Any = SimpleNamespace(
-        findings=[finding(probability)], rms=Rms(1e-4, None), noise=None, missing=[], unexplained=False
+        findings=[finding(probability)],
+        rms=Rms(1e-4, None),
+        noise=None,
+        missing=[],
+        unexplained=False,
+        undecided=[],
+        could_be=[],
     )
     with StringIO() as text:
         _show_ranking(AnswerConsole(file=text, width=width), result)
