@@ -17,17 +17,15 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
 
 
-def finding(probability: float | None) -> Any:
+def finding(probability: float) -> Any:
     return SimpleNamespace(
         effect="backlash", where=Where(joints=[4]), verdict="possible", heldout_rms_after=Rms(1e-4, None), explains=0.5,
-        confidence=0.5, probability=probability, size_m=1e-4,
+        confidence=0.5, probability=probability, size_m=1e-4, size_Nm=None,
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("probability", "width", "drawn"), [(1.0, 120, True), (1.0, 90, False), (None, 120, False)])
-def test_the_ranking_has_bars_of_probability_where_there_is_room(
-    probability: float | None, width: int, drawn: bool
-) -> None:
+@pytest.mark.parametrize(("probability", "width", "drawn"), [(1.0, 120, True), (1.0, 90, False), (0.0, 120, False)])
+def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: float, width: int, drawn: bool) -> None:
     result: Any = SimpleNamespace(
         findings=[finding(probability)],
         rms=Rms(1e-4, None),
