@@ -24,13 +24,11 @@ from stiffcal.diagnosis.scan import Trial
 from stiffcal.identification.document import finite
 from stiffcal.judgement.excluded import ExcludedSize
 from stiffcal.judgement.found import Diagnosed, FoundEffect
-from stiffcal.judgement.reading import DOUBT, NAMED, UnlistedFound
+from stiffcal.judgement.numbers import DOUBT, MOST_UNDECIDED, NAMED
+from stiffcal.judgement.reading import UnlistedFound
 from stiffcal.judgement.sentences import why_not_added
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
-
-MOST_UNDECIDED = 4
-"""Effects of an undecided group that are listed."""
 
 
 def where_of(place: str) -> Where:

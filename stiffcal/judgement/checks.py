@@ -17,11 +17,9 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.judge import f_tail
 from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.numbers import CHANCE, NAMED
 from stiffcal.judgement.rows_off import off_mask
 from stiffcal.judgement.tails import Tail, tails_of
-
-CHANCE = 0.003
-"""Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,7 @@ class _LeftOver:
         left, free = readings.left(judged.weighed.evidence.inner, judged.weighed.best, _sizes(judged), 0)
         data = ground.space.data
         off = off_mask(data.run, data.index, (off for one in judged.best for off in one.off))
-        if ground.louder is not None and judged.louder > 0.5:
+        if ground.louder is not None and judged.louder > NAMED:
             off |= data.run == ground.louder.run
         taken = ~np.broadcast_to(off, data.measured_mask.shape).ravel()
         tails = tails_of(left[taken], free[taken], readings.kind[taken], ground.noise.known)

@@ -15,13 +15,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.numbers import CURVE_POINTS, LEAST_LOADED
 from stiffcal.judgement.unlisted import FUNCTIONS, OF_PLACES, unlisted_laws
 from stiffcal.model.drives import drive_torque
-
-CURVE_POINTS = 15
-"""Points of the curve of a law, each a mean over as many states."""
-LEAST_LOADED = 0.1
-"""Of a joint's largest load: with less its compliance does not show."""
 
 
 @dataclass(frozen=True)

@@ -16,17 +16,16 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.projection import Projection
 from stiffcal.judgement.decomposition import thin_svd
-from stiffcal.judgement.priors import DISCREPANCIES, LOUDER, RUN_SIZES
+from stiffcal.judgement.numbers import (
+    DISCREPANCIES,
+    LEAST_DIRECTION,
+    LOUDER,
+    MOST_OF_RUN,
+    RUN_SIZES,
+    SHOWS_ITS_NOISE,
+    WAVES,
+)
 from stiffcal.judgement.space import Space
-
-WAVES = 20
-"""Half waves over a run of a random walk."""
-MOST_OF_RUN = 42
-"""Directions of one run alone: six loads and a step for each of six components."""
-SHOWS_ITS_NOISE = 50.0
-"""Readings of a run, its constants taken out, that show its noise to a tenth: from so many on it may be louder."""
-LEAST = 1e-9
-"""Share of the largest variance of a run below which a direction is rounding."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ class Discrepancy:
             long = np.flatnonzero(counts == count)
             place = (np.arange(m)[:, None] * n + np.array([states[k] for k in long])[:, None]).reshape(len(long), -1)
             bases, values, _ = thin_svd(np.moveaxis(rows[:, place], 0, 2))
-            shown = values**2 > LEAST * np.maximum(values.max(axis=1, initial=0.0) ** 2, 1e-300)[:, None]
+            shown = values**2 > LEAST_DIRECTION * np.maximum(values.max(axis=1, initial=0.0) ** 2, 1e-300)[:, None]
             for d in np.unique(kept := shown.sum(axis=1)).tolist():
                 own = kept == d
                 numbered = at + np.arange(d * np.count_nonzero(own)).reshape(-1, d)
@@ -277,7 +276,8 @@ def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Ite
         loads = answer / np.maximum(np.linalg.norm(answer, axis=0), 1e-300)
         # of a long run the walk's first waves alone, next to all that it can answer; a short one moves in any way
         basis, size, _ = thin_svd(walk - loads @ (loads.T @ walk))
-        moved = np.column_stack([answer, (basis * size)[:, size > LEAST * walk.max(initial=0.0)]])[:, :MOST_OF_RUN]
+        waves = (basis * size)[:, size > LEAST_DIRECTION * walk.max(initial=0.0)]
+        moved = np.column_stack([answer, waves])[:, :MOST_OF_RUN]
         if moved.any():
             moved = np.column_stack([moved, _beyond(flat[:, place].T, moved)])
             yield OffRun(run, place, moved * np.sqrt(len(place) / np.sum(moved**2)))
@@ -297,8 +297,9 @@ def _beyond(shared: Floats, moved: Floats) -> Floats:
 
 def _unit_loads(wrench: Floats) -> list[Floats]:
     """Return the components (n,) of the loads, together of size one where the load is largest."""
-    found = []
+    parts = []
     for part in (wrench[:3], wrench[3:]):
         most = float(np.sqrt(np.max(np.sum(part**2, axis=0), initial=0.0)))
-        found += [row / most for row in part if most > 0.0]
-    return [row / np.sqrt(2.0) for row in found] if len(found) > 3 else found
+        if most > 0.0:
+            parts.append(part / most)
+    return [row / np.sqrt(len(parts)) for part in parts for row in part]

@@ -24,10 +24,8 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.judgement.inner_products import Inner, InnerProducts
+from stiffcal.judgement.numbers import SWEEPS
 from stiffcal.judgement.tails import Readings
-
-SWEEPS = 3
-"""Times that each member's size is sought again while the others stay."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +193,7 @@ class SetEvidence:
     def left_by(self, chosen: Sequence[int]) -> list[Inner]:
         """Return each member's own inner products at the best discrepancy of a set, the set taken out at its sizes."""
         best, scale = self.at_best(chosen)
-        return self.inner.beside(chosen, scale, best)
+        return self.inner.given(chosen, scale, best)
 
     def next_to(self, chosen: Sequence[int], able: Sequence[int]) -> dict[int, float]:
         """Return by number what single members add to the log evidence of a set, its own at their best sizes.

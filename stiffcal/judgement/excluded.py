@@ -14,13 +14,8 @@ import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.numbers import LEAST_LEFT, POWER, SIZE_FOUND, SIZE_PASSES
 from stiffcal.model.effect import Kind
-
-POWER = 1.2816
-"""Standard deviations that nine of ten lie below."""
-PASSES = 50
-LEAST_LEFT = 1e-6
-"""Share of an effect's squares that is left beyond what every hypothesis can make, below which it does not show."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +64,9 @@ def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
 def _squares_to_find(log_prior: float) -> float:
     """Return λ that is found in nine campaigns of ten."""
     squares = 1.0
-    for _ in range(PASSES):
+    for _ in range(SIZE_PASSES):
         new = (POWER + np.sqrt(-2.0 * log_prior + np.log1p(squares))) ** 2
-        if abs(new - squares) < 1e-9 * new:
+        if abs(new - squares) < SIZE_FOUND * new:
             break
         squares = float(new)
     return squares

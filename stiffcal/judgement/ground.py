@@ -17,7 +17,8 @@ from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun, off_by_run
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import ALONE, SIZE_WEIGHTS, SIZES, UsualSizes
+from stiffcal.judgement.numbers import ALL_SHAPES, ALONE, SIZE_WEIGHTS, SIZES
+from stiffcal.judgement.priors import UsualSizes
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.space import Space
 from stiffcal.judgement.tails import Readings
@@ -61,7 +62,7 @@ class Ground(ABC):
     with_present: dict[tuple[tuple[str, Place], ...], Shared] = field(default_factory=dict, compare=False, kw_only=True)
     """What every set has where some effects of the model are in all of them."""
 
-    most_shapes: ClassVar[int] = 200
+    most_shapes: ClassVar[int] = ALL_SHAPES
     """Combinations of shape parameters up to which a law is tried."""
 
     @cached_property

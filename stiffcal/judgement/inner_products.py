@@ -12,13 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.judgement.numbers import MOST_KEPT, NUMBERS_AT_ONCE
 from stiffcal.judgement.shared import Shared, SplitRows
-
-NUMBERS_AT_ONCE = 1 << 20
-"""Of columns that are reduced together: 8 MB."""
-MOST_KEPT = 1 << 21
-"""Numbers of reduced columns that are kept for sets to come: 16 MB."""
-
 
 Columns = tuple[Floats, Integers | None]
 """Whitened columns (q, r) of a member; or (q, p) at positions (p,) where alone they are not 0."""
@@ -136,7 +131,7 @@ class InnerProducts:
         for k, i in enumerate(new):
             self.with_all[i, discrepancy] = [one[k] for one in found]
 
-    def beside(self, chosen: Sequence[int], scale: Floats, discrepancy: int) -> list[Inner]:
+    def given(self, chosen: Sequence[int], scale: Floats, discrepancy: int) -> list[Inner]:
         """Return of each member its own at one discrepancy, next to a set of which it says what that leaves.
 
         Parameters

@@ -14,16 +14,8 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
-from stiffcal.judgement.priors import (
-    EXPECTED_EFFECTS,
-    RUN_SIZES,
-    UNLISTED_SIZES,
-    MemberKind,
-    Share,
-    UsualSizes,
-    log_odds,
-    where,
-)
+from stiffcal.judgement.numbers import EXPECTED_EFFECTS, RUN_SIZES, UNLISTED_SIZES
+from stiffcal.judgement.priors import MemberKind, Share, UsualSizes, log_odds, where
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.settings_off import SettingOff
 from stiffcal.judgement.shapes import in_other_form, present_as, shapes_of

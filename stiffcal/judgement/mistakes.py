@@ -15,13 +15,11 @@ from stiffcal.judgement.exchanged import Exchange, ExchangedPart, exchanges
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.members import Member, off_columns
-from stiffcal.judgement.priors import ALONE, MemberKind, RobotScale, Share
+from stiffcal.judgement.numbers import ALONE, RUNS_KEPT
+from stiffcal.judgement.priors import MemberKind, RobotScale, Share
 from stiffcal.judgement.rows_off import Off, rows_off
 from stiffcal.judgement.settings_off import GivenSettings, setting_columns
 from stiffcal.judgement.within_run import InRun, mistakes_in_runs
-
-RUNS_KEPT = 8
-"""Runs that may be off and are compared with all else: those that explain most by being so."""
 
 
 def mistakes_and_settings(

@@ -12,26 +12,14 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.judgement.checks import Check, checks_of
 from stiffcal.judgement.judge import Judged
-from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
+from stiffcal.judgement.numbers import ALIKE, DISCREPANCIES, DOUBT, FIRM, LEAST_LIKELY, NAMED, SHARED, SHOWS, STILL_FIRM
+from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.sets import Key
 from stiffcal.judgement.settings_off import SettingOff
 
 T = TypeVar("T")
-
-NAMED, FIRM = 0.5, 0.95
-"""Probability from which a group is named, and from which it is firm."""
-STILL_FIRM = 0.8
-"""Probability that a firm name keeps when any prior is three times larger or smaller."""
-ALIKE = 0.95
-"""Share of an effect's length that another can make, from which the two are one group."""
-DOUBT = 0.05
-"""Probability of an unlisted law in its place that leaves an effect no firm name."""
-SHARED = 0.5
-"""Share of an effect's squares that an unlisted law makes, from which it can be in its place."""
-SHOWS = 0.5
-"""Of the noise: what shows less is nothing."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +154,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
     # a wander that has died away within some readings is noise that lingers (air, a filter)
     shows = float(of_loads + (of_time if judged.drift.drifts else 0.0))
     model = _present(judged, names)
-    small = sum(value for key, value in sets.items() if value > 1e-4 and _change(judged, key, model) < SHOWS)
+    small = sum(value for key, value in sets.items() if value > LEAST_LIKELY and _change(judged, key, model) < SHOWS)
     laws = _sums(
         {key: frozenset(members[i].name for i in key if members[i].kind is MemberKind.UNLISTED) for key in sets}, sets
     )

@@ -16,12 +16,10 @@ from stiffcal.diagnosis.held_to_places import ReferencePlaces
 from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.numbers import KNOWN_IN_PLACES
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Kind
-
-SHOWS = 2.0
-"""Nats that an effect gains alone from which on its value is known well enough to be looked for in places."""
 
 
 def with_reference_places(
@@ -36,7 +34,7 @@ def with_reference_places(
     none = evidence.of_set(())
     return [
         replace(one, log_prior=one.log_prior + _said(number, one, evidence, ground, places, scale))
-        if _is_of_setup(one) and evidence.of_set((number,)) > none + SHOWS
+        if _is_of_setup(one) and evidence.of_set((number,)) > none + KNOWN_IN_PLACES
         else one
         for number, one in enumerate(members)
     ]

@@ -10,25 +10,29 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.numbers import (
+    CLOSE,
+    MOST_EXPANDED,
+    MOST_NEW_EFFECTS,
+    MOST_NEW_LAWS,
+    MOST_NEW_MISTAKES,
+    MOST_NEW_ROWS,
+    MOST_NEW_SETTINGS,
+    MOST_NEW_SETUPS,
+    OUT_OF_REACH,
+    WITHIN,
+)
 from stiffcal.judgement.priors import MemberKind
 
-WITHIN = 9.0
-"""Nats behind the best set up to which a set is enlarged."""
-OUT_OF_REACH = 40.0
-"""Nats behind the best set, for normal noise, from which on a set has the tails of that."""
-CLOSE = 12
-"""Additions to a set that are weighed exactly: those that gain most next to it."""
 MOST_NEW = {
-    MemberKind.EFFECT: 2,
-    MemberKind.UNLISTED: 1,
-    MemberKind.MISTAKE: 3,
-    MemberKind.ROW: 6,
-    MemberKind.SETUP: 1,
-    MemberKind.SETTING: 2,
+    MemberKind.EFFECT: MOST_NEW_EFFECTS,
+    MemberKind.UNLISTED: MOST_NEW_LAWS,
+    MemberKind.MISTAKE: MOST_NEW_MISTAKES,
+    MemberKind.ROW: MOST_NEW_ROWS,
+    MemberKind.SETUP: MOST_NEW_SETUPS,
+    MemberKind.SETTING: MOST_NEW_SETTINGS,
 }
 """Members of a set beyond those of the model: columns are straight lines, and next to what is large others bend."""
-MOST_EXPANDED = 14
-"""Sets that are enlarged."""
 
 Key = tuple[int, ...]
 

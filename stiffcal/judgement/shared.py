@@ -11,9 +11,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
-from stiffcal.judgement.priors import NO_DISCREPANCY
-
-ROUNDING = 1e-10
+from stiffcal.judgement.numbers import NO_DISCREPANCY, ROUNDING
 
 
 @dataclass(frozen=True)

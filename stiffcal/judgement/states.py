@@ -31,15 +31,8 @@ from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, w
 from stiffcal.judgement.lasting_errors import lasting_errors
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings
-from stiffcal.judgement.priors import (
-    ALONE,
-    DOUBTED_RUN,
-    OF_LOADS,
-    OF_TIME,
-    STATED_NOISE_DOF,
-    RobotScale,
-    log_odds_of_doubt,
-)
+from stiffcal.judgement.numbers import ALONE, DOUBTED_RUN, OF_LOADS, OF_TIME, STATED_NOISE_DOF
+from stiffcal.judgement.priors import RobotScale, log_odds_of_doubt
 from stiffcal.judgement.reference_places import with_reference_places
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off, off_mask, rows_off

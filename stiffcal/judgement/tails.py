@@ -19,19 +19,18 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.judgement.inner_products import InnerProducts
-from stiffcal.judgement.priors import NORMAL, TAILS
-from stiffcal.judgement.shared import ROUNDING, Shared
-
-NEAR = 4.0
-"""Nats behind a set's best discrepancy up to which the tails of what it leaves are found."""
-LEAST_FREE = 1e-3
-"""Share of a reading that is left free, below which it shows nothing."""
-LEAST_WORTH = 0.01
-"""Of a plain square, where its variance is infinite."""
-BINS, RANGE = 320, (-12.0, 20.0)
-"""Bins of log ε̂²/f, and where they begin and end."""
-PASSES = 12
-"""Steps in which a scale is found."""
+from stiffcal.judgement.numbers import (
+    BIN_RANGE,
+    BINS,
+    LEAST_FREE,
+    LEAST_WORTH,
+    NORMAL,
+    ROUNDING,
+    SCALE_PASSES,
+    TAILS,
+    TAILS_WITHIN,
+)
+from stiffcal.judgement.shared import Shared
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class Readings:
         known : as of `stiffcal.judgement.evidence.NoiseScale`.
         """
         best = int(np.argmax(by_discrepancy))
-        near = np.flatnonzero(by_discrepancy > by_discrepancy[best] - NEAR)
+        near = np.flatnonzero(by_discrepancy > by_discrepancy[best] - TAILS_WITHIN)
         left, free = np.empty((2, len(near), len(self.residual)))
         for k, t in enumerate(near.tolist()):
             variance = self.shared.variance_of_noise(t)
@@ -184,7 +183,7 @@ def _binned(left: Floats, free: Floats) -> tuple[Floats, Floats]:
     """Return (t, b) means of squares of like size over their variance, and how many readings they are worth."""
     taken = free > LEAST_FREE
     square, share = left**2 / np.where(taken, free, 1.0), np.where(taken, free, 0.0)
-    low, high = RANGE
+    low, high = BIN_RANGE
     number = np.clip((np.log(np.maximum(square, 1e-300)) - low) * (BINS / (high - low)), 0, BINS - 1).astype(np.int64)
     number += BINS * np.arange(len(left))[:, None]
     worth, whole = (
@@ -213,7 +212,7 @@ def _scales(square: Floats, share: Floats, known: float) -> tuple[Floats, Floats
     normal = variance_of(whole)
     dof = TAILS[:, None, None]
     variance = np.broadcast_to(normal, (len(TAILS), len(normal)))
-    for _ in range(PASSES):
+    for _ in range(SCALE_PASSES):
         weights = _weights(square / variance[..., None], dof)
         variance = variance_of(np.sum(share * weights * square, axis=-1))
     each = -0.5 * (dof + 1.0) * np.log1p(square / variance[..., None] / (dof - 2.0))

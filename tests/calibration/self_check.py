@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import ALONE, DISCREPANCIES, NO_DISCREPANCY, NORMAL, TAILS
+from stiffcal.judgement.numbers import ALONE, DISCREPANCIES, NO_DISCREPANCY, NORMAL, TAILS
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.tails import Readings
 

@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY
+from stiffcal.judgement.numbers import DISCREPANCIES, NO_DISCREPANCY
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.tails import Readings
 
@@ -149,7 +149,7 @@ def test_conditional_products_are_those_of_the_larger_set(
     evidence = SetEvidence.of(read(common, discrepancy, y), fixed, EXACTLY)
     size = np.full(len(fixed[0].rows), fixed[0].sizes[0])
     for t in range(1 + len(DISCREPANCIES)):
-        left = evidence.inner.beside([0], size, t)
+        left = evidence.inner.given([0], size, t)
         gain = evidence.best_sizes([2], left[2])[0] - evidence.best_sizes([], left[2])[0]
         direct = (evidence.best_sizes([0, 2])[0] - evidence.best_sizes([0])[0])[t]
         assert gain[0] == pytest.approx(direct, abs=1e-9)

@@ -12,8 +12,8 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
 from stiffcal.judgement.inner_products import InnerProducts
-from stiffcal.judgement.priors import NO_DISCREPANCY
-from stiffcal.judgement.shared import ROUNDING, Shared
+from stiffcal.judgement.numbers import NO_DISCREPANCY, ROUNDING
+from stiffcal.judgement.shared import Shared
 
 PER_RUN = 6
 CLOSE = 100.0 * ROUNDING

@@ -12,8 +12,9 @@ from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
-from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY, MemberKind, Share
-from stiffcal.judgement.sensitivity import FACTOR, varied
+from stiffcal.judgement.numbers import DISCREPANCIES, NO_DISCREPANCY, PRIOR_FACTOR
+from stiffcal.judgement.priors import MemberKind, Share
+from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.sets import WeighedSets
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.tails import Readings
@@ -57,12 +58,12 @@ def test_odds_move_by_the_factor(judged: Judged) -> None:
     plain = judged.weighed.probabilities()
     more = [dict(sets) for sets in varied(judged)]
     laws, unlisted, mistakes = more[:3]
-    assert odds(laws, EFFECT) == pytest.approx(FACTOR * odds(plain, EFFECT))
-    assert odds(laws, UNLISTED) == pytest.approx(FACTOR * odds(plain, UNLISTED))
+    assert odds(laws, EFFECT) == pytest.approx(PRIOR_FACTOR * odds(plain, EFFECT))
+    assert odds(laws, UNLISTED) == pytest.approx(PRIOR_FACTOR * odds(plain, UNLISTED))
     assert odds(laws, RUN) == pytest.approx(odds(plain, RUN))
     assert odds(unlisted, EFFECT) == pytest.approx(odds(plain, EFFECT))
-    assert odds(unlisted, UNLISTED) == pytest.approx(FACTOR * odds(plain, UNLISTED))
-    assert odds(mistakes, RUN) == pytest.approx(FACTOR * odds(plain, RUN))
+    assert odds(unlisted, UNLISTED) == pytest.approx(PRIOR_FACTOR * odds(plain, UNLISTED))
+    assert odds(mistakes, RUN) == pytest.approx(PRIOR_FACTOR * odds(plain, RUN))
 
 
 def test_every_prior_is_varied_both_ways(judged: Judged) -> None:

@@ -11,7 +11,7 @@ from scipy.stats import t as student
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import NO_DISCREPANCY, NORMAL, TAILS
+from stiffcal.judgement.numbers import NO_DISCREPANCY, NORMAL, TAILS
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.states import judge_states
