@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from stiffcal.cli.answers import answering
 from stiffcal.cli.before_after import estimate_words, show_moved
 from stiffcal.cli.endings import OK
+from stiffcal.cli.ladder_bars import bar
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
@@ -26,11 +27,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stiffcal.cli.console import AnswerConsole
-    from stiffcal.diagnosis.results import DiagnoseResult, LookAlike, ProposedEffect, SearchPace
+    from stiffcal.diagnosis.results import DiagnoseResult, LookAlike, ProposedEffect
     from stiffcal.model.summary import EffectAt, Where
     from stiffcal.workflow.followed import FollowedResidual
 
 MOST_ROWS = 8
+BAR, ROOMY = 10, 100
+"""Columns of a bar of probability, and of a terminal that has room for one."""
 EXPLAINS = (
     "explains: share of the error above the noise that goes, by a first estimate of the values; the share in the first "
     "line is of the refitted model"
@@ -114,10 +117,12 @@ def show_diagnosis(
         _show_missing(console, result, effect)
     if followed is not None:
         _show_followed(console, followed)
+    else:
+        _show_unknown(console, result)
     names = ", ".join(effect_words(effect) for effect in result.missing)
     show_moved(console, result.before_after, f"what adding {names} would change")
     _show_in_model(console, result)
-    _show_excluded(console, result)
+    _show_excluded(console, result, folder, store)
     if result.could_be:
         console.print("\ncannot be distinguished in these poses and loads:")
         for candidate in result.could_be:
@@ -137,7 +142,7 @@ def show_diagnosis(
             )
     _show_ranking(console, result)
     _show_next_measurement(console, result, folder, store)
-    _show_pace(console, result.pace)
+    _show_pace(console, result)
     if result.not_tried:
         console.print("\nnot tried:")
         effects: dict[str, list[str]] = {}
@@ -145,6 +150,25 @@ def show_diagnosis(
             effects.setdefault(untestable.needs, []).append(untestable.effect)
         for needs, named in effects.items():
             console.print(f"  {', '.join(named)}: needs {needs}", soft_wrap=True)
+
+
+def _show_unknown(console: AnswerConsole, result: DiagnoseResult) -> None:
+    """Draw the most probable law that no catalogue holds, where it is probable and has a curve."""
+    law = next(iter(result.unknown or ()), None)
+    if law is None or law.curve is None or not result.unexplained:
+        return
+    import numpy as np
+
+    from stiffcal.cli.character_plot import plot_points
+
+    unit, factor = printed_unit(law.curve.value_unit)
+    over_unit, over_factor = ("°", 180.0 / math.pi) if law.curve.unit == "rad" else printed_unit(law.curve.unit)
+    what, _, joint = law.curve.over.partition(":")
+    labels = (f"{what} of joint {joint}", f"law of {law.of} that no catalogue holds")
+    at, value = over_factor * np.array(law.curve.at), factor * np.array(law.curve.value)
+    console.print()
+    for line in plot_points(at, value, labels, (over_unit, unit), console.width):
+        console.print(line, no_wrap=True, overflow="ignore", crop=False)
 
 
 def _show_followed(console: AnswerConsole, followed: FollowedResidual) -> None:
@@ -207,19 +231,28 @@ def _show_in_model(console: AnswerConsole, result: DiagnoseResult) -> None:
         console.print(f"in the model: {effect_words(effect)}: {p}{words}", soft_wrap=True)
 
 
-def _show_excluded(console: AnswerConsole, result: DiagnoseResult) -> None:
-    """Print how large an effect at each place would have been found, where nothing is."""
+def _show_excluded(console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None) -> None:
+    """Print how large an effect at each place would have been found, where nothing is, and what load would decide."""
     if result.missing or result.unexplained or not result.excluded_sizes:
         return
-    sizes = [(one.of, one.size_m, one.size_Nm) for one in result.excluded_sizes]
-    hidden = [of for of, at_tool, torque in sizes if at_tool is None and torque is None]
-    largest = sorted(sizes, key=lambda one: (-(one[1] or 0.0), -(one[2] or 0.0)))
-    known = ", ".join(f"{of} {_size_words(*size)}" for of, *size in largest if of not in hidden)
+    sizes = sorted(result.excluded_sizes, key=lambda one: (-(one.size_m or 0.0), -(one.size_Nm or 0.0)))
+    hidden = [one.of for one in sizes if one.size_m is None and one.size_Nm is None]
+    known = [one for one in sizes if one.of not in hidden]
     if known:
-        measure = "torque, rms" if any(torque for *_, torque in sizes) else "rms at the tool"
-        console.print(f"\nwould have been found in nine campaigns of ten, {measure}: {known}", soft_wrap=True)
+        measure = "torque, rms" if any(one.size_Nm for one in known) else "rms at the tool"
+        listed = ", ".join(f"{one.of} {_size_words(one.size_m, one.size_Nm)} ({one.effect})" for one in known)
+        console.print(f"\nwould have been found in nine campaigns of ten, {measure}: {listed}", soft_wrap=True)
     if hidden:
-        console.print(f"shows nowhere in this campaign: {', '.join(hidden)}", soft_wrap=True)
+        more = "; load along other axes, in other poses" if result.rms.torque is None else ""
+        console.print(f"shows nowhere in this campaign: {', '.join(hidden)}{more}", soft_wrap=True)
+    forces = sorted(((one.deciding_force_N, one.of) for one in sizes if one.deciding_force_N is not None), reverse=True)
+    if forces:
+        needed = ", ".join(f"{of} {significant(force)} N" for force, of in forces)
+        line = command_line("plan", folder, "--force", f"{math.ceil(forces[0][0])}", store=store)
+        console.print(
+            f"to find there what is as large as the noise, load with up to: {needed}; to plan it: {line}",
+            soft_wrap=True, markup=False, highlight=False,
+        )  # fmt: skip
 
 
 def _size_words(at_tool: float | None, torque: float | None) -> str:
@@ -268,12 +301,18 @@ def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult, folde
         )
 
 
-def _show_pace(console: AnswerConsole, pace: SearchPace) -> None:
+def _show_pace(console: AnswerConsole, result: DiagnoseResult) -> None:
+    pace = result.pace
     if pace.candidates == 0:
         return
+    left = (
+        ""
+        if result.not_weighed is None
+        else f"; combinations not compared have about {share(result.not_weighed)} of the probability"
+    )
     console.print(
         f"\ncompared {pace.candidates} effects at their places ({pace.signatures} with their shapes) about "
-        f"{pace.models} model{'s' * (pace.models != 1)} in {significant(pace.seconds)} s",
+        f"{pace.models} model{'s' * (pace.models != 1)} in {significant(pace.seconds)} s{left}",
         soft_wrap=True,
     )
 
@@ -282,8 +321,10 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Show the ranking for the next single step."""
     if not result.findings:
         return
-    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", "probability>", "size>")
-    table.add_row("present model", "", "", deviation(result.rms), "", "", "")
+    drawn = console.width >= ROOMY
+    bars = ("",) if drawn else ()
+    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", "probability>", "size>", *bars)
+    table.add_row("present model", "", "", deviation(result.rms), "", "", "", *bars)
     for finding in result.findings[:MOST_ROWS]:
         table.add_row(
             finding.effect,
@@ -293,8 +334,9 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
             share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0)),
             probability_in_words(finding.probability or 0.0),
             _size_words(finding.size_m, finding.size_Nm),
+            *([bar(BAR * (finding.probability or 0.0), None, BAR)] if drawn else []),
         )
-    table.add_row("noise", "", "", deviation(result.noise) if result.noise else NOT_KNOWN, "", "", "")
+    table.add_row("noise", "", "", deviation(result.noise) if result.noise else NOT_KNOWN, "", "", "", *bars)
     console.print()
     console.print(table)
     more = len(result.findings) - MOST_ROWS

@@ -87,8 +87,8 @@ def ladder_lines(rungs: Sequence[LadderLine], scheme: str | None, width: int) ->
     lines = [f"{'step':<{names}}{GAP}{title:>{numbers}}"]
     lines.append("─" * min(width, len(lines[0])))
     bars = _bars(rungs, room) if room >= NARROWEST else [""] * len(rungs)
-    for rung, bar in zip(rungs, bars, strict=True):
-        lines.append(f"{rung.name:<{names}}{GAP}{rung.text:>{numbers}}{GAP}{bar}".rstrip())
+    for rung, drawn in zip(rungs, bars, strict=True):
+        lines.append(f"{rung.name:<{names}}{GAP}{rung.text:>{numbers}}{GAP}{drawn}".rstrip())
     return lines
 
 
@@ -110,7 +110,7 @@ def _bars(rungs: Sequence[LadderLine], room: int) -> list[str]:
             beyond = f"{significant(size / scale)} ×"
             bars.append(f"{beyond} the largest bar" if len(beyond) + 16 <= room else beyond)
         else:
-            bars.append(_bar(room * size / scale, at, room, NOISE if rung is rungs[-1] else ""))
+            bars.append(bar(room * size / scale, at, room, NOISE if rung is rungs[-1] else ""))
     return bars
 
 
@@ -118,8 +118,14 @@ def _size(rms: Rms | None, measure: str) -> float | None:
     return None if rms is None else dict(rms.items()).get(measure)
 
 
-def _bar(length: float, mark: float | None, room: int, fill: str = "") -> str:
-    """Return a bar of so many columns, with a mark at another."""
+def bar(length: float, mark: float | None, room: int, fill: str = "") -> str:
+    """Return a bar of so many columns, with a mark at another.
+
+    Examples
+    --------
+    >>> bar(2.5, None, 10)
+    '██▌'
+    """
     eighths = round(8.0 * length)
     text = (fill or "█") * (eighths // 8) + (EIGHTHS[eighths % 8].strip() if not fill else "")
     if mark is None or mark > room:

@@ -20,6 +20,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.forecast import contribution_of, heldout_residual
 from stiffcal.diagnosis.load_scan import LoadScan
+from stiffcal.diagnosis.thresholds import FOLLOWS_SIZE
 from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised, Regressor
@@ -242,7 +243,7 @@ def _is_size_of(covariate: Floats, drive: Floats) -> bool:
     if not (varies(covariate) and varies(drive) and varies(np.abs(drive))):
         return False
     signed, unsigned = (abs(float(np.corrcoef(covariate, series)[0, 1])) for series in (drive, np.abs(drive)))
-    return unsigned > 0.5 > signed
+    return unsigned > FOLLOWS_SIZE > signed
 
 
 def _along(direction: Floats, residual: Floats, rows: Integers) -> Floats:

@@ -24,6 +24,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.folds import LeftOutFolds, solve_folds
 from stiffcal.diagnosis.normal_equations import RIDGE, ROUNDING, SLACK, quadratic
+from stiffcal.diagnosis.thresholds import FEW_ROWS
 
 # Determinant of what a fold's rows leave open when the others are fitted; below it the fold alone determines a
 # parameter.
@@ -51,7 +52,7 @@ class FewRows:
         ----------
         cuts : the rows of each fold.
         """
-        if 3 * columns.shape[1] > len(cuts) * (len(columns) + 1):
+        if FEW_ROWS * columns.shape[1] > len(cuts) * (len(columns) + 1):
             return None
         return cls(np.ascontiguousarray(columns.T), np.array([cut.start for cut in cuts], dtype=np.int64))
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.diagnosis.thresholds import DEPENDENT
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import geometry_columns, geometry_prior, geometry_slope
 from stiffcal.identification.projection import Projection
@@ -86,7 +87,7 @@ class GeometryNuisance:
             np.arange(len(rows)) < len(known)
         )[:, None]  # fmt: skip
         basis, triangle = np.linalg.qr(rows[: len(known)].T)
-        independent = np.abs(np.diagonal(triangle)) > 1e-9
+        independent = np.abs(np.diagonal(triangle)) > DEPENDENT
         basis, rest = basis[:, independent], rows[len(known) :].T
         _, values, axes = np.linalg.svd(rest - basis @ (basis.T @ rest), full_matrices=False)
         axes = axes[:MOST_DIRECTIONS][times * values[:MOST_DIRECTIONS] > LEAST_SHOWN]

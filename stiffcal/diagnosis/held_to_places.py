@@ -105,7 +105,8 @@ class ReferencePlaces:
         chain, target = robot.chain, self.states.setup.targets[0]
         parts = rigid_changes(chain, self.angles, target, self.states.tracker[self.chosen]) * fitted
         columns = np.arange(len(fitted))
-        turns, of_target = columns[:-3][columns[:-3] % 6 >= 3], columns[-3:]
+        # of each tracker a shift and a turn, then the target's shift
+        turns, of_target = columns[:-3].reshape(-1, 2, 3)[:, 1].ravel(), columns[-3:]
         sizes = [float(np.linalg.norm(parts[:, part].sum(axis=1))) for part in (turns, of_target)]
         part = turns if sizes[0] > sizes[1] else of_target
         if max(sizes) < RIGID_SHARE * float(np.linalg.norm(shift - shift.mean(axis=0))):

@@ -76,6 +76,7 @@ def merged_diagnosis(parts: Sequence[PartialDiagnosis], in_model: Collection[str
         missing=_each_once([effect for _, effect in missing]),
         p_nothing=_product([result.p_nothing for result in results]),
         p_unknown=_one_at_least([result.p_unknown for result in results]),
+        not_weighed=_one_at_least([result.not_weighed for result in results]),
         unknown=sorted((law for result in results for law in result.unknown or ()), key=lambda law: -law.probability),
         excluded_sizes=None if missing else [one for result in results for one in result.excluded_sizes or ()],
         in_model=[effect for result in results for effect in result.in_model or ()],

@@ -145,6 +145,22 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LawCurveAt:
+    """By how much a joint gives by a law, beyond all else that is in the model, over what it follows."""
+
+    over: str
+    """``torque:4`` or ``angle:2``, as ``plot --against`` takes it."""
+    unit: str
+    """Of ``at``: N*m, N, rad or m."""
+    value_unit: str
+    """Of ``value``: rad or m, or that over the drive's own load where the law is one of compliance."""
+    at: list[float]
+    """Ascending; each point is a mean over as many load states."""
+    value: list[float]
+    """There."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class UnknownLaw:
     """A law that is none of the catalogue's effects, and is probably missing."""
 
@@ -156,6 +172,8 @@ class UnknownLaw:
     """The same in words."""
     probability: float
     """That it is there."""
+    curve: LawCurveAt | None
+    """The law itself, at its best values; null of what follows several variables at once, and of moving joints."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,6 +190,13 @@ class ExcludedSizeAt:
     """
     size_Nm: OrAbsent[Number] = None
     """N·m, rms of what it adds to a drive's torque; of moving joints."""
+    effect: str
+    """The effect there that shows least."""
+    deciding_force_N: OrAbsent[float] = None
+    """N, largest force with which, in poses like these, it would be found where it is as large as the noise under the
+    present loads; no key where it is found with these, where no load makes it larger, where the noise is not known, and
+    of moving joints.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,6 +342,10 @@ class DiagnoseResult(CommandResult):
     """
     unknown: OrAbsent[list[UnknownLaw]] = None
     """Laws that nobody has written down, most probable first."""
+    not_weighed: OrAbsent[float] = None
+    """Share of all probability that combinations which were not compared have, as far as single effects gain next to
+    those that were; None where nothing could be judged.
+    """
     excluded_sizes: OrAbsent[list[ExcludedSizeAt]] = None
     """What could not be excluded, place by place, where nothing is found."""
     in_model: OrAbsent[list[ProposedEffect]] = None

@@ -22,6 +22,20 @@ FARTHEST_NORMAL = 4.0
 LOOK_ALIKE_SHARE = 0.005
 # With fewer poses than this each one decides.
 LEAST_POSES = 6
+# A covariate follows the size of a law's term where it correlates with that by more than this, and with the term less.
+FOLLOWS_SIZE = 0.5
+# Folds of fewer rows than the columns' number over this are left out by what their few rows change: less work so.
+FEW_ROWS = 3
+# What is left of a column beyond those before it, of unit length, that is rounding.
+DEPENDENT = 1e-9
+# Of fewer runs no two can be left out, …
+RUNS_FOR_PAIRS = 4
+# … from so many on two may be faulty, …
+RUNS_FOR_TWO = 8
+# … and of fewer places than this no turn is found.
+LEAST_PLACES = 3
+# Runs point against their loads where more than this share of all points along them.
+MOST_ALONG = 0.5
 # So many look-alikes of a missing effect are named: of more nobody can choose.
 MOST_ALTERNATIVES = 4
 # A set of effects that explains less than this share of the avoidable error is part of the answer at most (section

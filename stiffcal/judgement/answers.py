@@ -13,6 +13,7 @@ from stiffcal.diagnosis.results import (
     ExcludedSizeAt,
     Explanation,
     Finding,
+    LawCurveAt,
     LookAlike,
     ProposedEffect,
     SearchPace,
@@ -21,14 +22,13 @@ from stiffcal.diagnosis.results import (
 )
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.identification.document import finite
+from stiffcal.judgement.excluded import ExcludedSize
 from stiffcal.judgement.found import Diagnosed, FoundEffect
-from stiffcal.judgement.reading import DOUBT, NAMED
+from stiffcal.judgement.numbers import DOUBT, MOST_UNDECIDED, NAMED
+from stiffcal.judgement.reading import UnlistedFound
 from stiffcal.judgement.sentences import why_not_added
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
-
-MOST_UNDECIDED = 4
-"""Effects of an undecided group that are listed."""
 
 
 def where_of(place: str) -> Where:
@@ -67,21 +67,45 @@ def _proposed(one: FoundEffect) -> ProposedEffect:
     )
 
 
-def unknown_laws(found: Diagnosed) -> list[UnknownLaw]:
-    """Return the laws that nobody has written down and are probably there."""
+def unknown_laws(found: Diagnosed, curve: Callable[[UnlistedFound], LawCurveAt | None]) -> list[UnknownLaw]:
+    """Return the laws that nobody has written down and are probably there.
+
+    Parameters
+    ----------
+    curve : gives the curve of a law over what it follows; None where it has none.
+    """
     return [
-        UnknownLaw(follows=law.follows, where=where_of(law.place), of=law.place, probability=law.probability)
+        UnknownLaw(
+            follows=law.follows,
+            where=where_of(law.place),
+            of=law.place,
+            probability=law.probability,
+            curve=curve(law),
+        )
         for law in found.reading.unlisted
     ]
 
 
-def excluded_sizes_of(found: Diagnosed, unit: Literal["m", "N·m"]) -> list[ExcludedSizeAt] | None:
-    """Return what could not be excluded, in the unit of the readings; None where something is found."""
+def excluded_sizes_of(
+    found: Diagnosed, unit: Literal["m", "N·m"], deciding_force: Callable[[ExcludedSize], float | None]
+) -> list[ExcludedSizeAt] | None:
+    """Return what could not be excluded, in the unit of the readings; None where something is found.
+
+    Parameters
+    ----------
+    deciding_force : gives the force that would show one as large as the noise; None where none would.
+    """
     if found.found:
         return None
     entries = []
     for one in found.excluded:
-        entry = ExcludedSizeAt(where=where_of(one.where), of=one.where, size_m=None)
+        entry = ExcludedSizeAt(
+            where=where_of(one.where),
+            of=one.where,
+            size_m=None,
+            effect=one.effect.effect.name,
+            deciding_force_N=deciding_force(one),
+        )
         size = finite(one.size)
         entries.append(replace(entry, size_m=size) if unit == "m" else replace(entry, size_Nm=size))
     return entries

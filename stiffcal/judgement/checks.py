@@ -18,12 +18,9 @@ from stiffcal.diagnosis.judge import f_tail
 from stiffcal.identification.row_layout import MOTOR
 from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.judge import Judged
-from stiffcal.judgement.like_states import WORTH_OF_NEIGHBOURS
+from stiffcal.judgement.numbers import CHANCE, NAMED, WORTH_OF_NEIGHBOURS
 from stiffcal.judgement.rows_off import off_mask
 from stiffcal.judgement.tails import Tail, tails_of
-
-CHANCE = 0.003
-"""Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +73,11 @@ class _LeftOver:
     def of(cls, judged: Judged) -> _LeftOver:
         """Return it for a judgement: squares as they count next to the tails of the noise."""
         ground, readings = judged.ground, judged.weighed.evidence.readings
-        rows = [one.columns.rows * size[:, None] for one, size in zip(judged.best, _sizes(judged), strict=True)]
-        left, free = readings.left(np.concatenate([np.zeros((0, len(readings.residual))), *rows]), judged.noise_number)
+        inner, number = judged.weighed.evidence.inner, judged.noise_number
+        left, free = readings.left(inner, judged.weighed.best, _sizes(judged), number)
         data = ground.space.data
         off = off_mask(data.run, data.index, (off for one in judged.best for off in one.off))
-        if ground.louder is not None and judged.louder > 0.5:
+        if ground.louder is not None and judged.louder > NAMED:
             off |= data.run == ground.louder.run
         taken = ~np.broadcast_to(off, data.measured_mask.shape).ravel()
         tails = tails_of(left[taken], free[taken], readings.kind[taken], ground.noise.known)
@@ -117,11 +114,14 @@ class _LeftOver:
 
     def run_by_run(self) -> Iterator[Check]:
         """Give the check of the run that scatters most."""
-        numbers = np.unique(self.run[~self.off])
         # each kind of reading has a noise of its own, and a run may hold one kind alone
         variance = np.array([self.tail.variance.get(kind, 1.0) for kind in self.kind.tolist()])[:, None] * self.uneven
-        squares = np.array([(self.square / variance)[:, self.run == number].sum() for number in numbers])
-        expected = np.array([self.expected[:, self.run == number].sum() for number in numbers])
+        numbers, place = np.unique(self.run, return_inverse=True)
+        left = np.unique(place[~self.off])
+        numbers = numbers[left]
+        squares, expected = (
+            np.bincount(place, part.sum(axis=0))[left] for part in (self.square / variance, self.expected)
+        )
         tried = [k for k in range(len(numbers)) if expected[k] > 1.0 and expected.sum() - expected[k] > 1.0]
         if len(tried) < 2:
             return
@@ -136,8 +136,10 @@ class _LeftOver:
         yield Check(CheckKind.RUN, float(ratios[worst]), p_value, int(numbers[tried[worst]]))
 
 
-def _sizes(judged: Judged) -> list[Floats]:
-    """Return (q,) the best sizes of each member of the best set where no pose answers in a way of its own."""
+def _sizes(judged: Judged) -> Floats:
+    """Return (q,) the best sizes of the columns of the best set where no pose answers in a way of its own."""
     evidence, key = judged.weighed.evidence, judged.weighed.best
     _, sizes = evidence.best_sizes(key)
-    return [evidence.members[i].scales[size] for i, size in zip(key, sizes[judged.noise_number], strict=True)]
+    return np.concatenate(
+        [np.zeros(0), *(evidence.members[i].scales[k] for i, k in zip(key, sizes[judged.noise_number], strict=True))]
+    )

@@ -14,7 +14,8 @@ from stiffcal.diagnosis.row_scan import RowScan, scan_row_candidates
 from stiffcal.errors import Progress, no_progress
 from stiffcal.experiments.row_search import RowProblem
 from stiffcal.judgement.found import Diagnosed, named_effects, superfluous_effects, with_all
-from stiffcal.judgement.reading import ALIKE, read_off
+from stiffcal.judgement.numbers import ALIKE
+from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows import judge_rows
 from stiffcal.model.effect import Effect
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -18,17 +17,30 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.projection import Projection
 from stiffcal.judgement.decomposition import thin_svd
 from stiffcal.judgement.like_states import sweeps_of
-from stiffcal.judgement.priors import DISCREPANCIES, LOUDER, RUN_SIZES
+from stiffcal.judgement.numbers import (
+    DISCREPANCIES,
+    LEAST_DIRECTION,
+    LOUDER,
+    MOST_OF_RUN,
+    RUN_SIZES,
+    SHOWS_ITS_NOISE,
+    WAVES,
+)
 from stiffcal.judgement.space import Space
 
-WAVES = 20
-"""Half waves over a run of a random walk."""
-MOST_OF_RUN = 42
-"""Directions of one run alone: six loads and a step for each of six components."""
-SHOWS_ITS_NOISE = 50.0
-"""Readings of a run, its constants taken out, that show its noise to a tenth: from so many on it may be louder."""
-LEAST = 1e-9
-"""Share of the largest variance of a run below which a direction is rounding."""
+
+@dataclass(frozen=True)
+class AlikeRuns:
+    """Runs of as many rows and directions."""
+
+    number: Integers
+    """(g,) places among all runs."""
+    place: Integers
+    """(g, r) positions of their rows."""
+    basis: Floats
+    """(g, r, d) orthonormal directions, the one of most variance first."""
+    at: Integers
+    """(g, d) places of these among all directions."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +51,10 @@ class Discrepancy:
     """Numbers of the runs, or groups of states."""
     n_rows: int
     """Whitened rows of all."""
-    of_run: tuple[tuple[Integers, Floats], ...]
-    """Per run the positions (r,) of its rows, and (r, d) orthonormal directions, the one of most variance first."""
+    alike: Sequence[AlikeRuns]
+    """All runs."""
     variance: Floats
-    """(d in all,) along each, for a discrepancy of one noise."""
+    """(d in all,) along each direction, for a discrepancy of one noise."""
 
     @classmethod
     def of_loads(cls, space: Projection) -> Discrepancy:
@@ -83,18 +95,19 @@ class Discrepancy:
         """
         data = space.data
         m, n = data.measured.shape
-        parts, runs = [], []
+        alike, variances, runs = list[AlikeRuns](), list[Floats](), list[int]()
         for sweep in sweeps_of(data):
             columns = np.zeros((len(sweep.places), m, n))
             columns[:, sweep.row, sweep.states] = sweep.places / space.whitening.scale[sweep.row, sweep.states]
             own = space.rows(columns).reshape(columns.shape)[:, sweep.row, sweep.states]
             basis, values, _ = thin_svd(own.T)
-            kept = values**2 > LEAST * max(float(values.max(initial=0.0)) ** 2, 1e-300)
-            parts.append((sweep.row * n + sweep.states, basis[:, kept], values[kept] ** 2))
+            kept = values**2 > LEAST_DIRECTION * max(float(values.max(initial=0.0)) ** 2, 1e-300)
+            at = sum(len(one) for one in variances) + np.arange(np.count_nonzero(kept))
+            number = np.full(1, len(runs), dtype=np.int64)
+            alike.append(AlikeRuns(number, (sweep.row * n + sweep.states)[None], basis[None, :, kept], at[None]))
+            variances.append(values[kept] ** 2)
             runs.append(sweep.run)
-        if not parts:
-            return None
-        return cls(tuple(runs), m * n, tuple(one[:2] for one in parts), np.concatenate([one[2] for one in parts]))
+        return cls(tuple(runs), m * n, alike, np.concatenate(variances)) if runs else None
 
     @classmethod
     def of_drivers(cls, space: Space, drivers: Sequence[Floats], group: Integers) -> Discrepancy:
@@ -106,27 +119,40 @@ class Discrepancy:
         for k, driver in enumerate(drivers):
             for c in range(m):
                 stack[k * m + c, c] = driver * size[c]
-        rows = space.rows(stack).reshape(len(stack), m, n)
-        numbers = np.unique(group)
-        parts, variances = [], []
-        for number in numbers:
-            states = np.flatnonzero(group == number)
-            place = (np.arange(m)[:, None] * n + states).ravel()
-            own = rows[:, :, states].reshape(len(stack), -1).T
-            basis, values, _ = thin_svd(own)
-            kept = values**2 > LEAST * max(float(values.max(initial=0.0)) ** 2, 1e-300)
-            parts.append((place, basis[:, kept]))
-            variances.append(values[kept] ** 2)
-        found = np.concatenate(variances) if variances else np.zeros(0)
-        return cls(tuple(numbers.tolist()), m * n, tuple(parts), found)
+        rows = space.rows(stack)
+        numbers, counts = np.unique(group, return_counts=True)
+        states = np.split(np.argsort(group, kind="stable"), np.cumsum(counts)[:-1])
+        alike, at = list[AlikeRuns](), 0
+        variances = list[Floats]()
+        for count in np.unique(counts):
+            long = np.flatnonzero(counts == count)
+            place = (np.arange(m)[:, None] * n + np.array([states[k] for k in long])[:, None]).reshape(len(long), -1)
+            bases, values, _ = thin_svd(np.moveaxis(rows[:, place], 0, 2))
+            shown = values**2 > LEAST_DIRECTION * np.maximum(values.max(axis=1, initial=0.0) ** 2, 1e-300)[:, None]
+            for d in np.unique(kept := shown.sum(axis=1)).tolist():
+                own = kept == d
+                numbered = at + np.arange(d * np.count_nonzero(own)).reshape(-1, d)
+                alike.append(AlikeRuns(long[own], place[own], bases[own][:, :, :d], numbered))
+                variances.append(values[own][:, :d].ravel() ** 2)
+                at += numbered.size
+        return cls(tuple(numbers.tolist()), m * n, alike, np.concatenate([np.zeros(0), *variances]))
+
+    @property
+    def of_run(self) -> list[tuple[Integers, Floats, Floats]]:
+        """Per run positions (r,) of its rows, orthonormal directions (r, d) and the variances (d,) along these."""
+        found = {
+            int(k): (place, basis, self.variance[at])
+            for one in self.alike
+            for k, place, basis, at in zip(one.number, one.place, one.basis, one.at, strict=True)
+        }
+        return [found[k] for k in range(len(self.runs))]
 
     @property
     def moves(self) -> dict[int, tuple[Integers, Floats]]:
         """Per run the positions (r,) of its rows, and (r, d) how a discrepancy of one noise moves them."""
-        ends = np.cumsum([0, *(basis.shape[1] for _, basis in self.of_run)])
         return {
-            run: (place, basis * np.sqrt(self.variance[a:b]))
-            for run, (place, basis), (a, b) in zip(self.runs, self.of_run, pairwise(ends), strict=True)
+            run: (place, basis * np.sqrt(variance))
+            for run, (place, basis, variance) in zip(self.runs, self.of_run, strict=True)
         }
 
     @property
@@ -136,15 +162,18 @@ class Discrepancy:
 
     def along(self, rows: Floats) -> Floats:
         """Return (k, d) the parts of whitened rows (k, r) along the directions."""
-        return np.concatenate([rows[:, place] @ basis for place, basis in self.of_run], axis=1)
+        found = np.empty((len(rows), len(self.variance)))
+        for one in self.alike:
+            found[:, one.at] = np.swapaxes(np.swapaxes(rows[:, one.place], 0, 1) @ one.basis, 0, 1)
+        return found
 
     def taken_out(self, rows: Floats, weights: Floats) -> Floats:
         """Return rows (k, r) less their parts along the directions times weights (d,)."""
-        found, at = rows.copy(), 0
-        for place, basis in self.of_run:
-            count = basis.shape[1]
-            found[:, place] -= ((rows[:, place] @ basis) * weights[at : at + count]) @ basis.T
-            at += count
+        found = rows.copy()
+        for one in self.alike:
+            own = rows[:, one.place]
+            along = (np.swapaxes(own, 0, 1) @ one.basis) * weights[one.at][:, None]
+            found[:, one.place] = own - np.swapaxes(along @ np.swapaxes(one.basis, 1, 2), 0, 1)
         return found
 
     def variance_of_noise(self, weights: Floats) -> Floats:
@@ -153,11 +182,9 @@ class Discrepancy:
 
     def leverage(self, weights: Floats) -> Floats:
         """Return (r,) the share of each row that lies along the directions, times weights (d,)."""
-        found, at = np.zeros(self.n_rows), 0
-        for place, basis in self.of_run:
-            count = basis.shape[1]
-            found[place] += basis**2 @ weights[at : at + count]
-            at += count
+        found = np.zeros(self.n_rows)
+        for one in self.alike:
+            found[one.place] = np.einsum("grd,gd->gr", one.basis**2, weights[one.at])
         return found
 
     def weights(self, size: float) -> Floats:
@@ -237,8 +264,26 @@ class LouderRun:
         return float(self.free * np.log1p(size**2))
 
 
-def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Iterator[tuple[int, Floats]]:
-    """Give each run's number and (d, r) columns that move it alone, together of rms one over its rows.
+@dataclass(frozen=True)
+class OffRun:
+    """How a run alone may be off."""
+
+    run: int
+    """Its number."""
+    place: Integers
+    """(p,) positions of its whitened rows."""
+    moved: Floats
+    """(p, d) directions by which it may be off, together of rms one."""
+
+    def rows(self, n_rows: int) -> Floats:
+        """Return the directions (d, r) among the whitened rows of all runs."""
+        found = np.zeros((self.moved.shape[1], n_rows))
+        found[:, self.place] = self.moved.T
+        return found
+
+
+def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Iterator[OffRun]:
+    """Give how each run alone may be off.
 
     Not of absolute places, of which each row is a run: a row that is off is a reading.
 
@@ -255,12 +300,11 @@ def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Ite
         loads = answer / np.maximum(np.linalg.norm(answer, axis=0), 1e-300)
         # of a long run the walk's first waves alone, next to all that it can answer; a short one moves in any way
         basis, size, _ = thin_svd(walk - loads @ (loads.T @ walk))
-        moved = np.column_stack([answer, (basis * size)[:, size > LEAST * walk.max(initial=0.0)]])[:, :MOST_OF_RUN]
+        waves = (basis * size)[:, size > LEAST_DIRECTION * walk.max(initial=0.0)]
+        moved = np.column_stack([answer, waves])[:, :MOST_OF_RUN]
         if moved.any():
             moved = np.column_stack([moved, _beyond(flat[:, place].T, moved)])
-            rows = np.zeros((moved.shape[1], of_loads.n_rows))
-            rows[:, place] = moved.T * np.sqrt(len(place) / np.sum(moved**2))
-            yield run, rows
+            yield OffRun(run, place, moved * np.sqrt(len(place) / np.sum(moved**2)))
 
 
 def _beyond(shared: Floats, moved: Floats) -> Floats:
@@ -277,8 +321,9 @@ def _beyond(shared: Floats, moved: Floats) -> Floats:
 
 def _unit_loads(wrench: Floats) -> list[Floats]:
     """Return the components (n,) of the loads, together of size one where the load is largest."""
-    found = []
+    parts = []
     for part in (wrench[:3], wrench[3:]):
         most = float(np.sqrt(np.max(np.sum(part**2, axis=0), initial=0.0)))
-        found += [row / most for row in part if most > 0.0]
-    return [row / np.sqrt(2.0) for row in found] if len(found) > 3 else found
+        if most > 0.0:
+            parts.append(part / most)
+    return [row / np.sqrt(len(parts)) for part in parts for row in part]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from stiffcal.diagnosis.heldout_error import (
     as_validated,
     errors_by_experiment,
@@ -18,6 +20,7 @@ from stiffcal.diagnosis.ranking import effect_at
 from stiffcal.diagnosis.results import (
     DiagnoseResult,
     Finding,
+    LawCurveAt,
 )
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.setting_results import ContradictedSetting
@@ -38,7 +41,10 @@ from stiffcal.judgement.answers import (
     undecided_effects,
     unknown_laws,
 )
+from stiffcal.judgement.curves import curve_of
 from stiffcal.judgement.diagnosed import DiagnosedStates
+from stiffcal.judgement.excluded import ExcludedSize
+from stiffcal.judgement.reading import UnlistedFound
 from stiffcal.judgement.sentences_of_states import summary_of, warnings_on
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.rms import Rms
@@ -77,8 +83,9 @@ def diagnosis_result(found: DiagnosedStates) -> DiagnoseResult:
         in_model=proposed(found.held),
         p_nothing=reading.p_nothing,
         p_unknown=reading.p_unknown,
-        unknown=unknown_laws(found),
-        excluded_sizes=excluded_sizes_of(found, "m"),
+        unknown=unknown_laws(found, lambda law: _curve(found, law)),
+        not_weighed=reading.not_weighed,
+        excluded_sizes=excluded_sizes_of(found, "m", lambda one: _deciding_force(found, one)),
         contradicted=list(_contradicted(found, before, with_missing)),
         undecided=undecided_effects(found),
         could_be=[],
@@ -104,6 +111,34 @@ def diagnosis_result(found: DiagnosedStates) -> DiagnoseResult:
         fit_id="",
         key="",
     )
+
+
+def _curve(found: DiagnosedStates, law: UnlistedFound) -> LawCurveAt | None:
+    curve = curve_of(found.judged, f"{law.place}: {law.follows}")
+    if curve is None:
+        return None
+    chain = found.first.fit.robot.chain
+    moved, over = (
+        int(name.rpartition(":")[2].split()[-1]) in chain.prismatic_joints for name in (law.place, curve.over)
+    )
+    length, load = ("m", "N") if moved else ("rad", "N*m")
+    angle, torque = ("m", "N") if over else ("rad", "N*m")
+    return LawCurveAt(
+        over=curve.over,
+        unit=torque if curve.over.startswith("torque") else angle,
+        value_unit=f"{length}/({load})" if curve.per_load else length,
+        at=curve.at.tolist(),
+        value=curve.value.tolist(),
+    )
+
+
+def _deciding_force(found: DiagnosedStates, one: ExcludedSize) -> float | None:
+    """Return the force, N, that would show it where it is as large as the noise; None where these loads do, or none."""
+    force = float(np.linalg.norm(found.kept_states.wrench[:, :3], axis=1).max(initial=0.0))
+    noise = found.first.fit.noise_length.get("translation") if found.noise_known else None
+    if noise and force > 0.0 and one.grows_with_load and noise < one.size < np.inf:
+        return force * one.size / noise
+    return None
 
 
 def _contradicted(found: DiagnosedStates, before: Rms, after: Rms) -> Iterator[ContradictedSetting]:

@@ -14,19 +14,18 @@ them, larger sets about the best, one member after the other. What the tails of 
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.judgement.shared import Inner
+from stiffcal.judgement.inner_products import Inner, InnerProducts
+from stiffcal.judgement.numbers import SWEEPS
 from stiffcal.judgement.tails import Readings
-
-SWEEPS = 3
-"""Times that each member's size is sought again while the others stay."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class MemberColumns:
     """Whitened columns of one member, in units of their typical size."""
 
     rows: Floats
-    """(q, r)."""
+    """(q, r); or (q, p) at ``place`` alone."""
     bounded: Booleans
     """(q,) True where the coefficient cannot be negative."""
     sizes: Floats
@@ -49,6 +48,9 @@ class MemberColumns:
     """Whether coefficients that do not stand alone are any of them, as of a frame that is off along some of its axes;
     else all.
     """
+
+    place: Integers | None = None
+    """(p,) positions of the rows where they are not 0, as of what happened in one run; None: all."""
 
     @cached_property
     def patterns(self) -> Floats:
@@ -105,7 +107,7 @@ class SetEvidence:
 
     members: Sequence[MemberColumns]
     """All of them."""
-    inner: Inner
+    inner: InnerProducts
     """Of their columns, per discrepancy of the grid."""
     noise: NoiseScale
     """Of the rows."""
@@ -123,14 +125,8 @@ class SetEvidence:
         readings : with all that members have in them.
         noise : how well its scale is known.
         """
-        inner = readings.shared.inner(np.concatenate([*(one.rows for one in members), readings.residual[None]]))
+        inner = InnerProducts.of(readings.shared, [(one.rows, one.place) for one in members], readings.residual)
         return cls(members, inner, noise, readings)
-
-    @cached_property
-    def place(self) -> list[Integers]:
-        """Of each member the positions of its columns."""
-        ends = np.cumsum([0, *(len(member.rows) for member in self.members)])
-        return [np.arange(a, b) for a, b in pairwise(ends)]
 
     def normal(self, chosen: Sequence[int]) -> float:
         """Return the log evidence of a set for normal noise: between shapes of one law tails make no difference."""
@@ -148,28 +144,20 @@ class SetEvidence:
     def tails(self, chosen: Sequence[int], value: Floats, sizes: Integers) -> Floats:
         """Return (t,) what the tails of the noise add to the log evidence of a set, that and its sizes as found."""
         scale = [self.members[i].scales[sizes[:, j]] for j, i in enumerate(chosen)]
-        rows = [self.members[i].rows for i in chosen]
-        count = len(self.readings.residual)
-        return self.readings.gains(
-            np.concatenate([np.zeros((0, count)), *rows]),
-            np.concatenate([np.zeros((len(value), 0)), *scale], axis=1),
-            value,
-            self.noise.known,
-        )
+        sizes_of_columns = np.concatenate([np.zeros((len(value), 0)), *scale], axis=1)
+        return self.readings.gains(self.inner, chosen, sizes_of_columns, value, self.noise.known)
 
     def best_sizes(self, chosen: Sequence[int], inner: Inner | None = None) -> tuple[Floats, Integers]:
         """Return (t,) the log evidence of a set for each discrepancy, and (t, c) the best size of each member.
 
         Parameters
         ----------
-        inner : what is left of the inner products once other members are taken out; None: all.
+        inner : what is left of the set's inner products once other members are taken out; None: all.
         """
-        inner = inner or self.inner
-        t = len(inner.constant)
+        own = inner or self.inner.of_set(chosen)
+        t = len(own.constant)
         if not len(chosen):
-            return inner.constant + self.noise.log_density(inner.square), np.zeros((t, 0), dtype=np.int64)
-        where = np.concatenate([self.place[i] for i in chosen])
-        own = Inner(inner.constant, inner.gram[:, where[:, None], where], inner.target[:, where], inner.square)
+            return own.constant + self.noise.log_density(own.square), np.zeros((t, 0), dtype=np.int64)
         bounded = np.concatenate([self.members[i].bounded for i in chosen])
         sizes = np.stack([self._first_sizes(i, t) for i in chosen], axis=1)
         lines: list[Floats] = [np.zeros((t, 0))] * len(chosen)
@@ -182,11 +170,11 @@ class SetEvidence:
                     sizes[:, j], others[j] = np.argmax(lines[j], axis=1), now
             if all(np.array_equal(others[j], np.delete(sizes, j, axis=1)) for j in range(len(chosen))):
                 break
-        if len(chosen) == 1 and inner is self.inner:
+        if len(chosen) == 1 and inner is None:
             self.alone[chosen[0]] = sizes[:, 0]
         spread = [np.logaddexp.reduce(line - line.max(axis=1)[:, None], axis=1) for line in lines]
         before = [self.members[i].log_weights[sizes[:, j]] for j, i in enumerate(chosen[:-1])]
-        whole = inner.constant + lines[-1].max(axis=1) + np.sum(spread, axis=0)
+        whole = own.constant + lines[-1].max(axis=1) + np.sum(spread, axis=0)
         return whole + np.sum(before, axis=0) if before else whole, sizes
 
     def _first_sizes(self, number: int, count: int) -> Integers:
@@ -195,24 +183,47 @@ class SetEvidence:
         middle = len(self.members[number].sizes) // 2
         return known if known is not None and len(known) == count else np.full(count, middle)
 
-    def at_best(self, chosen: Sequence[int]) -> tuple[int, Integers, Floats]:
-        """Return the best discrepancy of a set, and (w,) positions and sizes of its columns about it."""
+    def at_best(self, chosen: Sequence[int]) -> tuple[int, Floats]:
+        """Return the best discrepancy of a set, and the sizes (w,) of its columns about it."""
         by_discrepancy, sizes = self.best_sizes(chosen)
         best = int(np.argmax(by_discrepancy))
-        where = [self.place[i] for i in chosen]
         scale = [self.members[i].scales[k] for i, k in zip(chosen, sizes[best], strict=True)]
-        return best, np.concatenate([np.zeros(0, dtype=np.int64), *where]), np.concatenate([np.zeros(0), *scale])
+        return best, np.concatenate([np.zeros(0), *scale])
 
-    def left_by(self, chosen: Sequence[int]) -> Inner:
-        """Return the inner products at the best discrepancy of a set, with the set taken out at its best sizes."""
-        best, where, scale = self.at_best(chosen)
-        return self.inner.at(best).given(where, scale)
+    def left_by(self, chosen: Sequence[int]) -> list[Inner]:
+        """Return each member's own inner products at the best discrepancy of a set, the set taken out at its sizes."""
+        best, scale = self.at_best(chosen)
+        return self.inner.given(chosen, scale, best)
 
-    def coefficients(self, chosen: Sequence[int]) -> tuple[int, Integers, Floats]:
-        """Return the best discrepancy of a set, and (w,) positions and coefficients of its columns about it."""
-        best, where, scale = self.at_best(chosen)
-        gram = self.inner.gram[best][np.ix_(where, where)] * np.outer(scale, scale) + np.eye(len(scale))
-        return best, where, np.asarray(scale * np.linalg.solve(gram, scale * self.inner.target[best][where]))
+    def next_to(self, chosen: Sequence[int], able: Sequence[int]) -> dict[int, float]:
+        """Return by number what single members add to the log evidence of a set, its own at their best sizes.
+
+        Members alike in all but their columns are weighed at once.
+        """
+        left = self.left_by(chosen)
+        alike: dict[tuple[bytes, ...], list[int]] = defaultdict(list)
+        for i in able:
+            one = self.members[i]
+            key = one.bounded, one.sizes, one.log_weights, one.patterns
+            alike[tuple(part.tobytes() for part in key)].append(i)
+        found = dict[int, float]()
+        for same in alike.values():
+            inner = Inner(
+                np.concatenate([left[i].constant for i in same]),
+                np.concatenate([left[i].gram for i in same]),
+                np.concatenate([left[i].target for i in same]),
+                np.concatenate([left[i].square for i in same]),
+            )
+            more = self.best_sizes(same[:1], inner)[0] - self.best_sizes((), inner)[0]
+            found |= dict(zip(same, more.tolist(), strict=True))
+        return found
+
+    def coefficients(self, chosen: Sequence[int]) -> tuple[int, Floats]:
+        """Return the best discrepancy of a set, and the coefficients (w,) of its columns about it."""
+        best, scale = self.at_best(chosen)
+        inner = self.inner.of_set(chosen)
+        gram = inner.gram[best] * np.outer(scale, scale) + np.eye(len(scale))
+        return best, np.asarray(scale * np.linalg.solve(gram, scale * inner.target[best]))
 
     def _line(self, inner: Inner, chosen: Sequence[int], sizes: Integers, varied: int, bounded: Booleans) -> Floats:
         """Return (t, g · s) the log evidence for each size of one member, the others' (t, c) as they are.
@@ -220,7 +231,7 @@ class SetEvidence:
         The others are taken out at their sizes; along the eigenvectors of what is left of the member's own inner
         products every size is a division.
         """
-        own = np.concatenate([np.full(len(self.place[i]), j == varied) for j, i in enumerate(chosen)])
+        own = np.concatenate([np.full(len(self.members[i].rows), j == varied) for j, i in enumerate(chosen)])
         scale = np.concatenate(
             [np.zeros((len(sizes), 0))]
             + [self.members[i].scales[sizes[:, j]] for j, i in enumerate(chosen) if j != varied],

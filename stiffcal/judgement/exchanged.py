@@ -15,9 +15,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.observation import Observations
 from stiffcal.judgement.ground_of_states import GroundOfStates
-
-KEPT = 3
-"""Pairs of each kind that are compared with all else."""
+from stiffcal.judgement.numbers import EXCHANGES_KEPT
 
 
 class ExchangedPart(Enum):
@@ -53,7 +51,7 @@ def exchanges(ground: GroundOfStates) -> Iterator[Exchange]:
     runs = _Runs.of(ground)
     for part in ExchangedPart:
         gain = _gains(ground, runs, part)
-        for place in np.argsort(-gain, axis=None, kind="stable")[:KEPT]:
+        for place in np.argsort(-gain, axis=None, kind="stable")[:EXCHANGES_KEPT]:
             i, j = (int(k) for k in np.unravel_index(place, gain.shape))
             if gain[i, j] > 0.0:
                 column = np.zeros(data.measured.shape)

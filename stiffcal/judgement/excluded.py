@@ -12,14 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.judgement.judge import Judged
-from stiffcal.judgement.priors import MemberKind
-
-POWER = 1.2816
-"""Standard deviations that nine of ten lie below."""
-PASSES = 50
-LEAST_LEFT = 1e-6
-"""Share of an effect's squares that is left beyond what every hypothesis can make, below which it does not show."""
+from stiffcal.judgement.numbers import LEAST_LEFT, POWER, SIZE_FOUND, SIZE_PASSES
+from stiffcal.model.effect import Kind
 
 
 @dataclass(frozen=True)
@@ -30,38 +26,47 @@ class ExcludedSize:
     """As `stiffcal.judgement.priors.where`."""
     size: float
     """Rms of what it does to the components `Ground.stated`; infinite where an effect there does not show."""
+    effect: Candidate
+    """Which effect there shows least."""
+
+    @property
+    def grows_with_load(self) -> bool:
+        """Whether it is larger under larger loads: what moves tracker or target is not."""
+        return self.effect.effect.kind is not Kind.OBSERVATION
 
 
 def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
     """Return the size of each place where the best set has nothing, of the effect there that shows least."""
     evidence, ground, members = judged.weighed.evidence, judged.ground, judged.members
     key = judged.weighed.best
-    inner = evidence.left_by(key)
-    noise = float(evidence.noise.scale(np.maximum(inner.square, 0.0))[0])
+    left = evidence.left_by(key)
+    noise = float(evidence.noise.scale(np.maximum(left[0].square, 0.0))[0]) if left else 1.0
     stated = ground.stated
     taken = {members[i].share.place for i in key}
-    found: dict[str, float] = {}
+    found: dict[str, ExcludedSize] = {}
     for number, one in enumerate(members):
-        if one.kind is not MemberKind.EFFECT or one.share.place in taken:
+        if one.candidate is None or one.share.place in taken:
             continue
-        shown = float(np.trace(inner.gram[0][np.ix_(evidence.place[number], evidence.place[number])]))
+        place = one.share.place
+        shown = float(np.trace(left[number].gram[0]))
         rows = one.columns.rows
         if shown <= LEAST_LEFT * float(np.sum(rows**2)):
-            found[one.share.place] = np.inf
+            found[place] = ExcludedSize(place, np.inf, one.candidate)
             continue
         moved = np.array([ground.space.unwhitened(row)[stated] for row in rows])
         read = max(int(np.count_nonzero(ground.space.data.measured_mask[stated].any(axis=0))), 1)
         size = noise * np.sqrt(_squares_to_find(one.log_prior) / shown * np.sum(moved**2) / read)
-        found[one.share.place] = max(found.get(one.share.place, 0.0), float(size))
-    return tuple(ExcludedSize(place, size) for place, size in sorted(found.items()))
+        if place not in found or size > found[place].size:
+            found[place] = ExcludedSize(place, float(size), one.candidate)
+    return tuple(found[place] for place in sorted(found))
 
 
 def _squares_to_find(log_prior: float) -> float:
     """Return λ that is found in nine campaigns of ten."""
     squares = 1.0
-    for _ in range(PASSES):
+    for _ in range(SIZE_PASSES):
         new = (POWER + np.sqrt(-2.0 * log_prior + np.log1p(squares))) ** 2
-        if abs(new - squares) < 1e-9 * new:
+        if abs(new - squares) < SIZE_FOUND * new:
             break
         squares = float(new)
     return squares

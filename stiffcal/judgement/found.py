@@ -19,8 +19,9 @@ from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.judgement.excluded import ExcludedSize, excluded_sizes
 from stiffcal.judgement.forms import replaced
 from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.numbers import ALTERNATIVES, NAMED
 from stiffcal.judgement.priors import MemberKind
-from stiffcal.judgement.reading import NAMED, AlikeEffects, WhatIsMissing
+from stiffcal.judgement.reading import AlikeEffects, WhatIsMissing
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
 
@@ -175,10 +176,6 @@ def _shape_of(judged: Judged, name: str) -> Mapping[str, float]:
     log, members = judged.weighed.log, judged.members
     key = max((key for key in log if any(members[i].name == name for i in key)), key=lambda key: log[key])
     return next(members[i].shape for i in key if members[i].name == name)
-
-
-ALTERNATIVES = 0.95
-"""Other effects of a group are named until together with the first they have so much of it."""
 
 
 def _as_far_as_needed(reached: float, others: Sequence[tuple[str, float]]) -> list[tuple[str, float]]:

@@ -15,9 +15,10 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.drift import Drift
 from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.regressors import Regressor, RegressorMaker
-from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, off_by_run
+from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun, off_by_run
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import ALONE, SIZE_WEIGHTS, SIZES, UsualSizes
+from stiffcal.judgement.numbers import ALL_SHAPES, ALONE, SIZE_WEIGHTS, SIZES
+from stiffcal.judgement.priors import UsualSizes
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.space import Space
 from stiffcal.judgement.tails import Readings
@@ -64,7 +65,7 @@ class Ground(ABC):
     with_present: dict[tuple[tuple[str, Place], ...], Shared] = field(default_factory=dict, compare=False, kw_only=True)
     """What every set has where some effects of the model are in all of them."""
 
-    most_shapes: ClassVar[int] = 200
+    most_shapes: ClassVar[int] = ALL_SHAPES
     """Combinations of shape parameters up to which a law is tried."""
 
     @cached_property
@@ -77,8 +78,8 @@ class Ground(ABC):
         """Positions in the grid of discrepancies at which no pose has a way of its own: all that is left is noise."""
         return [0, *self.shared.numbers_of(self.alike)]
 
-    def runs_off(self) -> Iterator[tuple[int, Floats]]:
-        """Give each run's number and (d, r) whitened columns by which it alone may be off, of rms one over its rows."""
+    def runs_off(self) -> Iterator[OffRun]:
+        """Give how each run alone may be off."""
         flat = self.shared.columns[~self.shared.prior[:, :-1].any(axis=0)]
         return off_by_run(self.of_loads, self.of_time, flat)
 

@@ -14,10 +14,10 @@ from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.estimation.bins import Bins
 from stiffcal.experiments.row_search import RowCourse, RowFit
 from stiffcal.identification.regressors import Regressor, RegressorMaker
-from stiffcal.judgement.discrepancy import WAVES, Discrepancy, LouderRun
+from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun
 from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.ground import CheckKind, Ground
-from stiffcal.judgement.priors import OF_LOADS, OF_TIME
+from stiffcal.judgement.numbers import OF_LOADS, OF_TIME, WAVES
 from stiffcal.judgement.shared import Shared
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, Place
@@ -154,12 +154,10 @@ class GroundOfRows(Ground):
         """The torque."""
         return np.zeros(1, dtype=np.int64)
 
-    def runs_off(self) -> Iterator[tuple[int, Floats]]:
-        """Give each pass's number and (1, k) the constant by which it may be off."""
+    def runs_off(self) -> Iterator[OffRun]:
+        """Give the constant by which each pass alone may be off."""
         for run, (place, moved) in self.of_loads.moves.items():
-            rows = np.zeros((1, len(self.space.sigma)))
-            rows[0, place] = moved[:, 0] / np.sqrt(np.mean(moved[:, 0] ** 2))
-            yield run, rows
+            yield OffRun(run, place, moved[:, :1] / np.sqrt(np.mean(moved[:, 0] ** 2)))
 
 
 def _without_constants(fit: RowFit) -> Floats:

@@ -17,18 +17,12 @@ from stiffcal.estimation.parameters import Parameter
 from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.numbers import INSTEAD, MODELS, SET_ASIDE
 from stiffcal.judgement.priors import COMMON, MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
-
-ROUNDS = 6
-"""Models about which the members are compared, at most."""
-INSTEAD = 4.0
-"""Nats behind the best set up to which an effect explains what is off nearly as well."""
-SET_ASIDE = 0.5
-"""Probability of being off from which on a run takes no part."""
 
 
 class JudgedFit(Protocol):
@@ -177,7 +171,7 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
     aside = frozenset[Off]()
     explained = dict[Off, tuple[str, ...]]()
     tried = {(_orders((name_of(one), one.effect, one.values) for one in present), aside)}
-    for number in range(1, ROUNDS + 1):
+    for number in range(1, MODELS + 1):
         progress(f"comparing every effect at every place, model {number}", 0.05 + 0.1 * number)
         judged = replace(campaign.judged(fit, chosen, number), model=model)
         effects, without = _next_model(judged, aside)

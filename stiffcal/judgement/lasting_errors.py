@@ -16,10 +16,8 @@ from stiffcal.identification.noise import Noise
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.row_layout import MOTOR
+from stiffcal.judgement.numbers import SAME_VALUE
 from stiffcal.model.drives import drive_torque
-
-STAYS = 1e-9
-"""Share of its range by which a value may change that stays: rounding."""
 
 
 def lasting_errors(state: Linearised, noise: Noise) -> Floats:
@@ -73,7 +71,7 @@ def _between(torque: Floats, data: Observations) -> Floats:
 
 def _stretches(value: Floats, run: Integers) -> Iterator[Integers]:
     """Give the states during which a value stays, two at least, of one run."""
-    still = (np.abs(np.diff(value)) <= STAYS * np.ptp(value)) & (np.diff(run) == 0)
+    still = (np.abs(np.diff(value)) <= SAME_VALUE * np.ptp(value)) & (np.diff(run) == 0)
     edges = np.flatnonzero(~still) + 1
     for own in np.split(np.arange(len(value)), edges):
         if len(own) > 1:

@@ -14,16 +14,8 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
-from stiffcal.judgement.priors import (
-    EXPECTED_EFFECTS,
-    RUN_SIZES,
-    UNLISTED_SIZES,
-    MemberKind,
-    Share,
-    UsualSizes,
-    log_odds,
-    where,
-)
+from stiffcal.judgement.numbers import EXPECTED_EFFECTS, RUN_SIZES, UNLISTED_SIZES
+from stiffcal.judgement.priors import MemberKind, Share, UsualSizes, log_odds, where
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.settings_off import SettingOff
 from stiffcal.judgement.shapes import in_other_form, present_as, shapes_of
@@ -122,5 +114,7 @@ def off_columns(rows: Floats, alone: float = 0.0) -> MemberColumns:
     rows : (q, r) of rms one over the run, or of one noise each.
     alone : probability that it is off in one component alone.
     """
-    even = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES))
-    return MemberColumns(rows, np.zeros(len(rows), dtype=np.bool_), RUN_SIZES, even, alone if len(rows) > 1 else 0.0)
+    even, free = np.full(len(RUN_SIZES), 1.0 / len(RUN_SIZES)), np.zeros(len(rows), dtype=np.bool_)
+    place = np.flatnonzero(rows.any(axis=0))
+    alone = alone if len(rows) > 1 else 0.0
+    return MemberColumns(rows[:, place], free, RUN_SIZES, even, alone, place=place)

@@ -10,11 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-
-AVERAGES = (2.0, 6.0, 20.0)
-"""States over which what was carried is forgotten."""
-STILL = 0.02
-"""Change of the load, over the usual one, below which it has not turned."""
+from stiffcal.judgement.numbers import AVERAGES, STILL
 
 
 def of_memory(load: Floats, run: Integers | None) -> list[Floats]:

@@ -9,18 +9,17 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.diagnosis.suspects.influence import most_suspects
+from stiffcal.judgement.discrepancy import OffRun
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.exchanged import Exchange, ExchangedPart, exchanges
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.members import Member, off_columns
-from stiffcal.judgement.priors import ALONE, MemberKind, RobotScale, Share
+from stiffcal.judgement.numbers import ALONE, RUNS_KEPT
+from stiffcal.judgement.priors import MemberKind, RobotScale, Share
 from stiffcal.judgement.rows_off import Off, rows_off
 from stiffcal.judgement.settings_off import GivenSettings, setting_columns
 from stiffcal.judgement.within_run import InRun, mistakes_in_runs
-
-RUNS_KEPT = 8
-"""Runs that may be off and are compared with all else: those that explain most by being so."""
 
 
 def mistakes_and_settings(
@@ -51,30 +50,30 @@ def what_is_off(ground: Ground) -> Iterator[Member]:
     """Give the single readings and the runs that may be off."""
     yield from (_row_off(off, rows) for off, rows in rows_off(ground))
     if most_suspects(len(np.unique(ground.space.data.run))):
-        yield from (_run_off(run, rows) for run, rows in _furthest(ground))
+        yield from (_run_off(one, len(ground.white)) for one in _furthest(ground))
 
 
-def _furthest(ground: Ground) -> list[tuple[int, Floats]]:
-    """Return the runs that are off most, with their columns as `Ground.runs_off` gives them.
+def _furthest(ground: Ground) -> list[OffRun]:
+    """Return the runs that are off most.
 
     Of the others none is more probable than before: what they could explain is less.
     """
-    gains, kept = list[float](), list[tuple[int, Floats]]()
-    for run, rows in ground.runs_off():
-        basis, _ = np.linalg.qr(rows.T)
-        gains.append(float(np.sum((ground.white @ basis) ** 2)) - len(rows))
-        kept.append((run, rows))
+    gains, kept = list[float](), list[OffRun]()
+    for one in ground.runs_off():
+        basis, _ = np.linalg.qr(one.moved)
+        gains.append(float(np.sum((ground.white[one.place] @ basis) ** 2)) - one.moved.shape[1])
+        kept.append(one)
         if len(kept) > 2 * RUNS_KEPT:
             best = np.argsort(-np.array(gains), kind="stable")[:RUNS_KEPT]
             gains, kept = [gains[k] for k in best], [kept[k] for k in best]
     best = np.argsort(-np.array(gains), kind="stable")[:RUNS_KEPT]
-    return sorted((kept[k] for k in best), key=lambda one: one[0])
+    return sorted((kept[k] for k in best), key=lambda one: one.run)
 
 
-def _run_off(run: int, rows: Floats) -> Member:
-    """Return the member by which a run is off; rows as of `off_columns`."""
-    share = Share(f"run {run}", "off", MemberKind.MISTAKE, False)
-    return Member(f"run {run} off", share, None, {}, 0.0, off_columns(rows), off=(Off(run),))
+def _run_off(one: OffRun, n_rows: int) -> Member:
+    """Return the member by which a run is off."""
+    share = Share(f"run {one.run}", "off", MemberKind.MISTAKE, False)
+    return Member(f"run {one.run} off", share, None, {}, 0.0, off_columns(one.rows(n_rows)), off=(Off(one.run),))
 
 
 def _row_off(off: Off, rows: Floats) -> Member:

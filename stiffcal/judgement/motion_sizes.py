@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Self
 
 from stiffcal.experiments.row_search import RowProblem, UsualMotion
+from stiffcal.judgement.numbers import TYPICAL_FRICTION, TYPICAL_SPEED
 from stiffcal.judgement.priors import NO_SHAPE
 from stiffcal.model.effect import Effect, Place, Values
-
-TYPICAL_FRICTION, TYPICAL_SPEED = 50.0, 0.5
-"""N·m and rad/s: of the drives whose effects the catalogue calls typical."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """All that is assumed before any reading: how many effects are missing, where, of which kind, and how large.
 
-The numbers of judgement are here and nowhere else. They depend on no reading and on no number of readings.
+The numbers are in `stiffcal.judgement.numbers`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,18 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG
 from stiffcal.judgement.forms import spring_symbol
+from stiffcal.judgement.numbers import (
+    BEND,
+    CONTRADICTED,
+    DOUBTED_ROW,
+    DOUBTED_RUN,
+    EXPECTED_EFFECTS,
+    SETUP_MISTAKE,
+    SPRING,
+    TYPICAL_COMPLIANCE,
+    TYPICAL_TORQUE,
+    UNLISTED,
+)
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
@@ -24,58 +36,7 @@ from stiffcal.model.effect import Effect, NodeLoads, Place, Values
 JOINT_SPRING, JOINT_FRICTION = "joint-compliance", "joint-friction"
 COMMON = frozenset({JOINT_SPRING, JOINT_FRICTION, "frame", "link-geometry", "joint-offset"})
 """Effects that every hypothesis has where the model has them: springs, friction, frames, geometry that is asked for."""
-SPRING = 0.5
-"""Probability that a joint gives, or has friction, where the model lacks its spring, or its friction."""
-EXPECTED_EFFECTS = 0.8
-"""Effects beyond the present model that are expected in all."""
-UNLISTED = 0.25
-"""Share of each place that belongs to laws that nobody has written down."""
-SIZE_FACTOR = 5.0
-"""A parameter lies within this factor of the catalogue's typical size in two cases of three."""
-_SPREAD = np.linspace(-3.6, 3.6, 9)
-SIZES = np.exp(np.log(SIZE_FACTOR) * _SPREAD)
-"""Grid of a listed effect's common size over the typical one, as far as one of three thousand lies …"""
-SIZE_WEIGHTS = np.exp(-0.5 * _SPREAD**2)
-"""… and its weights (log-normal), not normalised."""
-ALONE = 0.5
-"""Probability that one of an effect's parameters stands alone: a bearing that gives along one axis."""
-UNLISTED_SIZES = np.geomspace(0.05, 50.0, 7)
-"""Grid of the rms over all readings that an unlisted law makes, in noises; each alike (log-uniform)."""
-SETUP_MISTAKE = 0.02
-"""Probability of each mistake in the set-up: a tool of which nothing is said …"""
-TOOL_SIZES = np.geomspace(0.02, 1.0, 5)
-"""… and grid of its mass over the weight that the largest force is, each alike (log-uniform) …"""
-LEVER_OF_TOOL = 0.1
-"""… and how far from the flange its centre lies, m."""
-CONTRADICTED = 0.05
-"""Probability that a setting is contradicted: a parameter that is held, the first-order balance, a given frame."""
-DOUBTED_RUN = 0.01
-"""Probability that a run is off: mislabelled, knocked, in another unit …"""
-DOUBTED_ROW = 0.001
-"""… and that a single reading is …"""
-RUN_SIZES = np.geomspace(2.0, 5000.0, 7)
-"""… and grid of the rms by which they are, in noises; each alike (log-uniform)."""
-LOUDER = np.array([2.0, 4.0, 8.0])
-"""Grid of the noise that a louder run has besides, in noises, each alike (log-uniform): less is a tail of the noise."""
-DISCREPANCIES = np.array([0.05, 0.14, 0.4, 1.1, 3.2, 9.0])
-"""Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform) …"""
-NO_DISCREPANCY, OF_LOADS, OF_TIME = 0.5, 0.35, 0.15
-"""… and how probable it is that there is none, that poses answer their loads in ways of their own, that they wander."""
-ALIKE_IN_SWEEPS = 0.35
-"""How probable it is that the states of a sweep err alike wherever the motor stands alike, in place of all these."""
-NORMAL = 0.5
-"""Probability that single readings scatter normally …"""
-TAILS = np.array([10.0, 5.0, 3.0])
-"""… and degrees of freedom of the t distribution that they have else, each alike."""
-STATED_NOISE_DOF = 4.0
-"""Degrees of freedom about noise that is only stated."""
-TYPICAL_COMPLIANCE = 2e-6
-"""rad/(N·m), the joint compliance of the robots whose effects the catalogue calls typical …"""
-TYPICAL_TORQUE = 1e3
-"""… and the torque, N·m, that their joints carry."""
 
-BEND = 0.2
-"""Share of a spring's angle by which its curve bends at the largest torque: the catalogue's quadratic term at these."""
 
 _OF_SETUP = {
     "base-compliance": "base", "tool-compliance": "tool", "fixture-compliance": "tool", "thermal-drift": "time",

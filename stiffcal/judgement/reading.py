@@ -9,29 +9,17 @@ from typing import TypeVar
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Floats
 from stiffcal.judgement.checks import Check, checks_of
 from stiffcal.judgement.judge import Judged
-from stiffcal.judgement.priors import DISCREPANCIES, MemberKind
+from stiffcal.judgement.numbers import ALIKE, DISCREPANCIES, DOUBT, FIRM, LEAST_LIKELY, NAMED, SHARED, SHOWS, STILL_FIRM
+from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.sets import Key
 from stiffcal.judgement.settings_off import SettingOff
 
 T = TypeVar("T")
-
-NAMED, FIRM = 0.5, 0.95
-"""Probability from which a group is named, and from which it is firm."""
-STILL_FIRM = 0.8
-"""Probability that a firm name keeps when any prior is three times larger or smaller."""
-ALIKE = 0.95
-"""Share of an effect's length that another can make, from which the two are one group."""
-DOUBT = 0.05
-"""Probability of an unlisted law in its place that leaves an effect no firm name."""
-SHARED = 0.5
-"""Share of an effect's squares that an unlisted law makes, from which it can be in its place."""
-SHOWS = 0.5
-"""Of the noise: what shows less is nothing."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +78,8 @@ class WhatIsMissing:
     """Of each effect at its place, by ``effect place``, that it is there."""
     settings: tuple[WrongSetting, ...]
     """Settings that are wrong, with a probability of a half and more."""
+    not_weighed: float
+    """Share that sets which were not weighed have of all, as far as members gain next to those that were."""
     unlisted: tuple[UnlistedFound, ...]
     """Laws that nobody has written down with a probability of `DOUBT` and more, the most probable first."""
 
@@ -127,9 +117,13 @@ def read_off(judged: Judged) -> WhatIsMissing:
     best = weighed.best
     order = [members[i].name for i in best if members[i].kind is MemberKind.EFFECT]
     order += sorted((name for name in included if name not in order), key=lambda name: -included[name])
+    able = {one.name for one in members if one.kind is not MemberKind.UNLISTED}
     for leader in order:
         if leader in taken:
             continue
+        if sum(value for key, value in sets.items() if names[key] & (able - taken)) < NAMED:
+            # no group of what is left reaches it
+            break
         own = _alike(judged, leader, sets, names) - taken
         p = sum(value for key, value in sets.items() if names[key] & own)
         if p < NAMED:
@@ -163,7 +157,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
     # a wander that has died away within some readings is noise that lingers (air, a filter)
     shows = float(of_loads + (of_time if judged.drift.drifts else 0.0))
     model = _present(judged, names)
-    small = sum(value for key, value in sets.items() if value > 1e-4 and _change(judged, key, model) < SHOWS)
+    small = sum(value for key, value in sets.items() if value > LEAST_LIKELY and _change(judged, key, model) < SHOWS)
     laws = _sums(
         {key: frozenset(members[i].name for i in key if members[i].kind is MemberKind.UNLISTED) for key in sets}, sets
     )
@@ -186,6 +180,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
             for one, p in sorted(wrong.items(), key=lambda item: -item[1])
             if p >= NAMED
         ),
+        weighed.not_weighed,
         tuple(UnlistedFound(share_of[name].place, share_of[name].family, min(p, 1.0)) for name, p in probable),
     )
 
@@ -251,26 +246,32 @@ def _within(
     return {name: value / total for name, value in found.items()}
 
 
-Signal = tuple[int, Integers, Floats]
-"""What a member makes in a set: the discrepancy there, positions and coefficients (q,) of its columns."""
+@dataclass(frozen=True)
+class _Signal:
+    """What a member makes in a set."""
+
+    discrepancy: int
+    """Of the set, the best …"""
+    number: int
+    """… the member …"""
+    coefficients: Floats
+    """… and those (q,) of its columns."""
 
 
-def _signal(judged: Judged, key: Key, number: int) -> Signal:
+def _signal(judged: Judged, key: Key, number: int) -> _Signal:
     """Return what a member makes in a set, at the best sizes."""
     evidence = judged.weighed.evidence
-    best, where, solution = evidence.coefficients(key)
-    own = evidence.place[number]
-    return best, own, solution[np.isin(where, own)]
+    best, solution = evidence.coefficients(key)
+    first = sum(len(evidence.members[i].rows) for i in key[: key.index(number)])
+    return _Signal(best, number, solution[first : first + len(evidence.members[number].rows)])
 
 
-def _share(judged: Judged, signal: Signal, other: int) -> float:
+def _share(judged: Judged, signal: _Signal, other: int) -> float:
     """Return the share of a member's squares, as it is in a set, that another's columns can make."""
-    evidence = judged.weighed.evidence
-    best, mine, coefficients = signal
-    gram, its = evidence.inner.gram[best], evidence.place[other]
-    whole = float(coefficients @ gram[np.ix_(mine, mine)] @ coefficients)
-    across = gram[np.ix_(its, mine)] @ coefficients
-    own = gram[np.ix_(its, its)]
+    inner, t = judged.weighed.evidence.inner, signal.discrepancy
+    whole = float(signal.coefficients @ inner.own[signal.number][t] @ signal.coefficients)
+    across = inner.across(signal.number, t)[other] @ signal.coefficients
+    own = inner.own[other][t]
     own = own + 1e-9 * np.trace(own) / len(own) * np.eye(len(own)) + 1e-300 * np.eye(len(own))
     return float(across @ np.linalg.solve(own, across)) / max(whole, 1e-300)
 
@@ -290,8 +291,8 @@ def _size_of(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Ke
     evidence = judged.weighed.evidence
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
     number = next(i for i in key if judged.members[i].name == leader)
-    best, own, coefficients = _signal(judged, key, number)
-    return _rms(judged, evidence.inner.gram[best][np.ix_(own, own)], coefficients)
+    signal = _signal(judged, key, number)
+    return _rms(judged, evidence.inner.own[number][signal.discrepancy], signal.coefficients)
 
 
 def _present(judged: Judged, names: Mapping[Key, frozenset[str]]) -> Key:
@@ -310,13 +311,15 @@ def _present(judged: Judged, names: Mapping[Key, frozenset[str]]) -> Key:
 def _change(judged: Judged, key: Key, model: Key) -> float:
     """Return the rms over all readings by which two sets differ, in noises."""
     evidence = judged.weighed.evidence
-    best, where, solution = evidence.coefficients(key)
-    _, other, less = evidence.coefficients(model)
-    both = np.union1d(where, other)
-    change = np.zeros(len(both))
-    change[np.searchsorted(both, where)] += solution
-    change[np.searchsorted(both, other)] -= less
-    return _rms(judged, evidence.inner.gram[best][np.ix_(both, both)], change)
+    best, solution = evidence.coefficients(key)
+    _, less = evidence.coefficients(model)
+    both = sorted({*key, *model})
+    change = [np.zeros(len(evidence.members[i].rows)) for i in both]
+    for chosen, sign, values in ((key, 1.0, solution), (model, -1.0, less)):
+        ends = np.cumsum([len(evidence.members[i].rows) for i in chosen])
+        for i, own in zip(chosen, np.split(values, ends[:-1]), strict=False):
+            change[both.index(i)] += sign * own
+    return _rms(judged, evidence.inner.of_set(both).gram[best], np.concatenate([np.zeros(0), *change]))
 
 
 def _rms(judged: Judged, gram: Floats, coefficients: Floats) -> float:

@@ -16,12 +16,10 @@ from stiffcal.diagnosis.held_to_places import ReferencePlaces
 from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.numbers import KNOWN_IN_PLACES
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Kind
-
-SHOWS = 2.0
-"""Nats that an effect gains alone from which on its value is known well enough to be looked for in places."""
 
 
 def with_reference_places(
@@ -36,7 +34,7 @@ def with_reference_places(
     none = evidence.of_set(())
     return [
         replace(one, log_prior=one.log_prior + _said(number, one, evidence, ground, places, scale))
-        if _is_of_setup(one) and evidence.of_set((number,)) > none + SHOWS
+        if _is_of_setup(one) and evidence.of_set((number,)) > none + KNOWN_IN_PLACES
         else one
         for number, one in enumerate(members)
     ]
@@ -59,11 +57,10 @@ def _said(
     assert member.candidate is not None
     effect, place = member.candidate.effect, member.candidate.place
     symbols = ground.state.regressor(effect, place, member.shape).symbols
-    best, where, coefficients = evidence.coefficients((number,))
+    best, coefficients = evidence.coefficients((number,))
     if len(symbols) != len(coefficients):
         return 0.0
-    gram = evidence.inner.gram[best][np.ix_(where, where)]
-    information = float(coefficients @ gram @ coefficients)
+    information = float(coefficients @ evidence.inner.own[number][best] @ coefficients)
     typical = [scale.typical(effect, place, symbol) for symbol in symbols]
     values = {
         symbol: effect.spec(symbol).value_of(float(coefficient * size))

@@ -16,15 +16,10 @@ from stiffcal.errors import InputError
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.numbers import MOST_REFITS, RIVALS_WITHIN
 from stiffcal.judgement.priors import MemberKind, UsualSizes
 from stiffcal.judgement.sets import Key, WeighedSets
 from stiffcal.judgement.settings_off import SettingOff
-
-NEAR = 25.0
-"""Nats behind the best set up to which a rival is refitted: what an effect of ten noises bends, and more."""
-MOST_REFITS = 8
-"""Rivals that are refitted."""
-
 
 G = TypeVar("G", bound=Ground)
 
@@ -39,7 +34,7 @@ def rivals_of(weighed: WeighedSets, own: Key) -> list[Rival]:
     found: list[tuple[float, Rival]] = []
     for key, value in weighed.log.items():
         left, new = best - set(key), set(key) - best
-        if len(left) != 1 or len(new) > 1 or value < top - NEAR:
+        if len(left) != 1 or len(new) > 1 or value < top - RIVALS_WITHIN:
             continue
         old, other = left.pop(), new.pop() if new else None
         effects = {members[i].kind for i in (old, other) if i is not None} == {MemberKind.EFFECT}

@@ -14,15 +14,12 @@ from stiffcal.judgement.ground_of_rows import GroundOfRows
 from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, name_of, weighed_about
 from stiffcal.judgement.members import Member, list_members
 from stiffcal.judgement.motion_sizes import MotionSizes
-from stiffcal.judgement.priors import EXPECTED_EFFECTS
+from stiffcal.judgement.numbers import EXPECTED_EFFECTS, MOST_BINS
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.unlisted_motion import unlisted_motion_laws
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
-
-MOST_BINS = 500
-"""Means that a joint is judged by: more show nothing else, and cost time."""
 
 
 def judge_rows(

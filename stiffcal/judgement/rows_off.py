@@ -9,13 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.judgement.ground import Ground
-
-LEAST_ALONE = 3
-"""States of a run from which on one of them is off alone; of fewer the run is."""
-FAR = 3.0
-"""Noises from which on a reading may be off: what lies nearer has less evidence than it is improbable."""
-KEPT = 12
-"""States that are compared with all else, those that are furthest off."""
+from stiffcal.judgement.numbers import FAR, LEAST_ALONE, ROWS_KEPT
 
 
 class Off(NamedTuple):
@@ -51,7 +45,7 @@ def rows_off(ground: Ground, wanted: frozenset[int] | None = None) -> Iterator[t
     far = np.abs(ground.white.reshape(data.measured_mask.shape)).max(axis=0, initial=0.0)
     if wanted is None:
         able = np.flatnonzero((far > FAR) & ((count[position] >= LEAST_ALONE) | data.absolute))
-        chosen = able[np.argsort(-far[able], kind="stable")][:KEPT]
+        chosen = able[np.argsort(-far[able], kind="stable")][:ROWS_KEPT]
     else:
         chosen = np.flatnonzero(np.isin(data.index, sorted(wanted)))
     for k in chosen:

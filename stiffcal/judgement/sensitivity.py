@@ -13,18 +13,14 @@ import numpy as np
 from stiffcal.judgement.evidence import MemberColumns, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.numbers import PRIOR_FACTOR, VARIED_WITHIN
 from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.sets import Key, normalised
-
-FACTOR = 3.0
-"""By which each prior is varied."""
-NEAR = 6.0
-"""Nats behind the best set up to which sets are weighed anew: a factor of three in a size is worth two of them."""
 
 
 def varied(judged: Judged) -> Iterator[Mapping[Key, float]]:
     """Give the probabilities of all sets, one prior after the other taken larger and smaller."""
-    for factor in (FACTOR, 1.0 / FACTOR):
+    for factor in (PRIOR_FACTOR, 1.0 / PRIOR_FACTOR):
         yield from _odds_varied(judged, factor)
         yield from _discrepancy_varied(judged, factor)
         yield from _sizes_varied(judged, factor)
@@ -78,7 +74,7 @@ def _weighed_anew(judged: Judged, evidence: SetEvidence) -> Mapping[Key, float]:
     """Return the probabilities of the nearest sets alone: what all gain is no change."""
     log = judged.weighed.log
     top = max(log.values())
-    near = {key: value for key, value in log.items() if value > top - NEAR}
+    near = {key: value for key, value in log.items() if value > top - VARIED_WITHIN}
     return normalised(
         {key: value + evidence.normal(key) - judged.weighed.evidence.normal(key) for key, value in near.items()}
     )

@@ -10,7 +10,7 @@ from stiffcal.diagnosis.words import candidate_in_words
 from stiffcal.judgement.checks import Check
 from stiffcal.judgement.found import Diagnosed, FoundEffect
 from stiffcal.judgement.ground import CheckKind
-from stiffcal.judgement.reading import FIRM, NAMED
+from stiffcal.judgement.numbers import FIRM, NAMED
 from stiffcal.wording import listing, probability_in_words, variable
 
 CHECKED = {

@@ -12,13 +12,11 @@ from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import error_in_words, leading_measure, pattern_in_words
 from stiffcal.identification.document import noise_not_known, overstated_noise_in_words, wrong_geometry_in_words
 from stiffcal.judgement.diagnosed import DiagnosedStates
+from stiffcal.judgement.numbers import FEW_POSES
 from stiffcal.judgement.sentences import answer_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import probability_in_words
-
-FEW_POSES = 6
-"""Poses below which the error in those left out is poorly determined."""
 
 
 def summary_of(

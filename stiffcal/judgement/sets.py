@@ -10,25 +10,29 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.numbers import (
+    CLOSE,
+    MOST_EXPANDED,
+    MOST_NEW_EFFECTS,
+    MOST_NEW_LAWS,
+    MOST_NEW_MISTAKES,
+    MOST_NEW_ROWS,
+    MOST_NEW_SETTINGS,
+    MOST_NEW_SETUPS,
+    OUT_OF_REACH,
+    WITHIN,
+)
 from stiffcal.judgement.priors import MemberKind
 
-WITHIN = 9.0
-"""Nats behind the best set up to which a set is enlarged."""
-OUT_OF_REACH = 40.0
-"""Nats behind the best set, for normal noise, from which on a set has the tails of that."""
-CLOSE = 12
-"""Additions to a set that are weighed exactly: those that gain most next to it."""
 MOST_NEW = {
-    MemberKind.EFFECT: 2,
-    MemberKind.UNLISTED: 1,
-    MemberKind.MISTAKE: 3,
-    MemberKind.ROW: 6,
-    MemberKind.SETUP: 1,
-    MemberKind.SETTING: 2,
+    MemberKind.EFFECT: MOST_NEW_EFFECTS,
+    MemberKind.UNLISTED: MOST_NEW_LAWS,
+    MemberKind.MISTAKE: MOST_NEW_MISTAKES,
+    MemberKind.ROW: MOST_NEW_ROWS,
+    MemberKind.SETUP: MOST_NEW_SETUPS,
+    MemberKind.SETTING: MOST_NEW_SETTINGS,
 }
 """Members of a set beyond those of the model: columns are straight lines, and next to what is large others bend."""
-MOST_EXPANDED = 14
-"""Sets that are enlarged."""
 
 Key = tuple[int, ...]
 
@@ -45,6 +49,8 @@ class WeighedSets:
     """Per set, members by number in order."""
     by_discrepancy: dict[Key, Floats] = field(default_factory=dict)
     """(t,) the same for each discrepancy."""
+    beyond: dict[Key, float] = field(default_factory=dict)
+    """Of enlarged sets the odds of one member more, of those that were not weighed, as far as they gain next to it."""
     best_normal: tuple[float, Floats] = (-np.inf, np.zeros(1))
     """Largest weight so far for normal noise, and (t,) what tails of the noise add to that."""
 
@@ -72,6 +78,18 @@ class WeighedSets:
     def probabilities(self) -> dict[Key, float]:
         """Return the probability of each set that was weighed, all others left out."""
         return normalised(self.log)
+
+    @property
+    def not_weighed(self) -> float:
+        """Share that sets which were not weighed have of all, as far as members gain next to those that were.
+
+        Sets that were not enlarged are taken to grow as the best one does.
+        """
+        p, best = self.probabilities(), self.best
+        more = sum(value for key, value in p.items() if len(key) == len(best) + 1 and set(best) < set(key))
+        growth = more / max(p[best], 1e-300) + self.beyond.get(best, 0.0)
+        left = sum(value * self.beyond.get(key, growth) for key, value in p.items())
+        return left / (1.0 + left)
 
     def given_discrepancy(self, numbers: Sequence[int]) -> dict[Key, float]:
         """Return the same where every hypothesis has one of some discrepancies of the grid, by their positions."""
@@ -157,8 +175,11 @@ def _room(found: WeighedSets, number: int, key: Key, present: Key, most: Mapping
 
 
 def _most_promising(found: WeighedSets, key: Key, able: Sequence[int]) -> list[int]:
-    """Return those of some members that gain most next to a set, its own at their best sizes and discrepancy."""
-    evidence, members = found.evidence, found.members
-    left = evidence.left_by(key)
-    gains = {i: float(evidence.best_sizes((i,), left)[0][0]) + members[i].log_prior for i in able}
-    return sorted(able, key=lambda i: -gains[i])[:CLOSE]
+    """Return those of some members that gain most next to a set, its own at their best sizes and discrepancy.
+
+    What the others gain counts as not weighed.
+    """
+    gains = {i: value + found.members[i].log_prior for i, value in found.evidence.next_to(key, able).items()}
+    ranked = sorted(able, key=lambda i: -gains[i])
+    found.beyond[key] = float(np.exp(np.logaddexp.reduce([gains[i] for i in ranked[CLOSE:]], initial=-np.inf)))
+    return ranked[:CLOSE]

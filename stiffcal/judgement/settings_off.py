@@ -18,13 +18,11 @@ from stiffcal.identification.weights import predict_observations
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
-from stiffcal.judgement.priors import LEVER_OF_TOOL, SIZE_WEIGHTS, SIZES, TOOL_SIZES, RobotScale
+from stiffcal.judgement.numbers import DIFFERENCE_STEP, LEVER_OF_TOOL, SIZE_WEIGHTS, SIZES, TOOL_SIZES
+from stiffcal.judgement.priors import RobotScale
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.measured_frames import placed_frame
 from stiffcal.model.no_balance import NoBalanceError
-
-STEP = 1e-3
-"""Of a parameter's typical size, of its numerical derivative."""
 
 
 @dataclass(frozen=True)
@@ -152,8 +150,8 @@ def _of_parameter(ground: GroundOfStates, name: str, fixed_at: float, scale: Rob
         if placed.parameter_name(spec.symbol) == name
     )
     now, typical = placed.amplitude(spec.symbol), scale.typical(placed.effect, placed.place, spec.symbol)
-    other = robot.with_values({name: spec.value_of(now + STEP * typical)})
-    moved: Floats = (predict_observations(other, data) - predict_observations(robot, data)) / STEP
+    other = robot.with_values({name: spec.value_of(now + DIFFERENCE_STEP * typical)})
+    moved: Floats = (predict_observations(other, data) - predict_observations(robot, data)) / DIFFERENCE_STEP
     rows = ground.space.rows(moved[None])
     if not rows.any():
         return None

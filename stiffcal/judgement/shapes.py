@@ -17,20 +17,11 @@ from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.identification.regressors import Regressor
 from stiffcal.judgement.ground import Ground, columns_of
+from stiffcal.judgement.numbers import HOPELESS, SHAPE_ROUNDS, SHAPE_STAYS, SHAPES_TOGETHER
 from stiffcal.judgement.priors import UsualSizes
 from stiffcal.judgement.shared import Shared
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole
-
-STAYS = 0.3
-"""Nats by which evidence may differ between neighbours at the best shape."""
-ROUNDS = 5
-"""Times that a grid is made finer."""
-HOPELESS = 4.0
-"""Nats behind the model without the effect from which on its grid is left as it is."""
-
-TOGETHER = 8
-"""Shapes whose inner products are made at once: those with each other are of no use."""
 
 
 class Shaped(NamedTuple):
@@ -136,7 +127,7 @@ def _best_shapes(
     values = _evidence(ground, known, without, scale)
     symbol = _continuous(known[0].effect)
     none = ground.evidence((), *without).normal(())
-    for _ in range(ROUNDS):
+    for _ in range(SHAPE_ROUNDS):
         if symbol is None or values.max() < none - HOPELESS:
             break
         new = _between(known, values, symbol)
@@ -186,7 +177,7 @@ def _between(known: Sequence[Regressor], values: Floats, symbol: str) -> list[fl
     best = int(np.flatnonzero(order == np.argmax(values))[0])
     found = []
     for other in (best - 1, best + 1):
-        if 0 <= other < len(order) and abs(values[order[other]] - values[order[best]]) > STAYS:
+        if 0 <= other < len(order) and abs(values[order[other]] - values[order[best]]) > SHAPE_STAYS:
             between = float(np.exp(0.5 * (place[order[other]] + place[order[best]])))
             if known[0].effect.impossible({symbol: between}) is None:
                 found.append(between)
@@ -197,8 +188,8 @@ def _evidence(ground: Ground, tried: Sequence[Regressor], without: tuple[Floats,
     """Return (k,) the log evidence of each shape alone."""
     columns = [replace(columns_of(ground, one, scale), present=np.zeros(0)) for one in tried]
     found = []
-    for first in range(0, len(columns), TOGETHER):
-        evidence = ground.evidence(columns[first : first + TOGETHER], *without)
+    for first in range(0, len(columns), SHAPES_TOGETHER):
+        evidence = ground.evidence(columns[first : first + SHAPES_TOGETHER], *without)
         found += [evidence.normal([k]) for k in range(len(evidence.members))]
     return np.array(found)
 

@@ -1,48 +1,17 @@
-"""What every hypothesis has: columns, discrepancies, and the inner products of all else with these taken out."""
+"""What every hypothesis has, columns and discrepancies, and what these can make of rows."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
-from stiffcal.judgement.priors import NO_DISCREPANCY
-
-ROUNDING = 1e-10
-
-
-@dataclass(frozen=True)
-class Inner:
-    """Inner products of columns and residual at t discrepancies, the common columns taken out."""
-
-    constant: Floats
-    """(t,) what no set changes."""
-    gram: Floats
-    """(t, k, k) of all members' columns."""
-    target: Floats
-    """(t, k) of them with the residual."""
-    square: Floats
-    """(t,) of the residual."""
-
-    def at(self, number: int) -> Inner:
-        """Return one of the discrepancies alone."""
-        one = slice(number, number + 1)
-        return Inner(self.constant[one], self.gram[one], self.target[one], self.square[one])
-
-    def given(self, where: Integers, scale: Floats) -> Inner:
-        """Return them with the columns at ``where`` taken out, as far as priors of these scales (k,) allow."""
-        own = self.gram[:, where[:, None], where] * np.outer(scale, scale) + np.eye(len(scale))
-        across = self.gram[:, where]
-        right = np.concatenate([across, self.target[:, where, None]], axis=2) * scale[:, None]
-        part = scale[:, None] * np.linalg.solve(own, right)
-        gram = self.gram - np.swapaxes(across, 1, 2) @ part[:, :, :-1]
-        target = self.target - np.einsum("twk,tw->tk", across, part[:, :, -1])
-        square = self.square - np.einsum("tw,tw->t", self.target[:, where], part[:, :, -1])
-        return Inner(self.constant, gram, target, square)
+from stiffcal.judgement.numbers import NO_DISCREPANCY, ROUNDING
 
 
 @dataclass(frozen=True)
@@ -95,10 +64,26 @@ class Shared:
         """Return the positions in the grid of a kind of discrepancy, one for each of its sizes; none of none."""
         return [t for t, (kind, *_) in enumerate(self.grid) if kind >= 0 and self.kinds[kind][0] is discrepancy]
 
+    @cached_property
+    def bases(self) -> dict[int, Floats]:
+        """By discrepancy V⁻¹ X, orthonormal (p, r), of those asked for."""
+        return {}
+
+    def basis(self, number: int) -> Floats:
+        """Return V⁻¹ X of a discrepancy of the grid, orthonormal (p, r)."""
+        if number not in self.bases:
+            self.bases[number] = self.own[number][0] @ self.inverse(self.columns, number)
+        return self.bases[number]
+
     def inverse(self, rows: Floats, number: int) -> Floats:
         """Return V⁻¹ times rows (k, r), V of a discrepancy of the grid."""
         kind, weights, _ = self.grid[number]
         return rows if kind < 0 else self.kinds[kind][0].taken_out(rows, weights)
+
+    def reduced(self, rows: Floats, number: int) -> Floats:
+        """Return P times rows (k, r), P = V⁻¹ − V⁻¹X (XᵀV⁻¹X + Λ)⁻¹XᵀV⁻¹ of a discrepancy of the grid."""
+        basis = self.basis(number)
+        return np.asarray(self.inverse(rows, number) - (rows @ basis.T) @ basis)
 
     def variance_of_noise(self, number: int) -> Floats:
         """Return (r,) the variance of each row's noise at a discrepancy of the grid."""
@@ -110,21 +95,47 @@ class Shared:
         kind, weights, _ = self.grid[number]
         return np.zeros(self.columns.shape[1]) if kind < 0 else self.kinds[kind][0].leverage(weights)
 
-    def inner(self, rows: Floats) -> Inner:
-        """Return inner products of whitened rows (k + 1, r), last the residual."""
-        plain, across = rows @ rows.T, self.columns @ rows.T
-        known, wanted = self.prior[:, :-1], self.prior[:, -1]
-        across[:, -1] += known.T @ wanted
-        plain[-1, -1] += wanted @ wanted
-        along = [discrepancy.along(rows) for discrepancy, _ in self.kinds]
-        gram = np.empty((len(self.grid), len(rows), len(rows)))
-        constant = np.empty(len(self.grid))
-        for t, ((kind, weights, density), (inverse, determinant)) in enumerate(zip(self.grid, self.own, strict=True)):
-            inner, cross = plain, across
+
+@dataclass(frozen=True)
+class SplitRows:
+    """Whitened rows (k, r), split into what discrepancies and shared columns can make of them."""
+
+    rows: Floats
+    """(k, r) themselves."""
+    along: Sequence[Floats]
+    """Per kind of discrepancy the parts (k, d) along its directions."""
+    common: Floats
+    """(t, p, k) along the shared columns."""
+
+    @classmethod
+    def of(cls, rows: Floats, shared: Shared, wanted: bool = False) -> SplitRows:
+        """Split rows.
+
+        Parameters
+        ----------
+        wanted : whether they are the readings: what shared columns should be counts then too.
+        """
+        across = shared.columns @ rows.T
+        if wanted:
+            across += (shared.prior[:, :-1].T @ shared.prior[:, -1])[:, None]
+        along = [discrepancy.along(rows) for discrepancy, _ in shared.kinds]
+        common = np.empty((len(shared.grid), *across.shape))
+        for t, ((kind, weights, _), (inverse, _)) in enumerate(zip(shared.grid, shared.own, strict=True)):
+            cross = across if kind < 0 else across - (shared.along[kind] * weights) @ along[kind].T
+            common[t] = inverse @ cross
+        return cls(rows, along, common)
+
+    def split(self, at: Sequence[int]) -> Iterator[SplitRows]:
+        """Give the parts of the rows between each two positions."""
+        for a, b in pairwise(at):
+            yield SplitRows(self.rows[a:b], [one[a:b] for one in self.along], self.common[:, :, a:b])
+
+    def times(self, other: SplitRows, shared: Shared) -> Floats:
+        """Return (t, k, l) inner products with other rows."""
+        plain = self.rows @ other.rows.T
+        found = np.empty((len(shared.grid), *plain.shape))
+        for t, (kind, weights, _) in enumerate(shared.grid):
+            found[t] = plain - self.common[t].T @ other.common[t]
             if kind >= 0:
-                grown = along[kind] * weights
-                inner, cross = plain - grown @ along[kind].T, across - self.along[kind] @ grown.T
-            part = inverse @ cross
-            gram[t] = inner - part.T @ part
-            constant[t] = density - determinant
-        return Inner(constant, gram[:, :-1, :-1], gram[:, :-1, -1], gram[:, -1, -1])
+                found[t] -= (self.along[kind] * weights) @ other.along[kind].T
+        return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -31,16 +32,8 @@ from stiffcal.judgement.lasting_errors import lasting_errors
 from stiffcal.judgement.like_states import variance_of, with_noise_of_like_states
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings
-from stiffcal.judgement.priors import (
-    ALIKE_IN_SWEEPS,
-    ALONE,
-    DOUBTED_RUN,
-    OF_LOADS,
-    OF_TIME,
-    STATED_NOISE_DOF,
-    RobotScale,
-    log_odds_of_doubt,
-)
+from stiffcal.judgement.numbers import ALIKE_IN_SWEEPS, ALONE, DOUBTED_RUN, OF_LOADS, OF_TIME, STATED_NOISE_DOF
+from stiffcal.judgement.priors import RobotScale, log_odds_of_doubt
 from stiffcal.judgement.reference_places import with_reference_places
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off, off_mask, rows_off
@@ -223,7 +216,8 @@ class StatesOfCampaign(JudgedReadings[Fit]):
             for one in ground.present
         ]
         columns += [unlisted_columns(ground, laws[one.name].columns) for one in judged.best if one.name in laws]
-        off = [(Off(run), off_columns(rows), 0.0) for run, rows in ground.runs_off() if Off(run) in aside]
+        n_rows = len(ground.white)
+        off = [(Off(one.run), off_columns(one.rows(n_rows)), 0.0) for one in ground.runs_off() if Off(one.run) in aside]
         states = frozenset(one.state for one in aside if one.state is not None)
         off += [(one, off_columns(rows, ALONE), 0.0) for one, rows in rows_off(ground, states)]
         usual = range(len(columns) + len(off))
@@ -247,10 +241,8 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         weights = dict(self.weight.of_links) if self.springs.chain.masses_known else {}
         # who states a tool has not forgotten it: what its link lacks is then a law like those of the others
         of_tool = None if self.data.setup.tool_mass else weights.pop(self.springs.chain.link_names[-1], None)
-        laws = [
-            *unlisted_laws(ground.state, self.driven),
-            *(UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items()),
-        ]
+        of_weight = (UnlistedLaw(f"link {a}", "weight", b) for a, b in weights.items())
+        laws = chain(unlisted_laws(ground.state, self.driven), of_weight)
         given = replace(self.given, of_tool=of_tool)
         mistakes = mistakes_and_settings(ground, given, self.scale, self.doubt)
         members = list_members(ground, self.candidates, self.scale, laws, mistakes)

@@ -12,25 +12,25 @@ each at its own best scales. Every set has the tails of what it leaves itself: n
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.judgement.priors import NORMAL, TAILS
-from stiffcal.judgement.shared import ROUNDING, Shared
-
-NEAR = 4.0
-"""Nats behind a set's best discrepancy up to which the tails of what it leaves are found."""
-LEAST_FREE = 1e-3
-"""Share of a reading that is left free, below which it shows nothing."""
-LEAST_WORTH = 0.01
-"""Of a plain square, where its variance is infinite."""
-BINS, RANGE = 320, (-12.0, 20.0)
-"""Bins of log ε̂²/f, and where they begin and end."""
-PASSES = 12
-"""Steps in which a scale is found."""
+from stiffcal.judgement.inner_products import InnerProducts
+from stiffcal.judgement.numbers import (
+    BIN_RANGE,
+    BINS,
+    LEAST_FREE,
+    LEAST_WORTH,
+    NORMAL,
+    ROUNDING,
+    SCALE_PASSES,
+    TAILS,
+    TAILS_WITHIN,
+)
+from stiffcal.judgement.shared import Shared
 
 
 @dataclass(frozen=True)
@@ -45,57 +45,63 @@ class Readings:
     """(r,) share of each that runs' constants leave free, 0 where nothing was read."""
     kind: Integers
     """(r,) of each (`stiffcal.identification.row_layout`)."""
-    without_members: dict[int, tuple[Floats, Floats, Floats]] = field(default_factory=dict)
-    """By discrepancy of the grid V^-1 X, orthonormal (p, r), what is left (r,) without members, and its share (r,)."""
+    without_members: dict[int, tuple[Floats, Floats]] = field(default_factory=dict)
+    """By discrepancy of the grid what is left (r,) without members, and its share (r,)."""
 
-    def gains(self, rows: Floats, scale: Floats, by_discrepancy: Floats, known: float) -> Floats:
+    def gains(
+        self, inner: InnerProducts, chosen: Sequence[int], scale: Floats, by_discrepancy: Floats, known: float
+    ) -> Floats:
         """Return (t,) what the tails of the noise add to the log evidence of a set.
 
         Parameters
         ----------
-        rows : (q, r) columns of the set. scale : (t, q) their best sizes.
+        inner : of members' columns. chosen : the set. scale : (t, q) the best sizes of its columns.
         by_discrepancy : (t,) log evidence of the set for normal noise.
         known : as of `stiffcal.judgement.evidence.NoiseScale`.
         """
         best = int(np.argmax(by_discrepancy))
-        near = np.flatnonzero(by_discrepancy > by_discrepancy[best] - NEAR)
-        found = {}
-        for t in near.tolist():
-            left, free = self.left(rows * scale[t][:, None], t)
+        near = np.flatnonzero(by_discrepancy > by_discrepancy[best] - TAILS_WITHIN)
+        left, free = np.empty((2, len(near), len(self.residual)))
+        for k, t in enumerate(near.tolist()):
             variance = self.shared.variance_of_noise(t)
-            found[t] = log_gain(left * np.sqrt(variance), free * variance, self.kind, known)
-        return np.array([found.get(t, found[best]) for t in range(len(by_discrepancy))])
+            left[k], free[k] = self.left(inner, chosen, scale[t], t)
+            left[k] *= np.sqrt(variance)
+            free[k] *= variance
+        gains = log_gains(left, free, self.kind, known)
+        found = np.full(len(by_discrepancy), gains[near == best])
+        found[near] = gains
+        return found
 
-    def left(self, rows: Floats, number: int) -> tuple[Floats, Floats]:
+    def left(self, inner: InnerProducts, chosen: Sequence[int], scale: Floats, number: int) -> tuple[Floats, Floats]:
         """Return what a set leaves of the readings, (r,), and which share of each is free.
 
         Parameters
         ----------
-        rows : (q, r) its columns in units of their sizes.
+        inner : of members' columns. chosen : the set. scale : (q,) of its columns.
         number : of the discrepancy.
         """
-        basis, left, free = self._without_members(number)
-        if not len(rows):
+        left, free = self._without_members(number)
+        if not len(chosen):
             return left, free
-        moved = self.shared.inverse(rows, number) - (rows @ basis.T) @ basis
-        inner = np.eye(len(rows)) + rows @ moved.T
-        size = np.sqrt(np.diag(inner))
-        unit = inner / np.outer(size, size)
+        own = inner.of_set(chosen)
+        gram = own.gram[number] * np.outer(scale, scale) + np.eye(len(scale))
+        size = np.sqrt(np.diag(gram))
+        unit = gram / np.outer(size, size)
         unit[np.diag_indices(len(unit))] += ROUNDING
-        inverse = np.linalg.inv(np.linalg.cholesky(unit)) / size
-        half = inverse @ moved
-        return left - (inverse @ (rows @ left)) @ half, free - np.einsum("qr,qr->r", half, half)
+        inverse = np.linalg.inv(np.linalg.cholesky(unit)) * (scale / size)
+        half = inverse @ np.concatenate([inner.reduced(i, number) for i in chosen])
+        return left - (inverse @ own.target[number]) @ half, free - np.einsum("qr,qr->r", half, half)
 
-    def _without_members(self, number: int) -> tuple[Floats, Floats, Floats]:
+    def _without_members(self, number: int) -> tuple[Floats, Floats]:
         if number not in self.without_members:
             shared = self.shared
             factor, _ = shared.own[number]
-            basis = factor @ shared.inverse(shared.columns, number)
+            basis = shared.basis(number)
             moved = shared.inverse(self.residual[None], number)[0]
             wanted = shared.prior[:, :-1].T @ shared.prior[:, -1]
             left = moved - (factor @ (shared.columns @ moved + wanted)) @ basis
             free = self.free - shared.leverage(number) - np.sum(basis**2, axis=0)
-            self.without_members[number] = basis, left, free
+            self.without_members[number] = left, free
         return self.without_members[number]
 
 
@@ -142,52 +148,75 @@ def tails_of(left: Floats, free: Floats, kind: Integers, known: float) -> dict[T
     left, free : (r,) as of `Readings.left`. kind : (r,) of the readings.
     known : as of `stiffcal.judgement.evidence.NoiseScale`.
     """
-    parts = {k: _binned(left[kind == k], free[kind == k]) for k in np.unique(kind).tolist()}
+    kinds, shares = np.unique(kind).tolist(), _log_shares()
+    parts = {k: _scales(*_binned(left[None, kind == k], free[None, kind == k]), known) for k in kinds}
     found = {}
-    for dof in (np.inf, *TAILS.tolist()):
-        own = {k: _with_scale(*part, dof, known) for k, part in parts.items()}
-        density = float(sum(log_density for _, log_density in own.values()))
-        share = NORMAL if np.isinf(dof) else (1.0 - NORMAL) / len(TAILS)
-        tail = Tail(dof, {k: variance for k, (variance, _) in own.items()}, density)
-        found[tail] = float(np.log(share)) + density
+    for number, dof in enumerate((np.inf, *TAILS.tolist())):
+        density = float(sum(log_density[number, 0] for _, log_density in parts.values()))
+        tail = Tail(dof, {k: float(variance[number, 0]) for k, (variance, _) in parts.items()}, density)
+        found[tail] = float(shares[number]) + density
     return found
 
 
-def log_gain(left: Floats, free: Floats, kind: Integers, known: float) -> float:
-    """Return what unknown tails and scales of the noise add to the log density of readings; as of `tails_of`."""
-    _, one_scale = _with_scale(*_binned(left, free), np.inf, known)
-    return float(np.logaddexp.reduce(list(tails_of(left, free, kind, known).values()))) - one_scale
+def log_gains(left: Floats, free: Floats, kind: Integers, known: float) -> Floats:
+    """Return (t,) what unknown tails and scales of the noise add to the log density of readings.
+
+    Parameters
+    ----------
+    left, free : (t, r) as of `Readings.left` at some discrepancies. kind, known : as of `tails_of`.
+    """
+    _, (one_scale, *_) = _scales(*_binned(left, free), known)
+    density = sum(_scales(*_binned(left[:, kind == k], free[:, kind == k]), known)[1] for k in np.unique(kind).tolist())
+    return np.asarray(np.logaddexp.reduce(_log_shares()[:, None] + density, axis=0) - one_scale)
 
 
-def _weights(over: Floats, dof: float) -> Floats:
+def _log_shares() -> Floats:
+    """Return (d,) logarithms of the probabilities that readings scatter normally, and by each of `TAILS`."""
+    return np.log([NORMAL, *np.full(len(TAILS), (1.0 - NORMAL) / len(TAILS))])
+
+
+def _weights(over: Floats, dof: Floats | float) -> Floats:
     return np.asarray((dof + 1.0) / (dof - 2.0 + over))
 
 
 def _binned(left: Floats, free: Floats) -> tuple[Floats, Floats]:
-    """Return means of squares of like size over their variance, and how many readings they are worth."""
+    """Return (t, b) means of squares of like size over their variance, and how many readings they are worth."""
     taken = free > LEAST_FREE
-    square, share = left[taken] ** 2 / free[taken], free[taken]
-    low, high = RANGE
+    square, share = left**2 / np.where(taken, free, 1.0), np.where(taken, free, 0.0)
+    low, high = BIN_RANGE
     number = np.clip((np.log(np.maximum(square, 1e-300)) - low) * (BINS / (high - low)), 0, BINS - 1).astype(np.int64)
-    worth = np.bincount(number, share, BINS).astype(np.float64)
-    mean = np.bincount(number, share * square, BINS) / np.maximum(worth, 1e-300)
-    return mean[worth > 0.0], worth[worth > 0.0]
+    number += BINS * np.arange(len(left))[:, None]
+    worth, whole = (
+        np.bincount(number.ravel(), weight.ravel(), BINS * len(left)).reshape(-1, BINS)
+        for weight in (share, share * square)
+    )
+    return np.asarray(whole / np.maximum(worth, 1e-300)), worth.astype(np.float64)
 
 
-def _with_scale(square: Floats, share: Floats, dof: float, known: float) -> tuple[float, float]:
-    """Return the best variance of noise of some degrees of freedom, and the log density of readings with that."""
+def _scales(square: Floats, share: Floats, known: float) -> tuple[Floats, Floats]:
+    """Return the best variances (d, t) of noise, normal and of `TAILS`, and the log densities of readings with these.
+
+    Parameters
+    ----------
+    square, share : (t, b) as of `_binned`.
+    """
     from scipy.special import gammaln
 
-    count, variance = float(np.sum(share)), 1.0
-    if not np.isinf(known):
-        variance = max((float(share @ square) + known) / max(count + known, 1e-300), 1e-300)
-        for _ in range(0 if np.isinf(dof) else PASSES):
-            weighted = float(share @ (_weights(square / variance, dof) * square))
-            variance = max((weighted + known) / max(count + known, 1e-300), 1e-300)
-    over = square / variance
-    if np.isinf(dof):
-        each = -0.5 * over
-    else:
-        each = gammaln(0.5 * (dof + 1.0)) - gammaln(0.5 * dof) - 0.5 * np.log(0.5 * (dof - 2.0))
-        each = each - 0.5 * (dof + 1.0) * np.log1p(over / (dof - 2.0))
-    return variance, float(share @ each) - 0.5 * count * float(np.log(variance))
+    count, whole = share.sum(axis=-1), np.sum(share * square, axis=-1)
+
+    def variance_of(squares: Floats) -> Floats:
+        if np.isinf(known):
+            return np.ones_like(squares)
+        return np.asarray(np.maximum((squares + known) / np.maximum(count + known, 1e-300), 1e-300))
+
+    normal = variance_of(whole)
+    dof = TAILS[:, None, None]
+    variance = np.broadcast_to(normal, (len(TAILS), len(normal)))
+    for _ in range(SCALE_PASSES):
+        weights = _weights(square / variance[..., None], dof)
+        variance = variance_of(np.sum(share * weights * square, axis=-1))
+    each = -0.5 * (dof + 1.0) * np.log1p(square / variance[..., None] / (dof - 2.0))
+    constant = gammaln(0.5 * (TAILS + 1.0)) - gammaln(0.5 * TAILS) - 0.5 * np.log(0.5 * (TAILS - 2.0))
+    with_tails = np.sum(share * each, axis=-1) + constant[:, None] * count - 0.5 * count * np.log(variance)
+    plain = -0.5 * whole / normal - 0.5 * count * np.log(normal)
+    return np.concatenate([normal[None], variance]), np.concatenate([plain[None], with_tails])

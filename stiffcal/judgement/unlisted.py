@@ -13,6 +13,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.regressors import Linearised
 from stiffcal.judgement.memory import of_memory
+from stiffcal.judgement.numbers import BEYOND_USUAL, LEVER_OF_NODE, USUAL_LOAD
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
@@ -26,11 +27,6 @@ from stiffcal.model.effect import (
     Values,
     joint_node,
 )
-
-USUAL, BEYOND = 0.9, 2.0
-"""Quantile of the loads that counts as one, and how far beyond it a law's functions go on."""
-LEVER = 0.1
-"""m of a shift for a radian of a turn: as large at the tool as each other."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +70,8 @@ def _followed(state: Linearised, clamped: bool) -> dict[str, Callable[[Chain, in
 
 def _unit(values: Floats) -> Floats:
     """Return loads of order one; a load far beyond all others, as in a run of another unit, is no larger than these."""
-    usual = float(np.quantile(np.abs(values), USUAL)) or float(np.abs(values).max(initial=0.0))
-    return np.clip(values / usual, -BEYOND, BEYOND) if usual > 0.0 else values
+    usual = float(np.quantile(np.abs(values), USUAL_LOAD)) or float(np.abs(values).max(initial=0.0))
+    return np.clip(values / usual, -BEYOND_USUAL, BEYOND_USUAL) if usual > 0.0 else values
 
 
 def _torque(chain: Chain, joint: int, loads: NodeLoads) -> Floats:
@@ -173,7 +169,8 @@ class _Node(DocumentedEffect):
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """Return each turn and shift but the drive's own, proportional to each force and moment."""
         node = joint_node(place.joints[0])
+        size = {moved: 1.0 if moved >= RX else LEVER_OF_NODE for moved, _ in self.moves}
         return [
-            Term(node, moved, f"a{moved}{load}", (1.0 if moved >= RX else LEVER) * _unit(loads.wrench[node, load]))
+            Term(node, moved, f"a{moved}{load}", size[moved] * _unit(loads.wrench[node, load]))
             for moved, load in self.moves
         ]

@@ -8,18 +8,12 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.regressors import RegressorMaker
+from stiffcal.judgement.numbers import FORGOTTEN, MOTION_POWERS, MOTION_WAVES
 from stiffcal.judgement.unlisted import UnlistedLaw
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import ParameterSpec, Place, Values
 from stiffcal.model.motion_effect import MotionEffect
-
-WAVES = 8
-"""Half waves over all that a joint goes through."""
-POWERS = 6
-"""Degree of a curve over speed."""
-FORGOTTEN = (3.0, 10.0, 30.0, 100.0)
-"""s over which what a joint did before is forgotten."""
 
 
 def unlisted_motion_laws(state: RegressorMaker, joints: Sequence[int]) -> Iterator[UnlistedLaw]:
@@ -38,7 +32,7 @@ def _along(values: Floats) -> Floats | None:
     return (values - values.min()) / range_ if range_ > 0.0 else None
 
 
-def _waves(values: Floats, count: int = WAVES) -> list[Floats]:
+def _waves(values: Floats, count: int = MOTION_WAVES) -> list[Floats]:
     """Return half waves over values (n,), from one on."""
     along = _along(values)
     return [] if along is None else [np.cos(np.pi * k * along) for k in range(1, count + 1)]
@@ -49,7 +43,7 @@ def _curves(values: Floats) -> list[Floats]:
     along = _along(values)
     if along is None:
         return [np.ones(len(values))]
-    return [np.polynomial.legendre.Legendre.basis(k)(2.0 * along - 1.0) for k in range(POWERS + 1)]
+    return [np.polynomial.legendre.Legendre.basis(k)(2.0 * along - 1.0) for k in range(MOTION_POWERS + 1)]
 
 
 def _speeds(motion: DriveMotion) -> Floats:
@@ -73,12 +67,12 @@ def _of_speed_alone(motion: DriveMotion) -> list[Floats]:
 
 def _of_position(motion: DriveMotion) -> list[Floats]:
     """Return waves over the joint's angle, the same in both directions."""
-    return _waves(motion.angle, 2 * WAVES)
+    return _waves(motion.angle, 2 * MOTION_WAVES)
 
 
 def _of_position_and_direction(motion: DriveMotion) -> list[Floats]:
     """Return waves over the joint's angle that change their sign with the direction."""
-    return _with_sign(_waves(motion.angle, 2 * WAVES), motion)
+    return _with_sign(_waves(motion.angle, 2 * MOTION_WAVES), motion)
 
 
 def _of_temperature(motion: DriveMotion) -> list[Floats]:
@@ -92,7 +86,7 @@ def _of_temperature(motion: DriveMotion) -> list[Floats]:
 def _of_time(motion: DriveMotion) -> list[Floats]:
     """Return waves over time, of friction at all speeds, of what grows with the speed, and of the sensor's zero."""
     waves = _waves(motion.time)
-    return [*_with_sign(waves, motion), *(motion.velocity * one for one in waves[: WAVES // 2]), *waves]
+    return [*_with_sign(waves, motion), *(motion.velocity * one for one in waves[: MOTION_WAVES // 2]), *waves]
 
 
 def _of_load(motion: DriveMotion) -> list[Floats]:
@@ -142,7 +136,7 @@ class _Law(MotionEffect):
 
     def __init__(self, functions: Functions) -> None:
         self.functions = functions
-        self.parameters = tuple(_size(f"a{k}") for k in range(4 * WAVES))  # type: ignore[misc]
+        self.parameters = tuple(_size(f"a{k}") for k in range(4 * MOTION_WAVES))  # type: ignore[misc]
 
     def motion_columns(self, place: Place, chain: Chain, motion: DriveMotion, shape: Values) -> dict[str, Floats]:
         """Return the functions, each with an amplitude of its own."""

@@ -15,15 +15,11 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
 from stiffcal.identification.observation import Observations, predicted, rests
 from stiffcal.identification.projection import Projection
+from stiffcal.judgement.numbers import LEAST_MASS, STEP_MASS, STEP_MOMENT
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.no_balance import NoBalanceError
-
-STEP_MASS, STEP_MOMENT = 10.0, 10.0
-"""kg and kg·m of the differences."""
-LEAST_MASS = 1.0
-"""kg, on which a first moment acts where a link has less mass: its centre of mass stays within metres."""
 
 
 @dataclass(frozen=True)

@@ -15,14 +15,7 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.slips import best_slip
 from stiffcal.judgement.decomposition import thin_svd
 from stiffcal.judgement.ground_of_states import GroundOfStates
-
-KEPT = 2
-"""Runs in which a target moved for a while that are compared with all else."""
-MOST_EDGES = 120
-"""States of a run at which an interval is tried to begin and to end."""
-
-LEAST_SHARE = 1e-9
-"""Share of a run's weight that an interval has beyond the run's constant, below which it is rounding."""
+from stiffcal.judgement.numbers import INTERVALS_KEPT, LEAST_INTERVAL, LEAST_OF_MISTAKE, MOST_EDGES
 
 
 class MistakeInRun(Enum):
@@ -91,13 +84,13 @@ def _moved_for_a_while(ground: GroundOfStates) -> Iterator[InRun]:
         whole, part = np.sum(weight, axis=1), np.cumsum(weight, axis=1)[:, edges - 1]
         inside = part[:, None, :] - part[:, :, None]
         square = inside * (1.0 - inside / np.maximum(whole, 1e-300)[:, None, None])
-        shows = square > LEAST_SHARE * whole[:, None, None]
+        shows = square > LEAST_INTERVAL * whole[:, None, None]
         moved = summed[:, None, :] - summed[:, :, None]
         gain = np.triu(np.sum(np.where(shows, moved**2 / np.where(shows, square, 1.0), 0.0), axis=0), 1)
         a, b = (int(k) for k in np.unravel_index(int(np.argmax(gain)), gain.shape))
         if gain[a, b] > 0.0:
             found.append((float(gain[a, b]), int(run), own[edges[a] : edges[b]], len(own)))
-    for _, run, states, length in sorted(found, key=lambda one: -one[0])[:KEPT]:
+    for _, run, states, length in sorted(found, key=lambda one: -one[0])[:INTERVALS_KEPT]:
         moved = np.zeros((len(data.measured), *data.measured.shape))
         for component in range(len(data.measured)):
             median = np.median(scale[component, states])
@@ -110,5 +103,5 @@ def _moved_for_a_while(ground: GroundOfStates) -> Iterator[InRun]:
 def _independent(rows: Floats, count: int) -> Floats:
     """Return directions (d, r) of rows that are not made of each other, together of rms one over so many readings."""
     _, size, axes = thin_svd(rows)
-    kept = (axes * size[:, None])[size > 1e-6 * max(float(size.max(initial=0.0)), 1e-300)]
+    kept = (axes * size[:, None])[size > LEAST_OF_MISTAKE * max(float(size.max(initial=0.0)), 1e-300)]
     return np.asarray(kept * np.sqrt(count / max(float(np.sum(kept**2)), 1e-300)))

@@ -6,7 +6,8 @@ Judged campaigns are kept by judge, seed and number; a second call goes on where
 campaigns are of one class of `tests.calibration.stress.classes`, or of all, kept under the class's name; they are in no
 laboratory's proportions, so that no probability is held against them. `self-check` judges
 small problems drawn from the very priors, whose probabilities have to be right exactly; `numbers` doubles each number
-of the computation and reports the largest change of a probability.
+of the computation and reports the largest change of a probability; with folders after `--practice` it doubles and
+halves the priors and what is ours, in these campaigns.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--stress", choices=[*CLASSES, "all"], metavar="CLASS")
+    parser.add_argument("--practice", type=Path, nargs="+", metavar="DIR")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--to", type=Path, default=Path("build/calibration"))
     chosen = parser.parse_args(arguments)
@@ -42,7 +44,11 @@ def main(arguments: Sequence[str]) -> int:
         print(self_check.table(self_check.drawn_and_judged(chosen.seed, chosen.count)))
         return 0
     if chosen.judge == "numbers":
-        print(numbers.table(chosen.seed, chosen.first, chosen.count))
+        if chosen.practice:
+            changed = {k: v for name in (*numbers.OURS, *numbers.PRIORS) for k, v in numbers.changes(name).items()}
+            print(numbers.table(numbers.of_practice(chosen.practice), changed))
+        else:
+            print(numbers.table(numbers.of_field_mix(chosen.seed, chosen.first, chosen.count), numbers.COMPUTED))
         return 0
     chosen.to.mkdir(parents=True, exist_ok=True)
     wanted = range(chosen.first, chosen.first + chosen.count)

@@ -12,9 +12,9 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import ALONE, DISCREPANCIES, NO_DISCREPANCY, NORMAL, TAILS
+from stiffcal.judgement.numbers import ALONE, DISCREPANCIES, NO_DISCREPANCY, NORMAL, TAILS
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.tails import Readings
 
@@ -44,11 +44,8 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
     present = rng.uniform(size=MEMBERS) < ODDS / (1.0 + ODDS)
     y = _noise(rng, n)
     tau = 0.0 if rng.uniform() < NO_DISCREPANCY else float(rng.choice(DISCREPANCIES))
-    at = 0
-    for place, basis in discrepancy.of_run:
-        spread = np.sqrt(discrepancy.variance[at : at + basis.shape[1]])
-        at += basis.shape[1]
-        y[place] += tau * basis @ (spread * rng.normal(size=basis.shape[1]))
+    for place, basis, variance in discrepancy.of_run:
+        y[place] += tau * basis @ (np.sqrt(variance) * rng.normal(size=len(variance)))
     for one, is_present in zip(members, present, strict=True):
         if is_present:
             number = rng.choice(len(one.scales), p=np.exp(one.log_weights))
@@ -82,11 +79,10 @@ def _noise(rng: np.random.Generator, count: int) -> Floats:
 
 
 def _discrepancy(rng: np.random.Generator) -> Discrepancy:
-    parts = []
-    for run in range(RUNS):
-        basis, _ = np.linalg.qr(rng.normal(size=(PER_RUN, 2)))
-        parts.append((np.arange(run * PER_RUN, (run + 1) * PER_RUN), basis))
-    return Discrepancy(tuple(range(RUNS)), RUNS * PER_RUN, tuple(parts), rng.uniform(0.5, 2.0, 2 * RUNS))
+    bases, _ = np.linalg.qr(rng.normal(size=(RUNS, PER_RUN, 2)))
+    place, at = np.arange(RUNS * PER_RUN).reshape(RUNS, PER_RUN), np.arange(2 * RUNS).reshape(RUNS, 2)
+    alike = AlikeRuns(np.arange(RUNS), place, bases, at)
+    return Discrepancy(tuple(range(RUNS)), RUNS * PER_RUN, [alike], rng.uniform(0.5, 2.0, 2 * RUNS))
 
 
 def bins(stated: list[Stated], edges: Floats) -> list[tuple[float, int, int]]:

@@ -60,24 +60,27 @@ def test_what_is_undecided_in_one_search_stands_next_to_what_another_names() -> 
 
 
 def law(joint: int, p: float) -> UnknownLaw:
-    return UnknownLaw(follows="time", where=Where(joints=[joint]), of=f"joint {joint}", probability=p)
+    return UnknownLaw(follows="time", where=Where(joints=[joint]), of=f"joint {joint}", probability=p, curve=None)
 
 
 def excluded(joint: int) -> ExcludedSizeAt:
-    return ExcludedSizeAt(where=Where(joints=[joint]), of=f"joint {joint}", size_m=None, size_Nm=0.1)
+    return ExcludedSizeAt(
+        where=Where(joints=[joint]), of=f"joint {joint}", size_m=None, size_Nm=0.1, effect="breakaway"
+    )
 
 
 def test_probabilities_of_searches_that_share_nothing_multiply() -> None:
     results = [
         replace(
             EMPTY, p_nothing=p, p_unknown=q, unknown=[law(joint, q)], excluded_sizes=[excluded(joint)],
-            in_model=[proposed("stribeck", joint)],
+            in_model=[proposed("stribeck", joint)], not_weighed=q,
         )
         for joint, p, q in ((1, 0.9, 0.1), (2, 0.8, 0.5))
     ]  # fmt: skip
     merged = merged_diagnosis([PartialDiagnosis(result, (), 1) for result in results])
     assert merged.p_nothing == pytest.approx(0.72)
     assert merged.p_unknown == pytest.approx(1.0 - 0.9 * 0.5)
+    assert merged.not_weighed == pytest.approx(1.0 - 0.9 * 0.5)
     assert [law.of for law in merged.unknown or []] == ["joint 2", "joint 1"]
     assert [one.of for one in merged.excluded_sizes or []] == ["joint 1", "joint 2"]
     assert [one.where.joints for one in merged.in_model or []] == [[1], [2]]

@@ -10,9 +10,9 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from stiffcal.arrays import Floats
-from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY
+from stiffcal.judgement.numbers import DISCREPANCIES, NO_DISCREPANCY
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.tails import Readings
 
@@ -22,11 +22,9 @@ EXACTLY = NoiseScale(float(N - 2), np.inf)
 
 def of_poses(rng: np.random.Generator) -> Discrepancy:
     """Return a discrepancy of four poses with two directions each."""
-    parts, per_run = [], N // RUNS
-    for run in range(RUNS):
-        basis, _ = np.linalg.qr(rng.normal(size=(per_run, 2)))
-        parts.append((np.arange(run * per_run, (run + 1) * per_run), basis))
-    return Discrepancy(tuple(range(RUNS)), N, tuple(parts), rng.uniform(0.5, 2.0, 2 * RUNS))
+    bases, _ = np.linalg.qr(rng.normal(size=(RUNS, N // RUNS, 2)))
+    alike = AlikeRuns(np.arange(RUNS), np.arange(N).reshape(RUNS, -1), bases, np.arange(2 * RUNS).reshape(RUNS, 2))
+    return Discrepancy(tuple(range(RUNS)), N, [alike], rng.uniform(0.5, 2.0, 2 * RUNS))
 
 
 def member(rng: np.random.Generator, count: int, bounded: bool = False) -> MemberColumns:
@@ -47,11 +45,9 @@ def read(common: Floats, discrepancy: Discrepancy, y: Floats) -> Readings:
 
 
 def covariance_of(discrepancy: Discrepancy, size: float) -> Floats:
-    result, at = np.eye(N), 0
-    for place, basis in discrepancy.of_run:
-        count = basis.shape[1]
-        result[np.ix_(place, place)] += size**2 * (basis * discrepancy.variance[at : at + count]) @ basis.T
-        at += count
+    result = np.eye(N)
+    for place, basis, variance in discrepancy.of_run:
+        result[np.ix_(place, place)] += size**2 * (basis * variance) @ basis.T
     return result
 
 
@@ -123,10 +119,9 @@ def test_a_coefficient_that_cannot_be_negative_counts_by_its_probability(
     plain = MemberColumns(free.rows, free.bounded, free.sizes[:1], np.ones(1))
     y = y - 1.4 * free.rows[0]
     evidence = SetEvidence.of(read(common, discrepancy, y), [plain, bounded], EXACTLY)
-    at = evidence.inner.at(0)
-    precision = at.gram[0, 0, 0] + 1.0 / free.sizes[0] ** 2
+    precision = evidence.inner.own[0][0, 0, 0] + 1.0 / free.sizes[0] ** 2
     rng = np.random.default_rng(1)
-    draws = at.target[0, 0] / precision + rng.normal(size=400_000) / np.sqrt(precision)
+    draws = evidence.inner.target[0][0, 0] / precision + rng.normal(size=400_000) / np.sqrt(precision)
     share = float(np.mean(draws > 0.0))
     gain = evidence.best_sizes([1])[0][0] - evidence.best_sizes([0])[0][0]
     error = np.sqrt((1.0 - share) / share / 400_000)
@@ -152,8 +147,9 @@ def test_conditional_products_are_those_of_the_larger_set(
     common, y, members, discrepancy = drawn
     fixed = [MemberColumns(one.rows, one.bounded, one.sizes[:1], np.ones(1)) for one in members]
     evidence = SetEvidence.of(read(common, discrepancy, y), fixed, EXACTLY)
-    where = evidence.place[0]
-    left = evidence.inner.given(where, np.full(len(where), fixed[0].sizes[0]))
-    gain = evidence.best_sizes([2], left)[0] - evidence.best_sizes([], left)[0]
-    direct = evidence.best_sizes([0, 2])[0] - evidence.best_sizes([0])[0]
-    np.testing.assert_allclose(gain, direct, atol=1e-9)
+    size = np.full(len(fixed[0].rows), fixed[0].sizes[0])
+    for t in range(1 + len(DISCREPANCIES)):
+        left = evidence.inner.given([0], size, t)
+        gain = evidence.best_sizes([2], left[2])[0] - evidence.best_sizes([], left[2])[0]
+        direct = (evidence.best_sizes([0, 2])[0] - evidence.best_sizes([0])[0])[t]
+        assert gain[0] == pytest.approx(direct, abs=1e-9)

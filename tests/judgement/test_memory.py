@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.judgement.memory import AVERAGES, of_memory
+from stiffcal.judgement.memory import of_memory
+from stiffcal.judgement.numbers import AVERAGES
 
 ONE_RUN = np.zeros(6, dtype=np.int64)
 LAST, DIRECTION = len(AVERAGES), len(AVERAGES) + 1

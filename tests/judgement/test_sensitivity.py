@@ -8,12 +8,13 @@ from typing import cast
 import numpy as np
 import pytest
 
-from stiffcal.judgement.discrepancy import Discrepancy
+from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
-from stiffcal.judgement.priors import DISCREPANCIES, NO_DISCREPANCY, MemberKind, Share
-from stiffcal.judgement.sensitivity import FACTOR, varied
+from stiffcal.judgement.numbers import DISCREPANCIES, NO_DISCREPANCY, PRIOR_FACTOR
+from stiffcal.judgement.priors import MemberKind, Share
+from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.sets import WeighedSets
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.tails import Readings
@@ -27,7 +28,9 @@ def judged() -> Judged:
     """Return sets of an effect, an unlisted law and a run that is off, each alone."""
     rng = np.random.default_rng(3)
     basis, _ = np.linalg.qr(rng.normal(size=(N, 4)))
-    poses, wander = (Discrepancy((0,), N, ((np.arange(N), basis[:, 3:]),), np.ones(1)) for _ in range(2))
+    first = np.zeros((1, 1), dtype=np.int64)
+    whole = AlikeRuns(first[0], np.arange(N)[None], basis[None, :, 3:], first)
+    poses, wander = (Discrepancy((0,), N, [whole], np.ones(1)) for _ in range(2))
     y = 4.0 * basis[:, 0] + 3.5 * basis[:, 1] + 3.0 * basis[:, 2]
     kinds = [MemberKind.EFFECT, MemberKind.UNLISTED, MemberKind.MISTAKE]
     members = []
@@ -56,12 +59,12 @@ def test_odds_move_by_the_factor(judged: Judged) -> None:
     plain = judged.weighed.probabilities()
     more = [dict(sets) for sets in varied(judged)]
     laws, unlisted, mistakes = more[:3]
-    assert odds(laws, EFFECT) == pytest.approx(FACTOR * odds(plain, EFFECT))
-    assert odds(laws, UNLISTED) == pytest.approx(FACTOR * odds(plain, UNLISTED))
+    assert odds(laws, EFFECT) == pytest.approx(PRIOR_FACTOR * odds(plain, EFFECT))
+    assert odds(laws, UNLISTED) == pytest.approx(PRIOR_FACTOR * odds(plain, UNLISTED))
     assert odds(laws, RUN) == pytest.approx(odds(plain, RUN))
     assert odds(unlisted, EFFECT) == pytest.approx(odds(plain, EFFECT))
-    assert odds(unlisted, UNLISTED) == pytest.approx(FACTOR * odds(plain, UNLISTED))
-    assert odds(mistakes, RUN) == pytest.approx(FACTOR * odds(plain, RUN))
+    assert odds(unlisted, UNLISTED) == pytest.approx(PRIOR_FACTOR * odds(plain, UNLISTED))
+    assert odds(mistakes, RUN) == pytest.approx(PRIOR_FACTOR * odds(plain, RUN))
 
 
 def test_every_prior_is_varied_both_ways(judged: Judged) -> None:

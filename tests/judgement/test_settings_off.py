@@ -11,7 +11,8 @@ from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.identification.observation import predicted, rests
-from stiffcal.judgement.priors import CONTRADICTED, SETUP_MISTAKE, MemberKind, Share, log_odds
+from stiffcal.judgement.numbers import CONTRADICTED, SETUP_MISTAKE
+from stiffcal.judgement.priors import MemberKind, Share, log_odds
 from stiffcal.judgement.reading import WhatIsMissing, read_off
 from stiffcal.judgement.states import judge_states
 from stiffcal.measurements.load_states import LoadStates

@@ -11,16 +11,16 @@ from scipy.stats import t as student
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
-from stiffcal.judgement.priors import NO_DISCREPANCY, NORMAL, TAILS
+from stiffcal.judgement.numbers import NO_DISCREPANCY, NORMAL, TAILS
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.states import judge_states
-from stiffcal.judgement.tails import Readings, log_gain, tails_of
+from stiffcal.judgement.tails import Readings, log_gains, tails_of
 from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.stress.classes import draw_stress
 
 N, SIZE = 40, 2.0
-NO_POSES = Discrepancy((0,), N, ((np.arange(N), np.zeros((N, 0))),), np.zeros(0))
+NO_POSES = Discrepancy((), N, (), np.zeros(0))
 
 
 def drawn(dof: float, count: int, seed: int) -> Floats:
@@ -81,7 +81,7 @@ def test_kinds_of_readings_have_scales_of_their_own() -> None:
     assert np.isinf(tail.dof)
     assert tail.variance[0] == pytest.approx(0.25, rel=0.1)
     assert tail.variance[1] == pytest.approx(4.0, rel=0.1)
-    assert log_gain(noise, np.ones(6000), kind, 0.0) > 1000.0
+    assert log_gains(noise[None], np.ones((1, 6000)), kind, 0.0)[0] > 1000.0
 
 
 @pytest.mark.long

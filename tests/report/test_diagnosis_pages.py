@@ -12,13 +12,16 @@ import pytest
 from stiffcal.diagnosis.results import (
     DiagnoseResult,
     EffectEvidenceSummary,
+    ExcludedSizeAt,
     Finding,
+    LawCurveAt,
     LookAlike,
     ProposedEffect,
     ResidualDependence,
     RunErrors,
     SearchPace,
     SeparatingMeasurement,
+    UnknownLaw,
     UntestableEffect,
 )
 from stiffcal.identification.fit_results import IdentifiedParameter
@@ -148,6 +151,31 @@ def test_none_of_these_says_what_the_remainder_follows() -> None:
     assert "No effect is named" in text
     assert "listed below" in text
     assert "joint angles 97.0 % another factor from pose to pose" in text
+
+
+LAW = UnknownLaw(
+    follows="another joint's angle", where=Where(joints=[2]), of="joint 2", probability=0.97,
+    curve=LawCurveAt(
+        over="angle:1", unit="rad", value_unit="rad/(N*m)", at=[-np.pi / 2, np.pi / 2], value=[-7e-8, 7e-8]
+    ),
+)  # fmt: skip
+"""A law that no catalogue holds."""
+
+
+def test_a_law_of_its_own_is_laid_out_as_its_curve() -> None:
+    text = words(diagnosis.section(content(missing=[], unexplained=True, unknown=[LAW])))
+    assert "−90.0 −0.0700" in text
+    assert "90.0 0.0700" in text
+    bare = replace(LAW, curve=None)
+    assert "Law of" not in words(diagnosis.section(content(missing=[], unexplained=True, unknown=[bare])))
+
+
+def test_the_load_that_decides_is_stated_where_nothing_is_found() -> None:
+    size = ExcludedSizeAt(where=Where(joints=[3]), of="joint 3", size_m=1e-4, effect="creep", deciding_force_N=640.0)
+    text = words(diagnosis.section(content(adequate=True, missing=[], excluded_sizes=[size])))
+    assert "joint 3 640 N" in text
+    small = replace(size, deciding_force_N=None)
+    assert "640" not in words(diagnosis.section(content(adequate=True, missing=[], excluded_sizes=[small])))
 
 
 def test_a_remainder_that_follows_nothing_has_no_list() -> None:

@@ -17,6 +17,7 @@ from itertools import combinations
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.thresholds import RUNS_FOR_PAIRS, RUNS_FOR_TWO
 
 # Of these runs, those that single deletion changes most, all pairs are left out: 1770 small systems at most.
 MOST_IN_PAIRS = 60
@@ -139,7 +140,7 @@ class RunBlocks:
     def best_pair(self) -> tuple[int, ...]:
         """Return the two runs without which the rest agrees best; one or none where there are few runs."""
         count = len(self.square)
-        if count < 4:
+        if count < RUNS_FOR_PAIRS:
             return ()
         gain = self.deleted(())
         chosen = np.sort(np.argsort(gain)[::-1][:MOST_IN_PAIRS])
@@ -179,4 +180,4 @@ def standing_apart(scores: Floats, level: float, gap: float, most: int) -> tuple
 
 def most_suspects(n_runs: int) -> int:
     """Return how many of so many runs may be faulty: a sixth, two of eight, one of four, and none of fewer."""
-    return 0 if n_runs < LEAST_RUNS else max(1 if n_runs < 8 else 2, n_runs // 6)
+    return 0 if n_runs < LEAST_RUNS else max(1 if n_runs < RUNS_FOR_TWO else 2, n_runs // 6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.thresholds import LEAST_PLACES
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
@@ -42,7 +43,7 @@ def place_scores(misses: Floats, members: list[Integers]) -> tuple[Floats, Float
         dtype=object,
     )
     is_measured = np.array([len(entry) == 3 for entry in first], dtype=np.bool_)
-    if is_measured.sum() < 3:
+    if is_measured.sum() < LEAST_PLACES:
         return np.zeros(len(members)), np.zeros(3), LEAST_MISS
     table = np.array(list(first[is_measured]), dtype=np.float64)
     centre = np.median(table, axis=0)

@@ -9,6 +9,7 @@ import numpy as np
 from stiffcal.diagnosis.suspects.find import FoundSuspect, Suspicion
 from stiffcal.diagnosis.suspects.result import FitWithout, Suspect, SuspectKind, WithoutParameter
 from stiffcal.diagnosis.suspects.time_order import TimeOrder
+from stiffcal.diagnosis.thresholds import MOST_ALONG
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import fit_rms
 from stiffcal.identification.moved_base import MovedBase
@@ -68,7 +69,7 @@ def _backwards(suspicion: Suspicion, states: LoadStates, chain: Chain) -> set[in
         return set()
     work = work_of_load(used, chain).work
     present = np.unique(used.run)
-    if np.mean(work[present] > 0.0) <= 0.5:
+    if np.mean(work[present] > 0.0) <= MOST_ALONG:
         return set()
     return {suspect.run for suspect in suspicion.suspects if work[suspect.run] < 0.0}
 

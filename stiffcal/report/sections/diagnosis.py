@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 
 from stiffcal.diagnosis.pattern_results import CompliancePattern
-from stiffcal.diagnosis.results import DiagnoseResult, ExcludedSizeAt, LookAlike, ProposedEffect
+from stiffcal.diagnosis.results import (
+    DiagnoseResult,
+    ExcludedSizeAt,
+    LawCurveAt,
+    LookAlike,
+    ProposedEffect,
+    UnknownLaw,
+)
 from stiffcal.diagnosis.words import pattern_in_words, what_is_followed
 from stiffcal.measurements.rms import Rms, VarianceRatio
+from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -50,8 +59,11 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.append(Paragraph(_excluded(diagnosis.excluded_sizes)))
     if diagnosis.structure:
         blocks.extend(_remainder(diagnosis))
+    law = next(iter(diagnosis.unknown or ()), None)
     if diagnosis.pattern is not None:
         blocks.extend(_pattern(diagnosis.pattern))
+    elif law is not None and law.curve is not None and diagnosis.unexplained:
+        blocks.extend(_law(law, law.curve))
     if diagnosis.superfluous:
         names = wording.listing(map(wording.effect_at, diagnosis.superfluous))
         blocks.append(Paragraph(f"In the model and probably not there: {names}."))
@@ -115,6 +127,9 @@ def _excluded(sizes: Sequence[ExcludedSizeAt]) -> str:
         text += f"be found: {listed}."
     if hidden:
         text += f" Nowhere in this campaign shows: {wording.listing(hidden, 30)}."
+    forces = [f"{one.of} {one.deciding_force_N:.0f} N" for one in known if one.deciding_force_N is not None]
+    if forces:
+        text += f" Loads up to these would show what is as large as the noise: {wording.listing(forces, 30)}."
     return text.strip()
 
 
@@ -147,6 +162,9 @@ def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
     explained = diagnosis.explained_by_missing
     if explained is not None and diagnosis.missing and diagnosis.noise:
         facts.append(("explained", f"{wording.percent(explained)} of the avoidable error is explained by it"))
+    if diagnosis.not_weighed is not None:
+        text = f"combinations of effects that have about {wording.percent(diagnosis.not_weighed)} of the probability"
+        facts.append(("not compared", text))
     return facts
 
 
@@ -176,6 +194,23 @@ def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
         "each variable explains. Shares overlap; start with the largest."
     )
     return [SubheadingBlock("Dependence of the remaining error"), TableBlock(columns, rows, caption)]
+
+
+def _law(law: UnknownLaw, curve: LawCurveAt) -> list[Block]:
+    """Lay out the curve of a law that no catalogue holds."""
+    unit, factor = printed_unit(curve.value_unit)
+    over_unit, over_factor = ("°", 180.0 / math.pi) if curve.unit == "rad" else printed_unit(curve.unit)
+    what, _, joint = curve.over.partition(":")
+    columns = (TableColumn(f"{what} of joint {joint}", over_unit), TableColumn(f"law of {law.of}", unit))
+    rows = tuple(
+        (wording.digits(over_factor * at), wording.digits(factor * value))
+        for at, value in zip(curve.at, curve.value, strict=True)
+    )
+    caption = (
+        f"Law of {law.of} that no effect of the catalogue describes, probability "
+        f"{probability_in_words(law.probability)}: what it adds to the joint's give, at its most probable values."
+    )
+    return [SubheadingBlock("Law of its own"), TableBlock(columns, rows, caption)]
 
 
 def _pattern(pattern: CompliancePattern) -> list[Block]:

@@ -1,0 +1,63 @@
+"""What `diagnose` prints of probabilities: bars, laws of no catalogue, loads that decide."""
+
+from __future__ import annotations
+
+from io import StringIO
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stiffcal.cli.console import AnswerConsole
+from stiffcal.cli.diagnose import _show_excluded, _show_ranking, _show_unknown
+from stiffcal.diagnosis.results import ExcludedSizeAt, LawCurveAt, UnknownLaw
+from stiffcal.measurements.rms import Rms
+from stiffcal.model.summary import Where
+
+
+def finding(probability: float) -> Any:
+    return SimpleNamespace(
+        effect="backlash", where=Where(joints=[4]), verdict="possible", heldout_rms_after=Rms(1e-4, None), explains=0.5,
+        confidence=0.5, probability=probability, size_m=1e-4, size_Nm=None,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("probability", "width", "drawn"), [(1.0, 120, True), (1.0, 90, False), (0.0, 120, False)])
+def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: float, width: int, drawn: bool) -> None:
+    result: Any = SimpleNamespace(
+        findings=[finding(probability)],
+        rms=Rms(1e-4, None),
+        noise=None,
+        missing=[],
+        unexplained=False,
+        undecided=[],
+        could_be=[],
+    )
+    with StringIO() as text:
+        _show_ranking(AnswerConsole(file=text, width=width), result)
+        assert ("█" * 10 in text.getvalue()) is drawn
+
+
+def test_a_law_of_its_own_is_drawn_where_part_is_unexplained() -> None:
+    at = np.linspace(-1.0, 1.0, 9)
+    curve = LawCurveAt(over="torque:2", unit="N*m", value_unit="rad", at=at.tolist(), value=(1e-3 * at).tolist())
+    law = UnknownLaw(follows="its own torque", where=Where(joints=[2]), of="joint 2", probability=0.9, curve=curve)
+    for unexplained in (True, False):
+        result: Any = SimpleNamespace(unknown=[law], unexplained=unexplained)
+        with StringIO() as text:
+            _show_unknown(AnswerConsole(file=text, width=100, markup=False), result)
+            assert ("torque of joint 2 [N·m]" in text.getvalue()) is unexplained
+            assert ("[mrad]" in text.getvalue()) is unexplained
+
+
+def test_the_plan_that_decides_is_a_line_to_copy() -> None:
+    sizes = [
+        ExcludedSizeAt(where=Where(joints=[k]), of=f"joint {k}", size_m=1e-4, effect="creep", deciding_force_N=force)
+        for k, force in ((2, 640.2), (3, None))
+    ]
+    result: Any = SimpleNamespace(missing=[], unexplained=False, excluded_sizes=sizes)
+    with StringIO() as text:
+        _show_excluded(AnswerConsole(file=text, width=200), result, Path("cell"), None)
+        assert "stiffcal plan cell --force 641" in text.getvalue()

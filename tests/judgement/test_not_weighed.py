@@ -1,0 +1,52 @@
+"""What was not weighed: its share is about what is stated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.members import Member
+from stiffcal.judgement.priors import MemberKind, Share
+from stiffcal.judgement.sets import WeighedSets, search_sets
+from stiffcal.judgement.shared import Shared
+from stiffcal.judgement.tails import Readings
+
+MEMBERS, READINGS = 40, 60
+
+
+@pytest.fixture(scope="module")
+def weighed() -> WeighedSets:
+    """Return sets of effects of which one is there, and the others are as probable as one of 40."""
+    rng = np.random.default_rng(6)
+    columns = [
+        MemberColumns(rng.normal(size=(1, READINGS)), np.zeros(1, dtype=np.bool_), np.array([0.3, 1.0]), np.ones(2))
+        for _ in range(MEMBERS)
+    ]
+    y = rng.normal(size=READINGS) + columns[3].rows[0]
+    members = [
+        Member(f"effect {k}", Share(f"place {k}", "", MemberKind.EFFECT, False), None, {}, 0.0, one, -np.log(MEMBERS))
+        for k, one in enumerate(columns)
+    ]
+    shared = Shared(np.zeros((0, READINGS)), np.zeros((0, 1)), [])
+    readings = Readings(shared, y, np.ones(READINGS), np.zeros(READINGS, dtype=np.int64))
+    return search_sets(members, SetEvidence.of(readings, columns, NoiseScale(float(READINGS), np.inf)))
+
+
+def test_sets_that_were_not_weighed_have_what_is_stated(weighed: WeighedSets) -> None:
+    assert weighed.best == (3,)
+    everything = replace(weighed, log=dict(weighed.log), by_discrepancy=dict(weighed.by_discrepancy))
+    for key in combinations(range(MEMBERS), 2):
+        everything.weigh(key)
+    p = everything.probabilities()
+    left = sum(value for key, value in p.items() if key not in weighed.log)
+    assert left > 0.01
+    assert weighed.not_weighed == pytest.approx(left, rel=0.05)
+
+
+def test_what_was_weighed_is_not_counted(weighed: WeighedSets) -> None:
+    """With all additions to the enlarged sets weighed nothing is left but the growth of the others."""
+    assert replace(weighed, beyond=dict.fromkeys(weighed.log, 0.0)).not_weighed == 0.0
