@@ -64,7 +64,7 @@ class Sweep:
 def variance_of(whitening: Whitening) -> Floats:
     """Return (m, n) the variance of each reading, the wrench's share included; 0 where nothing was read."""
     precision = np.einsum("aan->an", whitening.precision())
-    return np.divide(1.0, precision, out=np.zeros_like(precision), where=precision > 0.0)
+    return np.asarray(np.divide(1.0, precision, out=np.zeros_like(precision), where=precision > 0.0))
 
 
 def sweeps_of(data: Observations) -> Iterator[Sweep]:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.judgement.like_states import MEDIAN_SQUARE, WORTH_OF_NEIGHBOURS, Sweep, _passed, _places, _shrunk
+from stiffcal.judgement.like_states import Sweep, _passed, _places, _shrunk
+from stiffcal.judgement.numbers import MEDIAN_SQUARE, WORTH_OF_NEIGHBOURS
 
 CYCLES, STATES, NOISE = 6, 600, 4e-6
 

@@ -7,7 +7,8 @@ import pytest
 
 from stiffcal.effects.cubic_stiffness import CubicStiffness
 from stiffcal.effects.joint_compliance import JointCompliance
-from stiffcal.judgement.priors import BEND, TYPICAL_COMPLIANCE, TYPICAL_TORQUE, RobotScale
+from stiffcal.judgement.numbers import BEND, TYPICAL_COMPLIANCE, TYPICAL_TORQUE
+from stiffcal.judgement.priors import RobotScale
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import NodeLoads, Place
 from tests.laboratory.effect_bench import robot_chain
