@@ -17,7 +17,6 @@ from stiffcal.identification.row_layout import MOTOR
 from stiffcal.judgement.numbers import (
     LEAST_SQUARE,
     LEAST_STATES,
-    MEDIAN_SQUARE,
     PASS,
     WORTH_OF_NEIGHBOURS,
 )
@@ -92,7 +91,7 @@ def with_noise_of_like_states(data: Observations, residual: Floats, variance: Fl
     if clamped is None or not sweeps:
         return data
     scatters = [one.scatter(*(values[one.row, one.states] for values in (residual, variance))) for one in sweeps]
-    squares = [float(np.median(one)) / MEDIAN_SQUARE for one in scatters]
+    squares = [float(np.mean(one)) for one in scatters]
     logs = _shrunk(np.log(np.maximum(squares, LEAST_SQUARE)), np.array([len(one.states) for one in sweeps]))
     ratio = np.full(data.n_states, float(np.exp(0.5 * np.mean(logs))))
     for one, log in zip(sweeps, logs, strict=True):

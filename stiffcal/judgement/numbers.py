@@ -234,9 +234,7 @@ PASS = 3
 """States in one sense that are at least a pass of a sweep; fewer are the motor's noise where it turns."""
 WORTH_OF_NEIGHBOURS = 0.5
 """Independent squares for one distance of a reading from the line through its neighbours, 1 / 1.94 where even."""
-MEDIAN_SQUARE = 0.455
-"""Median of the squares of a normal variable of unit variance: where a law bends, distances are more than noise."""
 LEAST_SQUARE = 1e-12
 """Below, readings that were rounded alike: no noise to be known from them."""
-LEAST_STATES = 40
-"""States of a run that show its noise to about a sixth."""
+LEAST_STATES = 80
+"""States of a run that show its noise to about a ninth."""

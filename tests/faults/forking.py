@@ -29,7 +29,7 @@ IMPORTED = (
     "stiffcal.workflow.plot", "stiffcal.workflow.predict", "stiffcal.workflow.simulate", "stiffcal.workflow.init",
     "stiffcal.batch.campaigns", "stiffcal.workflow.edit_model", "stiffcal.ingest.reducing",
     "stiffcal.workflow.report_content", "stiffcal.workflow.effect_pictures", "stiffcal.report.building",
-    "stiffcal.simulation.simulate", "stiffcal.diagnosis.search", "stiffcal.validation.validate",
+    "stiffcal.simulation.simulate", "stiffcal.judgement.states", "stiffcal.validation.validate",
     "stiffcal.identification.identify", "stiffcal.propose.from_table", "stiffcal.propose.templates",
     "matplotlib.backends.backend_svg", "matplotlib.figure", "pyarrow.csv", "pyarrow.parquet", "typst", "h5py",
     "rich.console", "rich.table", "rich.progress", "stiffcal.workflow.evidence", "stiffcal.identification.state_tables",
