@@ -2,6 +2,9 @@
 
 What an exchange does to the readings follows from how each pose answers a load: the column of a pair has no size of its
 own. Of all pairs those that explain most are kept.
+
+Loads of sweeps are not exchanged state by state: a sweep is cut into states where both of its logs bend, and of two
+that follow one programme an exchange leaves nothing but the difference of their noise, by which either reads better.
 """
 
 from __future__ import annotations
@@ -12,9 +15,10 @@ from enum import Enum
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.identification.observation import Observations
 from stiffcal.judgement.ground_of_states import GroundOfStates
+from stiffcal.judgement.like_states import sweeps_of
 from stiffcal.judgement.numbers import EXCHANGES_KEPT
 
 
@@ -70,6 +74,8 @@ class _Runs:
     """Of each run."""
     response: Floats
     """(R, m, 6) of the readings to a wrench as read, mean over the run."""
+    swept: Booleans
+    """(R,) True for those of a clamped robot's motor."""
     data: Observations
     """The observations."""
 
@@ -81,7 +87,8 @@ class _Runs:
         states = [np.flatnonzero(data.run == number) for number in numbers]
         slopes = ground.state.tangents.reading_rows()
         response = np.array([slopes[:, :, own].mean(axis=2) for own in states])
-        return cls(numbers, states, response, data)
+        swept = np.isin(numbers, [sweep.run for sweep in sweeps_of(data)])
+        return cls(numbers, states, response, swept, data)
 
     def moved(self, run: int, others: Integers, part: ExchangedPart) -> Floats:
         """Return (k, m, n of the run) what an exchange with others does to its readings.
@@ -105,7 +112,10 @@ def _gains(ground: GroundOfStates, runs: _Runs, part: ExchangedPart) -> Floats:
     length = np.array([len(own) for own in runs.states])
     along, square = np.zeros((count, count)), np.zeros((count, count))
     for i, own in enumerate(runs.states):
-        others = np.flatnonzero((length == length[i]) | (part is ExchangedPart.ANGLES))
+        state_by_state = (length == length[i]) & ~runs.swept & ~runs.swept[i]
+        others = np.flatnonzero(state_by_state | (part is ExchangedPart.ANGLES))
+        if not len(others):
+            continue
         moved = runs.moved(i, others, part)
         if runs.data.free_offset:
             moved = moved - moved.mean(axis=2, keepdims=True)

@@ -61,12 +61,12 @@ def _of_torque(torque: Floats, wrench: Floats, noise: Floats) -> Floats:
 
 
 def _between(torque: Floats, data: Observations) -> Floats:
-    """Return (n,) the standard deviation of where a sweep turned: anywhere up to half the way to the next state."""
+    """Return (n,) the rms of how far beyond a state a sweep turned: anywhere up to half the way to the next one."""
     step = np.zeros(len(torque))
     same = np.diff(data.run) == 0
     step[1:][same] = np.abs(np.diff(torque))[same]
     swept = data.measured_mask[data.kind == MOTOR].any(axis=0)
-    return np.asarray(np.where(swept, 0.5 * step / np.sqrt(12.0), 0.0))
+    return np.asarray(np.where(swept, 0.5 * step / np.sqrt(3.0), 0.0))
 
 
 def _stretches(value: Floats, run: Integers) -> Iterator[Integers]:

@@ -231,10 +231,10 @@ MOST_KEPT = 1 << 21
 ALIKE_IN_SWEEPS = 0.35
 """How probable it is that the states of a sweep err alike wherever the motor stands alike: as `OF_LOADS`. Ours."""
 PASS = 3
-"""States in one sense that are at least a pass of a sweep; fewer are the motor's noise where it turns."""
+"""States in one sense that are at least a pass of a sweep; fewer are the motor's noise where it turns. Ours."""
 WORTH_OF_NEIGHBOURS = 0.5
 """Independent squares for one distance of a reading from the line through its neighbours, 1 / 1.94 where even."""
 LEAST_SQUARE = 1e-12
-"""Below, readings that were rounded alike: no noise to be known from them."""
+"""Squares below, in noises, are those of readings that were rounded alike: no noise is known from them. Ours."""
 LEAST_STATES = 80
-"""States of a run that show its noise to about a ninth."""
+"""States of a run that show its noise to about a ninth; shorter ones have that which is stated. Ours."""

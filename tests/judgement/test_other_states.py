@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.judgement.numbers import FIRM
 from tests.laboratory.judged_folder import said_of
 
 pytestmark = pytest.mark.long
@@ -26,6 +27,14 @@ def test_nothing_is_named_where_geometry_and_springs_explain_all() -> None:
         ("absolute/02", "bearing-tilt j2"),
         ("absolute/04", "joint-eccentricity j1"),
         ("joints/02", "backlash j1"),
+        pytest.param(
+            "joints/03",
+            "friction-hysteresis j1",
+            marks=pytest.mark.xfail(
+                strict=True,
+                reason="a law of memory next to it has 20 %, and 7 % before any reading: certain is below 5 %",
+            ),
+        ),
     ],
 )
 def test_what_is_hidden_is_named_and_firm(name: str, effect: str) -> None:
@@ -35,12 +44,12 @@ def test_what_is_hidden_is_named_and_firm(name: str, effect: str) -> None:
 
 
 def test_what_turning_points_are_off_by_is_probably_no_law_of_its_own() -> None:
-    """It lasts as long as friction holds. All runs take part; a law of memory next to friction stays below a half."""
+    """It lasts as long as friction holds. All runs take part: two were set aside for an exchange, and then sound."""
     found = said_of(CAMPAIGNS / "joints/03")
     (group,) = found.groups
     assert group.members[0][0] == "friction-hysteresis j1"
-    assert group.probability > 0.99
-    assert group.members[0][1] > 0.99
+    assert group.probability > FIRM
+    assert group.members[0][1] > FIRM
     assert found.doubted == ()
     assert not found.unexplained
 

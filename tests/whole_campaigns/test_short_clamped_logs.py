@@ -39,14 +39,10 @@ def test_eighty_readings_a_run_are_fitted_judged_and_searched(tmp_path: Path) ->
     assert judged.scheme == "leave-one-pose-out"
     # 0.2 mrad of backlash is hidden, and the model holds none
     assert judged.rms.motor_angle == pytest.approx(0.5e-4, rel=0.2)
-    (missing,) = diagnose_campaign(folder).missing
-    assert not missing.firm
-    assert "backlash" in {missing.effect, *(one.effect for one in missing.alternatives)}
-
-
-@pytest.mark.xfail(strict=True, reason="of eighty readings a run two are off, and two-slope reads better than the play")
-def test_a_play_of_eighty_readings_a_run_is_the_first_of_its_look_alikes(tmp_path: Path) -> None:
-    assert [one.effect for one in diagnose_campaign(thinned(tmp_path / "c", 80)).missing] == ["backlash"]
+    found = diagnose_campaign(folder)
+    assert [one.effect for one in found.missing] == ["backlash"]
+    # runs of one programme differ by the noise of their loads alone: an exchange of two read better by chance
+    assert found.suspects == []
 
 
 def test_of_two_dozen_readings_a_run_no_parameter_is_identified_and_why_is_said(tmp_path: Path) -> None:
