@@ -18,6 +18,7 @@ from stiffcal.identification.noise import Whitening
 from stiffcal.identification.projection import Projection
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Effect
 from stiffcal.model.no_balance import NoBalanceError
 
 
@@ -58,6 +59,14 @@ def is_whole(placed: PlacedEffect) -> bool:
 def spring_symbol(placed: PlacedEffect) -> str | None:
     """Return the symbol by which a law is the spring that it holds; None where it holds none."""
     return placed.effect.parameters[0].symbol if is_whole(placed) else None
+
+
+def spring_of(placed: PlacedEffect, spring: Effect | None) -> PlacedEffect | None:
+    """Return the spring that a curve of torque holds, as a law of its own; None where it holds none."""
+    symbol = spring_symbol(placed)
+    if symbol is None or spring is None or not placed.values.get(symbol):
+        return None
+    return PlacedEffect(spring, placed.place, {spring.parameters[0].symbol: 1.0 / placed.values[symbol]})
 
 
 def replaced(robot: CompliantRobot, added: PlacedEffect) -> CompliantRobot:

@@ -127,18 +127,22 @@ class Ground(ABC):
         return 0, None
 
 
+def is_of(regressor: Regressor, placed: PlacedEffect) -> bool:
+    """Return whether a regressor is that of an effect of the model, in its form and shape."""
+    effect, own = regressor.effect, placed.effect
+    return (effect.name, effect.parameters, regressor.place, dict(regressor.shape)) == (
+        own.name,
+        own.parameters,
+        placed.place,
+        placed.shape(),
+    )
+
+
 def columns_of(ground: Ground, regressor: Regressor, scale: UsualSizes) -> MemberColumns:
     """Return whitened columns in units of their typical size."""
     effect, place = regressor.effect, regressor.place
     own = dict(zip(regressor.symbols, regressor.columns, strict=True))
-    placed = next(
-        (
-            one
-            for one in ground.present
-            if (one.effect.name, one.place, one.shape()) == (effect.name, place, dict(regressor.shape))
-        ),
-        None,
-    )
+    placed = next((one for one in ground.present if is_of(regressor, one)), None)
     if placed is not None:
         own |= ground.derivative.get((effect.name, place), {})
     if not own:

@@ -272,22 +272,33 @@ def _share(judged: Judged, signal: _Signal, other: int) -> float:
 
 
 def _unlisted_in_place(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key, frozenset[str]]) -> float:
-    """Return the largest probability of an unlisted law that makes half of what the leader makes."""
+    """Return the largest probability of an unlisted law that shows, and can make half of what the leader makes.
+
+    One that shows less than half of the noise next to the leader leaves its name as it is.
+    """
     members = judged.members
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
     number = next(i for i in key if members[i].name == leader)
     signal = _signal(judged, key, number)
-    probable = _sums({key: frozenset(i for i in key if members[i].kind is MemberKind.UNLISTED) for key in sets}, sets)
+    likely = {key: value for key, value in sets.items() if value > LEAST_LIKELY}
+    shown = {
+        key: frozenset(i for i in key if members[i].kind is MemberKind.UNLISTED and _size_in(judged, key, i) >= SHOWS)
+        for key in likely
+    }
+    probable = _sums(shown, likely)
     return max((p for i, p in probable.items() if p >= DOUBT and _share(judged, signal, i) >= SHARED), default=0.0)
 
 
 def _size_of(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key, frozenset[str]]) -> float:
     """Return the rms over all readings of what a member makes in the most probable set with it, in noises."""
-    evidence = judged.weighed.evidence
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
-    number = next(i for i in key if judged.members[i].name == leader)
+    return _size_in(judged, key, next(i for i in key if judged.members[i].name == leader))
+
+
+def _size_in(judged: Judged, key: Key, number: int) -> float:
+    """Return the rms over all readings of what a member makes in a set, in noises."""
     signal = _signal(judged, key, number)
-    return _rms(judged, evidence.inner.own[number][signal.discrepancy], signal.coefficients)
+    return _rms(judged, judged.weighed.evidence.inner.own[number][signal.discrepancy], signal.coefficients)
 
 
 def _present(judged: Judged, names: Mapping[Key, frozenset[str]]) -> Key:

@@ -20,6 +20,7 @@ from stiffcal.judgement.numbers import MOST_REFITS, RIVALS_WITHIN
 from stiffcal.judgement.priors import MemberKind, UsualSizes
 from stiffcal.judgement.sets import Key, WeighedSets
 from stiffcal.judgement.settings_off import SettingOff
+from stiffcal.model.effect import ParameterRole
 
 G = TypeVar("G", bound=Ground)
 
@@ -41,6 +42,24 @@ def rivals_of(weighed: WeighedSets, own: Key) -> list[Rival]:
         if effects and (other is None or members[old].name != members[other].name):
             found.append((value, (old, other)))
     return [rival for _, rival in sorted(found, key=lambda one: -one[0])[:MOST_REFITS]]
+
+
+def bent_without(weighed: WeighedSets, own: Key) -> list[int]:
+    """Return the effects of the set without which the others may explain all, in other shapes.
+
+    Straight lines say nothing of that: a band of play that is refitted may be what a second slope stood for.
+    """
+    members = weighed.members
+    effects = [i for i in own if members[i].kind is MemberKind.EFFECT]
+    return [i for i in effects if any(_has_shape(members[k]) for k in effects if k != i)]
+
+
+def _has_shape(member: Member) -> bool:
+    """Return whether an effect has a shape that a fit changes."""
+    effect = None if member.candidate is None else member.candidate.effect
+    return effect is not None and any(
+        spec.role is ParameterRole.NONLINEAR and not spec.discrete for spec in effect.parameters
+    )
 
 
 def no_setting(ground: Ground, setting: SettingOff) -> None:
@@ -68,14 +87,18 @@ def with_rivals_refitted(
     set_otherwise : returns the columns of a setting that is changed.
     """
     gains = dict[Rival, float]()
-    for old, other in rivals_of(weighed, own):
+    near = rivals_of(weighed, own)
+    far = [(old, None) for old in bent_without(weighed, own) if (old, None) not in near]
+    for old, other in (*near, *far):
         key = tuple(sorted({*own} - {old} | ({other} if other is not None else set())))
         try:
             ground = ground_of([weighed.members[i] for i in key])
-            gains[old, other] = _about_its_own(weighed, key, ground, scale, set_otherwise) - weighed.log[key]
+            gains[old, other] = _about_its_own(weighed, key, ground, scale, set_otherwise) - weighed.weigh(key)
         except (InputError, ArithmeticError, np.linalg.LinAlgError):
             continue
-    changed = {key: _gain_of(key, gains) for key in weighed.log}
+    # what the others gain in other shapes they have together alone
+    together = {old: gains.pop((old, None), 0.0) for old, _ in far}
+    changed = {key: _gain_of(key, own, gains, together) for key in weighed.log}
     return replace(
         weighed,
         log={key: value + changed[key] for key, value in weighed.log.items()},
@@ -83,12 +106,19 @@ def with_rivals_refitted(
     )
 
 
-def _gain_of(key: Key, gains: Mapping[Rival, float]) -> float:
-    """Return what a set gains: for each member of the set that it lacks what its own rival there gains."""
-    total = 0.0
-    for old in {old for old, _ in gains} - set(key):
+def _gain_of(key: Key, own: Key, gains: Mapping[Rival, float], together: Mapping[int, float]) -> float:
+    """Return what a set gains: for each member of the set that it lacks what its own rival there gains.
+
+    Parameters
+    ----------
+    key : the set. own : the one about whose fit all are weighed.
+    gains : of its rivals. together : of it without a member, where it has all others.
+    """
+    lacks, total = set(own) - set(key), 0.0
+    for old in lacks:
         inside = [gain for (left, other), gain in gains.items() if left == old and other in key]
-        total += sum(inside) if inside else gains.get((old, None), 0.0)
+        alone = gains.get((old, None), together.get(old, 0.0) if len(lacks) == 1 else 0.0)
+        total += sum(inside) if inside else alone
     return total
 
 

@@ -16,7 +16,7 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.identification.regressors import Regressor
-from stiffcal.judgement.ground import Ground, columns_of
+from stiffcal.judgement.ground import Ground, columns_of, is_of
 from stiffcal.judgement.numbers import HOPELESS, SHAPE_ROUNDS, SHAPE_STAYS, SHAPES_TOGETHER
 from stiffcal.judgement.priors import UsualSizes
 from stiffcal.judgement.shared import Shared
@@ -45,15 +45,14 @@ def shapes_of(ground: Ground, candidate: Candidate, scale: UsualSizes) -> list[S
     tried = [
         one for one in variants(candidate, ground.state, ground.most_shapes) if len(one.symbols) or one.fixed.any()
     ]
-    own = None if placed is None else dict(placed.shape())
-    if placed is not None and own not in [dict(one.shape) for one in tried]:
+    if placed is not None and not any(is_of(one, placed) for one in tried):
         tried.append(ground.state.regressor(placed.effect, placed.place, placed.shape()))
     if len(tried) < 2:
         return [Shaped(one, 0.0) for one in tried]
-    found: dict[tuple[float, ...], Shaped] = {}
+    found: dict[tuple[tuple[str, ...], tuple[float, ...]], Shaped] = {}
     for residual, shared in _without(ground, candidate, placed, scale):
-        for one in _best_shapes(ground, tried, (residual, shared), scale, own):
-            key = tuple(one.regressor.shape.values())
+        for one in _best_shapes(ground, tried, (residual, shared), scale, placed):
+            key = one.regressor.symbols, tuple(one.regressor.shape.values())
             # next to what explains all, every shape reads alike; in its place fewer do
             known = found.get(key, Shaped(one.regressor, 0.0, 0.0))
             share, settled = min(one.log_share, known.log_share), max(one.settled, known.settled)
@@ -112,7 +111,7 @@ def _best_shapes(
     tried: Sequence[Regressor],
     without: tuple[Floats, Shared],
     scale: UsualSizes,
-    own: Mapping[str, float] | None,
+    placed: PlacedEffect | None,
 ) -> list[Shaped]:
     """Return the best shape, or that of the model, its share that of all that read alike.
 
@@ -121,7 +120,8 @@ def _best_shapes(
     Parameters
     ----------
     without : as of `_without`.
-    own : the shape in the model, which stands for all: its part is what is taken back. None: it is not in the model.
+    placed : the effect as in the model, whose shape stands for all: its part is what is taken back. None: it is not
+        in the model.
     """
     known = list(tried)
     values = _evidence(ground, known, without, scale)
@@ -137,7 +137,8 @@ def _best_shapes(
         made = [ground.state.regressor(first.effect, first.place, {symbol: value}) for value in new]
         values = np.append(values, _evidence(ground, made, without, scale))
         known += made
-    best = int(np.argmax(values)) if own is None else [dict(one.shape) for one in known].index(dict(own))
+    own = next((k for k, one in enumerate(known) if placed is not None and is_of(one, placed)), None)
+    best = int(np.argmax(values)) if own is None else own
     if symbol is None:
         return _of_grid(known, values, best)
     place = np.log([one.shape[symbol] for one in known])

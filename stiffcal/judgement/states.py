@@ -15,6 +15,7 @@ from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces
 from stiffcal.diagnosis.suspects.influence import most_suspects
 from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
@@ -24,7 +25,7 @@ from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.weights import residual_noise
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
 from stiffcal.judgement.evidence import NoiseScale
-from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_symbol
+from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_of, spring_symbol
 from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
@@ -33,7 +34,7 @@ from stiffcal.judgement.like_states import variance_of, with_noise_of_like_state
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings
 from stiffcal.judgement.numbers import ALIKE_IN_SWEEPS, ALONE, DOUBTED_RUN, OF_LOADS, OF_TIME, STATED_NOISE_DOF
-from stiffcal.judgement.priors import RobotScale, log_odds_of_doubt
+from stiffcal.judgement.priors import JOINT_SPRING, RobotScale, log_odds_of_doubt
 from stiffcal.judgement.reference_places import with_reference_places
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off, off_mask, rows_off
@@ -136,7 +137,7 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         doubt: bool,
     ) -> StatesOfCampaign:
         """Prepare, with the fit of a model: the robot is as large and as loaded as in the runs that took part in it."""
-        springs = replace(fit.robot, placed=tuple(placed for placed in fit.robot.placed if not is_member(placed)))
+        springs = without_members(fit.robot, catalogue)
         candidates, _ = list_candidates(springs, states, catalogue)
         scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, fit.data).loads)
         geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
@@ -270,7 +271,10 @@ class StatesOfCampaign(JudgedReadings[Fit]):
             if (placed not in present or column.symbol == spring_symbol(placed))
             and placed.parameter_name(column.symbol) not in self.given.fixed
         ]
+        # what every hypothesis has of any size is so in one unit: that of a spring, also where a curve holds it
+        unit = np.array([_in_compliance(fit.robot, about.columns[k]) for k in common])
         columns, prior = about.derivative[common], _prior_of(about.prior, common)
+        columns, prior = columns * unit[:, None, None], prior * np.append(unit, 1.0)
         nuisance = []
         if self.geometry is not None and data is self.data:
             nuisance.append(self.geometry.directions(about.space, columns))
@@ -306,6 +310,20 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         return GroundOfStates(
             state, space, shared, about.residual, present, derivative, of_loads, of_time, louder, scale, alike=alike
         )
+
+
+def without_members(robot: CompliantRobot, catalogue: Mapping[str, Effect]) -> CompliantRobot:
+    """Return a robot without the effects that are judged; in place of a curve that holds its spring, the spring."""
+    kept = (
+        placed if not is_member(placed) else spring_of(placed, catalogue.get(JOINT_SPRING)) for placed in robot.placed
+    )
+    return replace(robot, placed=tuple(one for one in kept if one is not None))
+
+
+def _in_compliance(robot: CompliantRobot, column: ParameterColumn) -> float:
+    """Return by what a column is multiplied to be one per compliance: a curve of torque has it per rigidity; else 1."""
+    placed = robot.placed[column.placed]
+    return placed.values[column.symbol] ** 2 if column.symbol == spring_symbol(placed) else 1.0
 
 
 def _with_noise_of_like_states(fit: Fit, data: Observations) -> Observations:

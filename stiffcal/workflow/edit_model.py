@@ -213,6 +213,25 @@ def _edit(
     else:
         removed = remove_effect(folder, effect, **given, n_joints=n_joints)
         changes.append(f"removed {effect}: {', '.join(removed)}")
+        changes += _add_held(folder, campaign, catalogue[effect], removed)
+    return changes
+
+
+def _add_held(folder: Path, campaign: Campaign, effect: Effect, removed: Sequence[str]) -> list[str]:
+    """Add the springs that a removed law held at its places as a part of its curve, and report it."""
+    from stiffcal.campaign.model_editing import add_effect
+    from stiffcal.campaign.model_file import place_names
+
+    settings, changes = campaign.model.parameter_settings(), []
+    for joint in range(1, campaign.chain.n_joints + 1):
+        (label,) = place_names([joint])
+        stem = f"{effect.name}.{label}."
+        form = effect.form([name.removeprefix(stem) for name in settings if name.startswith(stem)])
+        if label not in removed or not form.curve_of_torque:
+            continue
+        for held in form.includes:
+            if new := add_effect(folder, held, joints=[joint], links=[], pairs=[], n_joints=campaign.chain.n_joints):
+                changes.append(f"added {held}: {', '.join(new)} (it was a part of {effect.name})")
     return changes
 
 

@@ -27,14 +27,7 @@ def test_nothing_is_named_where_geometry_and_springs_explain_all() -> None:
         ("absolute/02", "bearing-tilt j2"),
         ("absolute/04", "joint-eccentricity j1"),
         ("joints/02", "backlash j1"),
-        pytest.param(
-            "joints/03",
-            "friction-hysteresis j1",
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="a law of memory next to it has 20 %, and 7 % before any reading: certain is below 5 %",
-            ),
-        ),
+        ("joints/03", "friction-hysteresis j1"),
     ],
 )
 def test_what_is_hidden_is_named_and_firm(name: str, effect: str) -> None:

@@ -89,6 +89,23 @@ def test_start_values_choose_the_form(campaign: Path) -> None:
         edit_model(campaign, "add", "cubic-stiffness", where={"joints": "3"}, start={"p4": 1.0})
 
 
+def test_a_curve_that_is_removed_leaves_the_spring_that_it_held(campaign: Path) -> None:
+    start = {"p1": 3.6e5, "p2": -1.8e7, "p3": -8e9}
+    edit_model(campaign, "add", "cubic-stiffness", where={"joints": "2,4"}, start=start)
+    changes = edit_model(campaign, "remove", "cubic-stiffness", where={"joints": "2"}).changes
+    assert "added joint-compliance: j2 (it was a part of cubic-stiffness)" in changes
+    edit_model(campaign, "remove", "cubic-stiffness", everywhere=True)
+    (springs,) = load_campaign(campaign, check_files=False).model.effects
+    assert (springs.type, sorted(springs.joints or ())) == ("joint-compliance", [1, 2, 3, 4, 5, 6])
+
+
+def test_a_law_next_to_a_spring_is_removed_alone(campaign: Path) -> None:
+    before = (campaign / "model.toml").read_text()
+    edit_model(campaign, "add", "cubic-stiffness", where={"joints": "2"})
+    edit_model(campaign, "remove", "cubic-stiffness", everywhere=True)
+    assert (campaign / "model.toml").read_text().strip() == before.strip()
+
+
 @pytest.mark.parametrize("text", ["p1", "p1=", "=3", "p1=x", "p1=nan"])
 def test_a_start_value_that_is_none_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="not a start value"):

@@ -1,0 +1,66 @@
+"""A curve of torque over angle holds the spring of its joint: hypotheses without the curve have that spring."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.effects.encoder_drift import EncoderDrift
+from stiffcal.identification.regressors import Regressor
+from stiffcal.judgement.ground import is_of
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.edit_model import edit_model
+from stiffcal.workflow.steps import RunContext
+from tests.rates.benches import player_of, write_bench
+from tests.rates.playing import CLASSES
+from tests.rates.workers import BENCHES
+
+KIND = "clamped two"
+
+
+def written(folder: Path, number: int) -> set[str]:
+    """Write a bench of two hidden laws; return their names."""
+    rng = np.random.default_rng([8123, (*CLASSES, *BENCHES).index(KIND), number])
+    return {name for name, _ in write_bench(folder, KIND, rng, player_of(KIND, number)).hidden}
+
+
+def test_a_curve_is_as_probable_in_each_form(tmp_path: Path) -> None:
+    """What is of any size is so in one unit: a rigidity in place of a compliance was worth 23 nats."""
+    hidden = written(tmp_path / "bench", 4)
+    found = diagnose_campaign(tmp_path / "bench", RunContext())
+    assert {one.effect for one in found.missing} == hidden
+    assert all(one.firm for one in found.missing)
+
+
+def test_what_another_shape_explains_is_not_missing(tmp_path: Path) -> None:
+    """A second slope at the width of a play was certain next to it, as the play's band was sought with it alone."""
+    hidden = written(tmp_path / "bench", 23)
+    found = diagnose_campaign(tmp_path / "bench", RunContext())
+    assert {one.effect for one in found.missing} == hidden
+
+
+def test_a_curve_that_is_not_needed_leaves_its_spring(tmp_path: Path) -> None:
+    """A spring was said to be missing, and certain, as the hypothesis without the curve had none."""
+    folder = tmp_path / "bench"
+    hidden = written(folder, 31)
+    for effect in hidden:
+        edit_model(folder, "add", effect, where={"joints": "1"})
+    edit_model(folder, "add", "cubic-stiffness", where={"joints": "1"}, start={"p1": 184800.0, "p2": 0.0, "p3": 0.0})
+    found = diagnose_campaign(folder, RunContext())
+    assert found.missing == []
+    assert [one.effect for one in found.superfluous] == ["cubic-stiffness"]
+
+
+@pytest.mark.parametrize("symbol", ["rad_per_s", "rad_per_K"])
+def test_a_law_of_the_model_is_that_of_its_own_form(symbol: str) -> None:
+    drift, joint = EncoderDrift(), Place("joints", (1,))
+    placed = PlacedEffect(drift.form([symbol]), joint, {symbol: 1e-6})
+    same = {
+        other: is_of(Regressor(drift.form([other]), joint, {}, (other,), np.zeros((1, 1, 1)), np.zeros((1, 1))), placed)
+        for other in ("rad_per_s", "rad_per_K")
+    }
+    assert [other for other, one in same.items() if one] == [symbol]
