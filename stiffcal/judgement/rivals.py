@@ -90,15 +90,15 @@ def with_rivals_refitted(
     near = rivals_of(weighed, own)
     far = [(old, None) for old in bent_without(weighed, own) if (old, None) not in near]
     for old, other in (*near, *far):
-        key = tuple(sorted({*own} - {old} | ({other} if other is not None else set())))
+        key = tuple(sorted((*_without(own, old), *([] if other is None else [other]))))
         try:
             ground = ground_of([weighed.members[i] for i in key])
             gains[old, other] = _about_its_own(weighed, key, ground, scale, set_otherwise) - weighed.weigh(key)
         except (InputError, ArithmeticError, np.linalg.LinAlgError):
             continue
-    # what the others gain in other shapes they have together alone
-    together = {old: gains.pop((old, None), 0.0) for old, _ in far}
-    changed = {key: _gain_of(key, own, gains, together) for key in weighed.log}
+    # what the others gain in other shapes is theirs alone: one more effect may have stood for it on straight lines
+    together = {_without(own, old): gains.pop((old, None), 0.0) for old, _ in far}
+    changed = {key: together.get(key, 0.0) + _gain_of(key, gains) for key in weighed.log}
     return replace(
         weighed,
         log={key: value + changed[key] for key, value in weighed.log.items()},
@@ -106,19 +106,16 @@ def with_rivals_refitted(
     )
 
 
-def _gain_of(key: Key, own: Key, gains: Mapping[Rival, float], together: Mapping[int, float]) -> float:
-    """Return what a set gains: for each member of the set that it lacks what its own rival there gains.
+def _without(own: Key, old: int) -> Key:
+    return tuple(i for i in own if i != old)
 
-    Parameters
-    ----------
-    key : the set. own : the one about whose fit all are weighed.
-    gains : of its rivals. together : of it without a member, where it has all others.
-    """
-    lacks, total = set(own) - set(key), 0.0
-    for old in lacks:
+
+def _gain_of(key: Key, gains: Mapping[Rival, float]) -> float:
+    """Return what a set gains: for each member of the set that it lacks what its own rival there gains."""
+    total = 0.0
+    for old in {old for old, _ in gains} - set(key):
         inside = [gain for (left, other), gain in gains.items() if left == old and other in key]
-        alone = gains.get((old, None), together.get(old, 0.0) if len(lacks) == 1 else 0.0)
-        total += sum(inside) if inside else alone
+        total += sum(inside) if inside else gains.get((old, None), 0.0)
     return total
 
 
