@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Generic, Protocol, Self, TypeVar
@@ -16,13 +16,12 @@ from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.estimation.parameters import Parameter
 from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.ground import Ground
-from stiffcal.judgement.members import Member
+from stiffcal.judgement.members import Member, model_of, orders_of
 from stiffcal.judgement.numbers import INSTEAD, MODELS, SET_ASIDE
 from stiffcal.judgement.priors import COMMON, MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect
 
 
 class JudgedFit(Protocol):
@@ -170,18 +169,18 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
     model = chosen = frozenset(name_of(placed) for placed in present)
     aside = frozenset[Off]()
     explained = dict[Off, tuple[str, ...]]()
-    tried = {(_orders((name_of(one), one.effect, one.values) for one in present), aside)}
+    tried = {(orders_of((name_of(one), one.effect, one.values) for one in present), aside)}
     for number in range(1, MODELS + 1):
         progress(f"comparing every effect at every place, model {number}", 0.05 + 0.1 * number)
         judged = replace(campaign.judged(fit, chosen, number), model=model)
         effects, without = _next_model(judged, aside)
-        if (_model_of(effects), without) in tried:
+        if (model_of(effects), without) in tried:
             judged = campaign.with_rivals(judged, fit, aside)
             effects, without = _next_model(judged, aside)
-        if (_model_of(effects), without) in tried:
+        if (model_of(effects), without) in tried:
             judged = replace(judged, aside=campaign.asked_again(judged, fit, aside))
             without = frozenset(off for off, p in judged.aside.items() if p >= SET_ASIDE)
-        if (_model_of(effects), without) in tried:
+        if (model_of(effects), without) in tried:
             break
         explained |= {off: _instead_of(off, judged.weighed) for off in without - aside}
         try:
@@ -196,7 +195,7 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
             continue
         campaign = campaign.about(fit) if without != aside else campaign.next_to(fit)
         chosen, aside = _names(effects), without
-        tried.add((_model_of(effects), aside))
+        tried.add((model_of(effects), aside))
     return replace(judged, explained=explained)
 
 
@@ -249,20 +248,6 @@ def _next_model(judged: Judged, aside: frozenset[Off]) -> tuple[list[Member], fr
         if one.kind is MemberKind.SETTING or (one.kind is MemberKind.EFFECT and (not off or one.name in judged.chosen))
     ]
     return effects, aside | off
-
-
-def _model_of(members: Sequence[Member]) -> frozenset[str]:
-    """Return what distinguishes a model: its effects, those of their shapes that no fit changes, changed settings."""
-    effects = _orders((one.name, one.candidate.effect, one.shape) for one in members if one.candidate is not None)
-    return effects | {one.name for one in members if one.setting is not None}
-
-
-def _orders(effects: Iterable[tuple[str, Effect, Mapping[str, float]]]) -> frozenset[str]:
-    """Return names of effects with their discrete shapes: orders, states at which something begins."""
-    return frozenset(
-        " ".join((name, *(f"{values[spec.symbol]:g}" for spec in effect.parameters if spec.discrete)))
-        for name, effect, values in effects
-    )
 
 
 def _names(members: Sequence[Member]) -> frozenset[str]:

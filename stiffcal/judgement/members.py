@@ -20,6 +20,7 @@ from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.settings_off import SettingOff
 from stiffcal.judgement.shapes import in_other_form, present_as, shapes_of
 from stiffcal.judgement.unlisted import UnlistedLaw
+from stiffcal.model.effect import Effect
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,20 @@ def list_members(
     names = {member.name: member.share for member in found}
     odds = dict(zip(names, log_odds(list(names.values()), expected), strict=True))
     return [replace(one, log_prior=float(odds[one.name]) + one.log_share) for one in found]
+
+
+def model_of(members: Sequence[Member]) -> frozenset[str]:
+    """Return what distinguishes a model: its effects, those of their shapes that no fit changes, changed settings."""
+    effects = orders_of((one.name, one.candidate.effect, one.shape) for one in members if one.candidate is not None)
+    return effects | {one.name for one in members if one.setting is not None}
+
+
+def orders_of(effects: Iterable[tuple[str, Effect, Mapping[str, float]]]) -> frozenset[str]:
+    """Return names of effects with their discrete shapes: orders, states at which something begins."""
+    return frozenset(
+        " ".join((name, *(f"{values[spec.symbol]:g}" for spec in effect.parameters if spec.discrete)))
+        for name, effect, values in effects
+    )
 
 
 def unlisted_columns(ground: Ground, columns: Floats) -> MemberColumns:

@@ -15,11 +15,12 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
-from stiffcal.judgement.members import Member
+from stiffcal.judgement.members import Member, model_of
 from stiffcal.judgement.numbers import MOST_REFITS, RIVALS_WITHIN
 from stiffcal.judgement.priors import MemberKind, UsualSizes
 from stiffcal.judgement.sets import Key, WeighedSets
 from stiffcal.judgement.settings_off import SettingOff
+from stiffcal.judgement.shapes import log_share_of
 from stiffcal.model.effect import ParameterRole
 
 G = TypeVar("G", bound=Ground)
@@ -86,23 +87,30 @@ def with_rivals_refitted(
         about, with the noise of the best set carried through its own model.
     set_otherwise : returns the columns of a setting that is changed.
     """
-    gains = dict[Rival, float]()
+    gains, refitted, again = dict[Rival, float](), set[tuple[frozenset[str], frozenset[int]]](), set[Key]()
     near = rivals_of(weighed, own)
     far = [(old, None) for old in bent_without(weighed, own) if (old, None) not in near]
     for old, other in (*near, *far):
         key = tuple(sorted((*_without(own, old), *([] if other is None else [other]))))
+        members = [weighed.members[i] for i in key]
+        model = model_of(members), frozenset(i for i in key if weighed.members[i].candidate is None)
+        if model in refitted:
+            again.add(key)
+            continue
         try:
-            ground = ground_of([weighed.members[i] for i in key])
-            gains[old, other] = _about_its_own(weighed, key, ground, scale, set_otherwise) - weighed.weigh(key)
+            value = _about_its_own(weighed, key, ground_of(members), scale, set_otherwise)
         except (InputError, ArithmeticError, np.linalg.LinAlgError):
             continue
+        gains[old, other] = value - weighed.weigh(key)
+        refitted.add(model)
     # what the others gain in other shapes is theirs alone: one more effect may have stood for it on straight lines
     together = {_without(own, old): gains.pop((old, None), 0.0) for old, _ in far}
-    changed = {key: together.get(key, 0.0) + _gain_of(key, gains) for key in weighed.log}
+    # a fit ends in the same shape from any: the first stands for all
+    changed = {key: together.get(key, 0.0) + _gain_of(key, gains) for key in weighed.log if key not in again}
     return replace(
         weighed,
-        log={key: value + changed[key] for key, value in weighed.log.items()},
-        by_discrepancy={key: value + changed[key] for key, value in weighed.by_discrepancy.items()},
+        log={key: weighed.log[key] + change for key, change in changed.items()},
+        by_discrepancy={key: weighed.by_discrepancy[key] + change for key, change in changed.items()},
     )
 
 
@@ -129,17 +137,18 @@ def _about_its_own(
     """Return the log weight of a set about its own fit."""
     placed = {f"{one.effect.name} {one.place.label}": one for one in ground.present}
     columns = []
+    prior = sum(weighed.members[i].log_prior for i in key)
     for i in key:
         member = weighed.members[i]
-        if member.kind is MemberKind.EFFECT:
+        if member.candidate is not None:
             # a spring may be part of a whole form of another law, which every hypothesis then has
             if (one := placed.get(member.name)) is None:
                 continue
+            prior += log_share_of(ground, member.candidate, one, scale) - member.log_share
             regressor = ground.state.regressor(one.effect, one.place, one.shape())
             columns.append(columns_of(ground, regressor, scale))
         elif member.setting is not None:
             columns.append(set_otherwise(ground, member.setting) or member.columns)
         else:
             columns.append(member.columns)
-    prior = sum(weighed.members[i].log_prior for i in key)
     return ground.evidence(columns).of_set(range(len(columns))) + prior

@@ -60,6 +60,11 @@ def shapes_of(ground: Ground, candidate: Candidate, scale: UsualSizes) -> list[S
     return list(found.values())
 
 
+def log_share_of(ground: Ground, candidate: Candidate, placed: PlacedEffect, scale: UsualSizes) -> float:
+    """Return the logarithm of the share that an effect's shape in the model, and those that read alike, have of all."""
+    return next((one.log_share for one in shapes_of(ground, candidate, scale) if is_of(one.regressor, placed)), 0.0)
+
+
 def in_other_form(candidate: Candidate, placed: PlacedEffect) -> bool:
     """Return whether a model has an effect in a form that is none of those in which it is tried."""
     forms = candidate.forms or (candidate.effect,)
