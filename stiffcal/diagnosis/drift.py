@@ -40,16 +40,26 @@ class Drift:
 
 
 def drift_of_states(data: Observations, white: Floats, dof: float) -> Drift:
-    """Return the drift of load states' residuals; none where runs carry no offsets.
+    """Return the drift of load states' residuals; none where runs carry no offsets and no place is absolute.
 
     Parameters
     ----------
     white : (m, n) whitened residual, 0 where nothing was read. dof : its degrees of freedom.
     """
-    if not data.free_offset:
+    walks = data.carries_offset | data.absolute
+    if not walks.any():
         return Drift()
-    _, n_of_run = np.unique(data.run[data.carries_offset], return_counts=True)
-    return drift_of(data.run, data.measured_mask, white, dof, float(np.median(n_of_run)))
+    if not data.free_offset:
+        # offsets of runs take nothing from differences; what is estimated takes from these as from squares
+        dof = float(np.count_nonzero(data.measured_mask))
+    group = walking_together(data)
+    _, n_of_run = np.unique(group[walks], return_counts=True)
+    return drift_of(group, data.measured_mask, white, dof, float(np.median(n_of_run)))
+
+
+def walking_together(data: Observations) -> Integers:
+    """Return (n,) a number of each state's run; all absolute places, in their order, are one."""
+    return np.where(data.absolute, int(data.run.max(initial=0)) + 1, data.run)
 
 
 def drift_of(run: Integers, measured_mask: Booleans, white: Floats, dof: float, length: float) -> Drift:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.drift import walking_together
 from stiffcal.identification.projection import Projection
 from stiffcal.judgement.decomposition import thin_svd
 from stiffcal.judgement.like_states import sweeps_of
@@ -77,7 +78,7 @@ class Discrepancy:
         (Karhunen and Loève: the waves of a random walk.) All absolute places walk together, in their order.
         """
         data = space.data
-        group = np.where(data.absolute, int(data.run.max(initial=0)) + 1, data.run)
+        group = walking_together(data)
         part = np.zeros(data.n_states)
         for number in np.unique(group):
             own = np.flatnonzero(group == number)

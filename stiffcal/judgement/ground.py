@@ -146,8 +146,9 @@ def columns_of(ground: Ground, regressor: Regressor, scale: UsualSizes) -> Membe
     if placed is not None:
         own |= ground.derivative.get((effect.name, place), {})
     if not own:
-        rows = ground.space.rows(regressor.fixed[None])
-        return MemberColumns(rows, np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
+        # without a parameter: the log says all, and the model has it or not
+        rows, present = ground.space.rows(regressor.fixed[None]), np.zeros(0) if placed is None else np.ones(1)
+        return MemberColumns(rows, np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1), present=present)
     typical = np.array([scale.typical(effect, place, symbol, regressor.shape) for symbol in own])
     rows = ground.space.rows(np.array(list(own.values()))) * typical[:, None]
     low, _ = signs_of([effect.spec(symbol) for symbol in own])

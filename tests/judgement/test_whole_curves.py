@@ -22,9 +22,9 @@ from tests.rates.workers import BENCHES
 KIND = "clamped two"
 
 
-def written(folder: Path, number: int) -> set[str]:
+def written(folder: Path, number: int, seed: int = 8123) -> set[str]:
     """Write a bench of two hidden laws; return their names."""
-    rng = np.random.default_rng([8123, (*CLASSES, *BENCHES).index(KIND), number])
+    rng = np.random.default_rng([seed, (*CLASSES, *BENCHES).index(KIND), number])
     return {name for name, _ in write_bench(folder, KIND, rng, player_of(KIND, number)).hidden}
 
 
@@ -41,6 +41,13 @@ def test_what_another_shape_explains_is_not_missing(tmp_path: Path) -> None:
     hidden = written(tmp_path / "bench", 23)
     found = diagnose_campaign(tmp_path / "bench", RunContext())
     assert {one.effect for one in found.missing} == hidden
+
+
+def test_a_refitted_rival_has_the_share_of_its_own_shape(tmp_path: Path) -> None:
+    """With the share of a shape that it had left, and each shape counted, a second slope was certain for a play."""
+    hidden = written(tmp_path / "bench", 0, seed=8124)
+    found = diagnose_campaign(tmp_path / "bench", RunContext())
+    assert {one.effect for one in found.missing if one.firm} <= hidden
 
 
 def test_a_curve_that_is_not_needed_leaves_its_spring(tmp_path: Path) -> None:

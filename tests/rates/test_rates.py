@@ -77,7 +77,6 @@ def test_a_slip_is_found_where_the_first_reading_of_a_run_was_set_aside() -> Non
     assert judge_campaign(campaign).outcome == "right"
 
 
-@pytest.mark.practice
 def test_a_motor_that_is_pushed_off_is_named() -> None:
     """The joint's own log says by how much: an effect without a parameter, judged as the others are."""
     campaign = drawn("servo")
