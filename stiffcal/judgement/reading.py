@@ -105,8 +105,8 @@ def read_off(judged: Judged) -> WhatIsMissing:
     sets, straight = weighed.probabilities(), weighed.given_discrepancy(judged.ground.of_noise)
     names = {key: frozenset(members[i].name for i in key) for key in sets}
     checks = checks_of(judged)
-    of_no_catalogue = (any(members[i].kind is MemberKind.UNLISTED for i in key) for key in sets)
-    unlisted = min(sum(value for value, one in zip(sets.values(), of_no_catalogue, strict=True) if one), 1.0)
+    of_no_catalogue = {key: frozenset(i for i in key if members[i].kind is MemberKind.UNLISTED) for key in sets}
+    unlisted = min(sum(sets[key] for key, laws in of_no_catalogue.items() if laws), 1.0)
     # what is left shows that no hypothesis describes the readings: how they compare is then no certainty; nor is it
     # next to a law that nobody has written down, which is no more than near to what it stands for
     doubtful = any(check.failed for check in checks) or unlisted >= NAMED
@@ -133,6 +133,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
         plain = sum(value for key, value in straight.items() if names[key] & own)
         plain_shares = _within(own, others, straight, names)
         first = max(shares, key=lambda name: shares[name])
+        size = _size_of(judged, leader, sets, names)
         sure = min(p, plain, shares[first], plain_shares.get(first, 0.0)) >= FIRM
         settled = all(one.settled >= FIRM for one in judged.best if one.name == leader)
         firm = (
@@ -140,27 +141,20 @@ def read_off(judged: Judged) -> WhatIsMissing:
             and settled
             and not doubtful
             and not judged.at_bound
-            and _unlisted_in_place(judged, leader, sets, names) < DOUBT
+            and _left(judged, size) < NAMED
+            and _unlisted_in_place(judged, leader, sets, names, of_no_catalogue) < DOUBT
         )
         if firm:
             every = every or list(varied(judged))
             firm = all(_sure(first, own, others, one, names) >= STILL_FIRM for one in every)
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: -item[1])
-        groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm, _size_of(judged, leader, sets, names)))
+        groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm, size))
     off = _sums({key: frozenset(one for i in key for one in members[i].off) for key in sets}, sets)
-    ground, of_discrepancy = judged.ground, weighed.of_discrepancy()
-    of_loads, of_time = (
-        of_discrepancy[ground.shared.numbers_of(one)][DISCREPANCIES > SHOWS].sum()
-        for one in (ground.of_loads, ground.of_time)
-    )
-    # a wander that has died away within some readings is noise that lingers (air, a filter)
-    shows = float(of_loads + (of_time if judged.drift.drifts else 0.0))
+    shows = _left(judged, SHOWS)
     model = _present(judged, names)
     small = sum(value for key, value in sets.items() if value > LEAST_LIKELY and _change(judged, key, model) < SHOWS)
-    laws = _sums(
-        {key: frozenset(members[i].name for i in key if members[i].kind is MemberKind.UNLISTED) for key in sets}, sets
-    )
+    laws = _sums({key: frozenset(members[i].name for i in own) for key, own in of_no_catalogue.items()}, sets)
     wrong = _sums({key: frozenset(one for i in key if (one := members[i].setting) is not None) for key in sets}, sets)
     share_of = {one.name: one.share for one in members}
     probable = sorted((item for item in laws.items() if item[1] >= DOUBT), key=lambda item: -item[1])
@@ -186,10 +180,11 @@ def read_off(judged: Judged) -> WhatIsMissing:
 
 
 def _sums(names: Mapping[Key, frozenset[T]], sets: Mapping[Key, float]) -> dict[T, float]:
+    """Return the probability of each name: that of all sets with it, of those that are given."""
     found: dict[T, float] = defaultdict(float)
-    for key, value in sets.items():
-        for name in names[key]:
-            found[name] += value
+    for key, own in names.items():
+        for name in own:
+            found[name] += sets[key]
     return found
 
 
@@ -238,7 +233,8 @@ def _within(
     if total <= 0.0:
         found = _sums({key: names[key] & frozenset(own) for key in sets}, sets)
         total = sum(found.values())
-    return {name: value / total for name, value in found.items()}
+    # without the discrepancy no set with any of them may be left
+    return {name: value / total for name, value in found.items()} if total > 0.0 else {}
 
 
 @dataclass(frozen=True)
@@ -271,21 +267,44 @@ def _share(judged: Judged, signal: _Signal, other: int) -> float:
     return float(across @ np.linalg.solve(own, across)) / max(whole, 1e-300)
 
 
-def _unlisted_in_place(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key, frozenset[str]]) -> float:
+def _left(judged: Judged, size: float) -> float:
+    """Return the probability that poses answer in ways of their own, or wander, by a size and more, in noises.
+
+    A size below half of the noise is as good as nothing. A wander that has died away within some readings is noise that
+    lingers (air, a filter).
+    """
+    ground, of_discrepancy = judged.ground, judged.weighed.of_discrepancy()
+    large = max(size, SHOWS) <= DISCREPANCIES
+    of_loads, of_time = (
+        float(of_discrepancy[ground.shared.numbers_of(one)][large].sum()) for one in (ground.of_loads, ground.of_time)
+    )
+    return of_loads + (of_time if judged.drift.drifts else 0.0)
+
+
+def _unlisted_in_place(
+    judged: Judged,
+    leader: str,
+    sets: Mapping[Key, float],
+    names: Mapping[Key, frozenset[str]],
+    laws: Mapping[Key, frozenset[int]],
+) -> float:
     """Return the largest probability of an unlisted law that shows, and can make half of what the leader makes.
 
     One that shows less than half of the noise next to the leader leaves its name as it is.
+
+    Parameters
+    ----------
+    laws : the unlisted laws of each set.
     """
-    members = judged.members
     key = max((key for key in sets if leader in names[key]), key=lambda k: sets[k])
-    number = next(i for i in key if members[i].name == leader)
+    number = next(i for i in key if judged.members[i].name == leader)
     signal = _signal(judged, key, number)
-    likely = {key: value for key, value in sets.items() if value > LEAST_LIKELY}
     shown = {
-        key: frozenset(i for i in key if members[i].kind is MemberKind.UNLISTED and _size_in(judged, key, i) >= SHOWS)
-        for key in likely
+        key: frozenset(i for i in own if _size_in(judged, key, i) >= SHOWS)
+        for key, own in laws.items()
+        if sets[key] > LEAST_LIKELY
     }
-    probable = _sums(shown, likely)
+    probable = _sums(shown, sets)
     return max((p for i, p in probable.items() if p >= DOUBT and _share(judged, signal, i) >= SHARED), default=0.0)
 
 
@@ -297,8 +316,8 @@ def _size_of(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Ke
 
 def _size_in(judged: Judged, key: Key, number: int) -> float:
     """Return the rms over all readings of what a member makes in a set, in noises."""
-    signal = _signal(judged, key, number)
-    return _rms(judged, judged.weighed.evidence.inner.own[number][signal.discrepancy], signal.coefficients)
+    coefficients = _signal(judged, key, number).coefficients
+    return _rms(judged, judged.weighed.evidence.inner.own[number], coefficients)
 
 
 def _present(judged: Judged, names: Mapping[Key, frozenset[str]]) -> Key:
@@ -317,7 +336,7 @@ def _present(judged: Judged, names: Mapping[Key, frozenset[str]]) -> Key:
 def _change(judged: Judged, key: Key, model: Key) -> float:
     """Return the rms over all readings by which two sets differ, in noises."""
     evidence = judged.weighed.evidence
-    best, solution = evidence.coefficients(key)
+    _, solution = evidence.coefficients(key)
     _, less = evidence.coefficients(model)
     both = sorted({*key, *model})
     change = [np.zeros(len(evidence.members[i].rows)) for i in both]
@@ -325,9 +344,10 @@ def _change(judged: Judged, key: Key, model: Key) -> float:
         ends = np.cumsum([len(evidence.members[i].rows) for i in chosen])
         for i, own in zip(chosen, np.split(values, ends[:-1]), strict=False):
             change[both.index(i)] += sign * own
-    return _rms(judged, evidence.inner.of_set(both).gram[best], np.concatenate([np.zeros(0), *change]))
+    return _rms(judged, evidence.inner.of_set(both).gram, np.concatenate([np.zeros(0), *change]))
 
 
 def _rms(judged: Judged, gram: Floats, coefficients: Floats) -> float:
-    square = float(coefficients @ gram @ coefficients)
+    """Return the rms over all readings, in noises, of columns with coefficients (q,); gram is (t, q, q)."""
+    square = float(coefficients @ gram[judged.noise_number] @ coefficients)
     return float(np.sqrt(max(square, 0.0) / judged.weighed.evidence.noise.dof))

@@ -19,13 +19,13 @@ from tests.rates.benches import player_of, write_bench
 from tests.rates.playing import CLASSES
 from tests.rates.workers import BENCHES
 
-KIND = "clamped two"
+pytestmark = pytest.mark.long
 
 
-def written(folder: Path, number: int, seed: int = 8123) -> set[str]:
-    """Write a bench of two hidden laws; return their names."""
-    rng = np.random.default_rng([seed, (*CLASSES, *BENCHES).index(KIND), number])
-    return {name for name, _ in write_bench(folder, KIND, rng, player_of(KIND, number)).hidden}
+def written(folder: Path, number: int, seed: int = 8123, kind: str = "clamped two") -> set[str]:
+    """Write a bench; return the names of its hidden laws."""
+    rng = np.random.default_rng([seed, (*CLASSES, *BENCHES).index(kind), number])
+    return {name for name, _ in write_bench(folder, kind, rng, player_of(kind, number)).hidden}
 
 
 def test_a_curve_is_as_probable_in_each_form(tmp_path: Path) -> None:
@@ -48,6 +48,14 @@ def test_a_refitted_rival_has_the_share_of_its_own_shape(tmp_path: Path) -> None
     hidden = written(tmp_path / "bench", 0, seed=8124)
     found = diagnose_campaign(tmp_path / "bench", RunContext())
     assert {one.effect for one in found.missing if one.firm} <= hidden
+
+
+def test_nothing_is_certain_next_to_as_much_that_is_not_explained(tmp_path: Path) -> None:
+    """A curve of half of the noise was certain where five noises were left, as no law of the catalogue was there."""
+    written(tmp_path / "bench", 2, seed=8127, kind="clamped outside")
+    found = diagnose_campaign(tmp_path / "bench", RunContext())
+    assert found.unexplained
+    assert not any(one.firm for one in found.missing)
 
 
 def test_a_curve_that_is_not_needed_leaves_its_spring(tmp_path: Path) -> None:
