@@ -60,7 +60,7 @@ def test_draws_differ_by_seed_and_repeat(kind: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["clamped 3x", pytest.param("friction 3x", marks=pytest.mark.practice)])
 def test_an_effect_of_three_times_the_noise_is_named(kind: str) -> None:
     verdict = judge_bench(kind, np.random.default_rng(8), "laws")
-    assert verdict.outcome == "right"
+    assert verdict.outcome.startswith("right")
     assert not verdict.firm_wrong
 
 
@@ -127,12 +127,13 @@ def test_a_clamped_robot_by_mujoco_reads_what_simulate_reads(tmp_path: Path) -> 
 
 
 @pytest.mark.practice
-def test_no_step_of_a_ladder_raises_the_error_where_the_law_is_in_no_catalogue(tmp_path: Path) -> None:
+def test_no_effect_that_is_added_raises_the_error_where_the_law_is_in_no_catalogue(tmp_path: Path) -> None:
     """A slope that waves in time: four effects together explain it, each alone is added from values of its own."""
     rng = np.random.default_rng([20261151, (*CLASSES, *BENCHES).index("clamped outside"), 6])
     write_bench(tmp_path / "bench", "clamped outside", rng, "laws")
-    improved = improve_campaign(tmp_path / "bench")
-    errors = [step.heldout_rms.motor_angle or 0.0 for step in improved.steps if step.heldout_rms is not None]
+    improved = improve_campaign(tmp_path / "bench", likely=True)
+    added = [step for step in improved.steps if step.action != "remove"]
+    errors = [step.heldout_rms.motor_angle or 0.0 for step in added if step.heldout_rms is not None]
     assert "cubic-stiffness" in {step.effect for step in improved.steps}
     assert errors == sorted(errors, reverse=True)
     assert improved.unexplained
