@@ -90,10 +90,10 @@ def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> Non
         "hang": lambda *_: time.sleep(60) if next(tries) % 2 else sum(1 for _ in itertools.count()),
         "crash": lambda *_: os._exit(7),
         "unclear": refuse,
-        "memory": lambda *_: b"x" * (80 << 20 if next(tries) % 2 else 160 << 20) and None,
+        "memory": lambda *_: b"x" * (256 << 20 if next(tries) % 2 else 512 << 20) and None,
     }
     monkeypatch.setattr(feeding, "targets", lambda: deeds)
-    monkeypatch.setattr(feeding, "MOST_GROWN", 40 << 20)
+    monkeypatch.setattr(feeding, "MOST_GROWN", 128 << 20)
     for name in deeds:
         monkeypatch.setattr(feeding, "MOST_SECONDS", 0.2 if name == "hang" else 30.0)
         assert feeding.feed(name, 2, 1).counts == {name: 2}
