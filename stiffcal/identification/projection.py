@@ -69,10 +69,17 @@ class Projection:
 
     def unwhitened(self, rows: Floats) -> Floats:
         """Return (m, n) displacements, run offsets taken out, of whitened rows (m · n); 0 where none was measured."""
-        white, lower = rows.reshape(self.data.measured.shape), self.whitening.lower
-        if lower is None:
+        white = rows.reshape(self.data.measured.shape)
+        if self._inverse is None:
             scale = self.whitening.scale
             return np.where(scale > 0.0, white / np.where(scale > 0.0, scale, 1.0), 0.0)
-        factor = np.moveaxis(lower, -1, 0) + np.apply_along_axis(np.diag, 1, (~self.data.measured_mask).T.astype(float))
         white = np.where(self.data.measured_mask, white, 0.0)
-        return np.asarray(np.linalg.solve(factor, white.T[..., None])[..., 0].T)
+        return np.asarray(np.einsum("nab,bn->an", self._inverse, white))
+
+    @cached_property
+    def _inverse(self) -> Floats | None:
+        """(n, m, m) what undoes the whitening of each state, one for what was not measured; None where it is diagonal."""
+        lower, missing = self.whitening.lower, ~self.data.measured_mask
+        if lower is None:
+            return None
+        return np.asarray(np.linalg.inv(np.moveaxis(lower, -1, 0) + missing.T[:, :, None] * np.eye(len(missing))))
