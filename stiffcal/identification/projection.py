@@ -78,7 +78,7 @@ class Projection:
 
     @cached_property
     def _inverse(self) -> Floats | None:
-        """(n, m, m) what undoes the whitening of each state, one for what was not measured; None where it is diagonal."""
+        """(n, m, m) what undoes the whitening of each state, 1 for what was not measured; None where it is diagonal."""
         lower, missing = self.whitening.lower, ~self.data.measured_mask
         if lower is None:
             return None

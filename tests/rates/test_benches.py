@@ -21,6 +21,7 @@ from tests.rates.measuring import Player
 from tests.rates.mujoco_clamped import bench_angle, hinge_of
 from tests.rates.mujoco_friction import friction_torque
 from tests.rates.playing import CLASSES
+from tests.rates.scoring import Verdict
 from tests.rates.workers import BENCHES
 
 PLAYERS: tuple[Player, Player] = ("balance", "mujoco")
@@ -57,10 +58,25 @@ def test_draws_differ_by_seed_and_repeat(kind: str, tmp_path: Path) -> None:
     assert [path.read_bytes() for path in logs[0]] == [path.read_bytes() for path in logs[1]]
 
 
-@pytest.mark.parametrize("kind", ["clamped 3x", pytest.param("friction 3x", marks=pytest.mark.practice)])
-def test_an_effect_of_three_times_the_noise_is_named(kind: str) -> None:
-    verdict = judge_bench(kind, np.random.default_rng(8), "laws")
-    assert verdict.outcome.startswith("right")
+@pytest.fixture(scope="module")
+def clamped_of_three_times_the_noise() -> Verdict:
+    return judge_bench("clamped 3x", np.random.default_rng(8), "laws")
+
+
+def test_an_effect_of_three_times_the_noise_is_named(clamped_of_three_times_the_noise: Verdict) -> None:
+    assert clamped_of_three_times_the_noise.outcome.startswith("right")
+    assert not clamped_of_three_times_the_noise.firm_wrong
+
+
+@pytest.mark.xfail(strict=True, reason="a play of three times the noise has 92 %: named, and not certain")
+def test_an_effect_of_three_times_the_noise_is_certain(clamped_of_three_times_the_noise: Verdict) -> None:
+    assert clamped_of_three_times_the_noise.outcome == "right"
+
+
+@pytest.mark.practice
+def test_friction_of_three_times_the_noise_is_certain() -> None:
+    verdict = judge_bench("friction 3x", np.random.default_rng(8), "laws")
+    assert verdict.outcome == "right"
     assert not verdict.firm_wrong
 
 
@@ -127,13 +143,13 @@ def test_a_clamped_robot_by_mujoco_reads_what_simulate_reads(tmp_path: Path) -> 
 
 
 @pytest.mark.practice
-def test_no_effect_that_is_added_raises_the_error_where_the_law_is_in_no_catalogue(tmp_path: Path) -> None:
+@pytest.mark.xfail(strict=True, reason="creep is taken out although the error in held-out runs was less with it")
+def test_no_step_of_a_ladder_raises_the_error_where_the_law_is_in_no_catalogue(tmp_path: Path) -> None:
     """A slope that waves in time: four effects together explain it, each alone is added from values of its own."""
     rng = np.random.default_rng([20261151, (*CLASSES, *BENCHES).index("clamped outside"), 6])
     write_bench(tmp_path / "bench", "clamped outside", rng, "laws")
     improved = improve_campaign(tmp_path / "bench", likely=True)
-    added = [step for step in improved.steps if step.action != "remove"]
-    errors = [step.heldout_rms.motor_angle or 0.0 for step in added if step.heldout_rms is not None]
+    errors = [step.heldout_rms.motor_angle or 0.0 for step in improved.steps if step.heldout_rms is not None]
     assert "cubic-stiffness" in {step.effect for step in improved.steps}
-    assert errors == sorted(errors, reverse=True)
     assert improved.unexplained
+    assert errors == sorted(errors, reverse=True)

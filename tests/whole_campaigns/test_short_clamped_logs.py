@@ -29,8 +29,16 @@ def thinned(folder: Path, n: int) -> Path:
     return folder
 
 
-def test_eighty_readings_a_run_are_fitted_judged_and_searched(tmp_path: Path) -> None:
-    folder = thinned(tmp_path / "c", 80)
+@pytest.fixture(scope="module")
+def eighty_readings_a_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Such a campaign, diagnosed; not to be changed."""
+    folder = thinned(tmp_path_factory.mktemp("thinned") / "c", 80)
+    diagnose_campaign(folder)
+    return folder
+
+
+def test_eighty_readings_a_run_are_fitted_judged_and_searched(eighty_readings_a_run: Path) -> None:
+    folder = eighty_readings_a_run
     assert check_campaign(folder).ready
     identified = identify_campaign(folder)
     assert identified.n_states > 6 * 70
@@ -41,7 +49,7 @@ def test_eighty_readings_a_run_are_fitted_judged_and_searched(tmp_path: Path) ->
     # 0.2 mrad of backlash is hidden, and the model holds none
     assert judged.rms.motor_angle == pytest.approx(0.5e-4, rel=0.2)
     found = diagnose_campaign(folder)
-    # eighty readings a run do not tell a play from a second slope at its width: one noise in all is between them
+    # a play and a second slope at its width: one noise in all is between them
     (group,) = found.missing
     assert {group.effect, *(one.effect for one in group.alternatives)} == {"backlash", "two-slope"}
     assert group.probability is not None
@@ -49,6 +57,11 @@ def test_eighty_readings_a_run_are_fitted_judged_and_searched(tmp_path: Path) ->
     assert not group.firm
     # runs of one programme differ by the noise of their loads alone: an exchange of two read better by chance
     assert found.suspects == []
+
+
+@pytest.mark.xfail(strict=True, reason="two-slope has 67 % and comes first, backlash 30 %")
+def test_of_eighty_readings_a_run_the_play_comes_first(eighty_readings_a_run: Path) -> None:
+    assert [group.effect for group in diagnose_campaign(eighty_readings_a_run).missing] == ["backlash"]
 
 
 def test_of_two_dozen_readings_a_run_no_parameter_is_identified_and_why_is_said(tmp_path: Path) -> None:
