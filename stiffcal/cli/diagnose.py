@@ -20,7 +20,7 @@ from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, sh
 from stiffcal.escapes.shell import command_line
 from stiffcal.printed_units import printed_unit
 from stiffcal.results.next_step import Step
-from stiffcal.validation.schemes import held_out
+from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
 from stiffcal.wording import listing, probability_in_words, variable
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ def _show_with_all_missing(console: AnswerConsole, result: DiagnoseResult) -> No
         return
     names = listing(effect_words(effect) if dict(effect.where.items()) else effect.effect for effect in result.missing)
     noise = deviation(result.noise) if result.noise else "not known"
-    left = f"{deviation(result.heldout_rms_with_missing)} in held-out poses"
+    left = f"{deviation(result.heldout_rms_with_missing)} in {held_out_by_diagnosis(result.heldout_rms_with_missing)}"
     validated = result.as_validated
     if validated is not None and validated.with_missing is not None:
         left += f", {deviation(validated.with_missing)} in {held_out(validated.scheme)}"
@@ -362,7 +362,8 @@ def _show_found_later(console: AnswerConsole, result: DiagnoseResult) -> None:
         text += ", ".join(first)
         if len(first) == 1 and result.heldout_rms_with_missing is not None:
             (before,) = (found.heldout_rms_after for _, found in ranked if found and found.verdict == "supported")
-            text += f": {deviation(before)} in held-out poses becomes {deviation(result.heldout_rms_with_missing)}"
+            text += f": {deviation(before)} in {held_out_by_diagnosis(result.rms)} becomes "
+            text += deviation(result.heldout_rms_with_missing)
         console.print(f"  {text}", soft_wrap=True)
     not_named = supported_but_not_named(result)
     if not_named is not None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from stiffcal.measurements.rms import Rms
+
 LEAVE_ONE_POSE_OUT = "leave-one-pose-out"
 """Each pose in turn: all runs or rows whose joints agree within 1°."""
 BY_REGION = "poses-region"
@@ -17,6 +19,17 @@ _WORDS = {
     BY_REGION_AND_POSE: "held-out regions and load poses",
     HOLDOUT_RUNS: "held-out runs",
 }
+
+
+def held_out_by_diagnosis(rms: Rms) -> str:
+    """Return what `diagnose` left out of the fit, in words: of moving joints, whose errors are torques, no poses.
+
+    Examples
+    --------
+    >>> held_out_by_diagnosis(Rms(1e-4, 2e-4)), held_out_by_diagnosis(Rms(None, None, torque=0.3))
+    ('held-out poses', 'held-out data')
+    """
+    return _WORDS[LEAVE_ONE_POSE_OUT] if rms.torque is None else held_out(None)
 
 
 def held_out(scheme: str | None) -> str:

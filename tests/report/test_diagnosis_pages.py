@@ -33,7 +33,7 @@ from stiffcal.report.content import EffectPicture, EvidenceFigure, ReportContent
 from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.figures.evidence import draw_evidence
 from stiffcal.report.figures.ladder import ladder_rungs
-from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking
+from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking, summary
 from stiffcal.results.history_results import HistoryEntry
 from tests.laboratory.report_content import made_up_content
 
@@ -182,6 +182,27 @@ def test_a_remainder_that_follows_nothing_has_no_list() -> None:
     text = words(diagnosis.section(content(missing=[], unexplained=True, adequate=False, structure=[])))
     assert "follows none of the variables" in text
     assert "listed below" not in text
+
+
+def test_a_probable_law_is_what_a_remainder_follows() -> None:
+    law = replace(LAW, follows="its speed", curve=None)
+    rest: dict[str, Any] = {"missing": [], "unexplained": True, "adequate": False, "structure": []}
+    made = content(**rest, unknown=[law])
+    assert "a law of joint 2 that no effect describes, of its speed (97.0 %)" in words(diagnosis.section(made))
+    assert "what is left is probably a law of joint 2" in str(summary.section(made))
+    doubtful = content(**rest, unknown=[replace(law, probability=0.1)])
+    assert "follows none of the variables" in words(diagnosis.section(doubtful))
+
+
+def test_errors_of_moving_joints_are_of_no_poses() -> None:
+    torque: dict[str, Any] = {
+        "rms": Rms(None, None, torque=1.02),
+        "heldout_rms_with_missing": Rms(None, None, torque=0.3),
+    }
+    made = diagnosis.section(content(**torque))
+    assert isinstance(made, ReportSection)
+    assert "held-out poses" not in str(made.blocks[1:])
+    assert "1.02 N·m rms in held-out data" in str(made.blocks).replace("\u202f", " ")
 
 
 def test_ranking_holds_every_number_with_its_unit() -> None:

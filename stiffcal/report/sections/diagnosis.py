@@ -16,6 +16,7 @@ from stiffcal.diagnosis.results import (
     UnknownLaw,
 )
 from stiffcal.diagnosis.words import pattern_in_words, what_is_followed
+from stiffcal.judgement.numbers import NAMED
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
@@ -33,7 +34,7 @@ from stiffcal.report.blocks import (
 )
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.pattern import draw_pattern
-from stiffcal.validation.schemes import held_out
+from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
 from stiffcal.wording import probability_in_words, variable
 
 ORDER = 72
@@ -75,7 +76,7 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
     """Describe the consequences of the result for the next step."""
     n = diagnosis.n_candidates
     tried = f"{wording.count(n, 'effect')} at their places were added to the present model one by one, " if n else ""
-    tried += "with all other parameters refitted, and validated in held-out poses."
+    tried += f"with all other parameters refitted, and validated in {held_out_by_diagnosis(diagnosis.rms)}."
     text = f"{tried[:1].upper()}{tried[1:]} "
     if diagnosis.adequate is None and diagnosis.unexplained:
         return text + (
@@ -110,7 +111,17 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
 def _on_what_it_depends(diagnosis: DiagnoseResult) -> str:
     if diagnosis.structure:
         return "No effect is named; the variables on which the remaining error depends are listed below."
+    if law := probable_law(diagnosis):
+        return f"No effect is named; what is left is probably {law}."
     return "No effect is named, and the remaining error follows none of the variables that were tried."
+
+
+def probable_law(diagnosis: DiagnoseResult) -> str:
+    """Return the law that no effect describes and is more probable than not, in words; "" where there is none."""
+    law = next(iter(diagnosis.unknown or ()), None)
+    if law is None or law.probability < NAMED:
+        return ""
+    return f"a law of {law.of} that no effect describes, of {law.follows} ({probability_in_words(law.probability)})"
 
 
 def _excluded(sizes: Sequence[ExcludedSizeAt]) -> str:
@@ -145,12 +156,12 @@ def _look_alike_words(effect: LookAlike) -> str:
 
 
 def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
-    validated = diagnosis.as_validated
-    facts = [("present model", f"{wording.measure_text(diagnosis.rms)} rms in held-out poses")]
+    validated, left_out = diagnosis.as_validated, held_out_by_diagnosis(diagnosis.rms)
+    facts = [("present model", f"{wording.measure_text(diagnosis.rms)} rms in {left_out}")]
     if validated is not None:
         facts[0] = (facts[0][0], f"{facts[0][1]}, {_as_validated(validated.rms, validated.scheme)}")
     if diagnosis.missing:
-        text = f"{wording.measure_text(diagnosis.heldout_rms_with_missing)} rms in held-out poses"
+        text = f"{wording.measure_text(diagnosis.heldout_rms_with_missing)} rms in {left_out}"
         if validated is not None and validated.with_missing is not None:
             text += f", {_as_validated(validated.with_missing, validated.scheme)}"
         facts.append(("with the missing effects", text))

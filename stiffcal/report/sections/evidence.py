@@ -17,6 +17,7 @@ from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, PictureBloc
 from stiffcal.report.content import EvidenceFigure, ReportContent
 from stiffcal.report.estimates import parameter_text
 from stiffcal.report.figures.evidence import MOST_POINTS, draw_errors_by_run, draw_evidence
+from stiffcal.validation.schemes import held_out_by_diagnosis
 
 ORDER = 74
 _TITLE = "Evidence for the missing effects"
@@ -99,9 +100,10 @@ def _rms_reduction_words(evidence: EffectEvidenceSummary) -> str:
         wording.measure_text(evidence.heldout_rms_before),
         wording.measure_text(evidence.heldout_rms_after),
     )
+    left_out = held_out_by_diagnosis(evidence.heldout_rms_before)
     if evidence.status == "missing":
-        return f"Error in held-out poses: {before} rms without it, {after} with it."
-    return f"Error of the present model in held-out poses: {after} rms; without {evidence.effect}: {before}."
+        return f"Error in {left_out}: {before} rms without it, {after} with it."
+    return f"Error of the present model in {left_out}: {after} rms; without {evidence.effect}: {before}."
 
 
 def _caption(figure: EvidenceFigure) -> str:

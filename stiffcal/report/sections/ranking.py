@@ -27,7 +27,7 @@ _COLUMNS = (
     TableColumn("effect", align="left"),
     TableColumn("place", align="left"),
     TableColumn("verdict", align="left"),
-    TableColumn("held-out poses,\nrms"),
+    TableColumn("held-out,\nrms"),
     TableColumn("explains"),
     TableColumn("probability"),
     TableColumn("size"),
@@ -107,7 +107,7 @@ def _row(finding: Finding) -> tuple[str, ...]:
 def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
     """Return the text that explains the columns of the ranking."""
     text = (
-        "Held-out poses: error with the effect added, each pose left out of the fit in turn. Explains: share of the "
+        "Held-out: error with the effect added, in data that were left out of the fit in turn. Explains: share of the "
         "avoidable error (above the "
         "noise) that is removed, by a first estimate; the share in the summary is of the refitted model. "
         "Size: rms contribution of the effect at the tool, or in the torque. p: probability of an equal decrease by "

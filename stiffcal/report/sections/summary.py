@@ -16,13 +16,14 @@ from stiffcal.report.estimates import estimate_text
 from stiffcal.report.figures.ladder import Rung, leading_component
 from stiffcal.report.figures.overview import draw_overview
 from stiffcal.report.sections.campaign import MOST_WARNINGS, warnings_of
+from stiffcal.report.sections.diagnosis import probable_law
 from stiffcal.report.sections.experiments import table_of
 from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_table, where_words
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.next_step import Standing, Step, next_step
 from stiffcal.results.registration_words import convention_in_words
 from stiffcal.results.validate_result import ValidateResult
-from stiffcal.validation.schemes import held_out
+from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
 from stiffcal.wording import probability_in_words
 
 ORDER = 10
@@ -71,7 +72,8 @@ def _verdict(content: ReportContent) -> str:
     if diagnosis.missing:
         before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
         noise = f"; the noise is {wording.measure_text(diagnosis.noise)}" if diagnosis.noise else ""
-        text += f" Added to the model, it reduces the error in held-out poses from {before} to {after} rms"
+        left_out = held_out_by_diagnosis(diagnosis.rms)
+        text += f" Added to the model, it reduces the error in {left_out} from {before} to {after} rms"
         validated = diagnosis.as_validated
         if validated is not None and validated.with_missing is not None:
             before, after = wording.measure_text(validated.rms), wording.measure_text(validated.with_missing)
@@ -127,6 +129,8 @@ def _next_step(content: ReportContent) -> str:
         return "repeat the poses on which the result depends, then run stiffcal diagnose"
     if diagnosis.pattern is not None:
         return "test the pattern under “Missing effects”: stiffcal effects new NAME --from DIR"
+    if diagnosis.unexplained and not diagnosis.structure and (law := probable_law(diagnosis)):
+        return f"see “Missing effects”: what is left is probably {law}"
     if diagnosis.unexplained and not diagnosis.structure:
         return "see “Missing effects”: the remaining error follows none of the variables that were tried"
     if diagnosis.unexplained:
