@@ -95,8 +95,11 @@ class WhatIsMissing:
 
     @property
     def unexplained(self) -> bool:
-        """Whether something is probably missing that is none of the effects."""
-        return self.p_unknown >= NAMED or bool(self.failed)
+        """Whether something is probably missing that is none of the effects, and shows.
+
+        A law that is probable and next to the noise is too small to matter is given with its probability alone.
+        """
+        return (self.p_unknown >= NAMED and self.p_nothing < NAMED) or bool(self.failed)
 
 
 def read_off(judged: Judged) -> WhatIsMissing:
@@ -141,7 +144,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
             and settled
             and not doubtful
             and not judged.at_bound
-            and _left(judged, size) < NAMED
+            and _left(judged, size, lingering=True) < NAMED
             and _unlisted_in_place(judged, leader, sets, names, of_no_catalogue) < DOUBT
         )
         if firm:
@@ -267,18 +270,22 @@ def _share(judged: Judged, signal: _Signal, other: int) -> float:
     return float(across @ np.linalg.solve(own, across)) / max(whole, 1e-300)
 
 
-def _left(judged: Judged, size: float) -> float:
+def _left(judged: Judged, size: float, lingering: bool = False) -> float:
     """Return the probability that poses answer in ways of their own, or wander, by a size and more, in noises.
 
-    A size below half of the noise is as good as nothing. A wander that has died away within some readings is noise that
-    lingers (air, a filter).
+    A size below half of the noise is as good as nothing.
+
+    Parameters
+    ----------
+    lingering : whether a wander counts that has died away within some readings. It is noise that lingers (air, a
+        filter) and leaves nothing unexplained; but a law that turns with the load's cycle reads like it.
     """
     ground, of_discrepancy = judged.ground, judged.weighed.of_discrepancy()
     large = max(size, SHOWS) <= DISCREPANCIES
     of_loads, of_time = (
         float(of_discrepancy[ground.shared.numbers_of(one)][large].sum()) for one in (ground.of_loads, ground.of_time)
     )
-    return of_loads + (of_time if judged.drift.drifts else 0.0)
+    return of_loads + (of_time if lingering or judged.drift.drifts else 0.0)
 
 
 def _unlisted_in_place(

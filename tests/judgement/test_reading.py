@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from stiffcal.judgement.reading import _within
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stiffcal.judgement.checks import Check
+from stiffcal.judgement.ground import CheckKind
+from stiffcal.judgement.reading import WhatIsMissing, _left, _within
 from stiffcal.judgement.sets import Key
 
 
@@ -11,3 +19,29 @@ def test_a_group_without_any_set_has_no_shares() -> None:
     names: dict[Key, frozenset[str]] = {(0,): frozenset({"creep j1"}), (1,): frozenset({"backlash j1"})}
     assert _within({"creep j1"}, frozenset(), {(0,): 0.0, (1,): 1.0}, names) == {}
     assert _within({"creep j1"}, frozenset(), {(0,): 0.2, (1,): 0.8}, names) == {"creep j1": 1.0}
+
+
+def what_is_missing(p_nothing: float, p_unknown: float, *checks: Check) -> WhatIsMissing:
+    return WhatIsMissing((), (), p_nothing, p_unknown, checks, {}, (), 0.0, ())
+
+
+def test_a_probable_law_that_shows_less_than_half_of_the_noise_leaves_nothing_unexplained() -> None:
+    assert not what_is_missing(0.999, 0.72).unexplained
+    assert what_is_missing(0.999, 0.72).adequate
+    assert what_is_missing(0.2, 0.72).unexplained
+    assert not what_is_missing(0.2, 0.3).unexplained
+    assert what_is_missing(0.999, 0.1, Check(CheckKind.TORQUE, 2.0, 1e-6)).unexplained
+
+
+@pytest.mark.parametrize("drifts", [False, True])
+def test_a_wander_as_large_as_an_effect_counts_against_its_name_though_it_dies_away(drifts: bool) -> None:
+    """A compliance that waves as the load cycles left a curve of half its size certain."""
+    of_loads, of_time = object(), object()
+    numbers = {id(of_loads): [1, 2, 3, 4, 5, 6], id(of_time): [7, 8, 9, 10, 11, 12]}
+    shared = SimpleNamespace(numbers_of=lambda one: numbers[id(one)])
+    ground = SimpleNamespace(of_loads=of_loads, of_time=of_time, shared=shared)
+    all_of_it_wanders = SimpleNamespace(of_discrepancy=lambda: np.eye(13)[12])
+    judged: Any = SimpleNamespace(ground=ground, weighed=all_of_it_wanders, drift=SimpleNamespace(drifts=drifts))
+    assert _left(judged, 1.06) == drifts
+    assert _left(judged, 1.06, lingering=True) == 1.0
+    assert _left(judged, 10.0, lingering=True) == 0.0
