@@ -79,7 +79,11 @@ def departures_in_words(joints: Iterable[tuple[str, Sequence[Departure]]], unit:
         for departure in departures:
             side = "above" if departure.mean > 0.0 else "below"
             begin = "; " if words else " On average the readings are outside the band (grey bars): "
-            words += [begin, f"{joint} from ", Digits(factor * departure.low), " to ", Digits(factor * departure.high)]
+            low, high = factor * departure.low, factor * departure.high
+            # a stretch of one reading, or of several that are the same as printed
+            alone = f"{low:.3g}" == f"{high:.3g}"
+            words += [begin, f"{joint} at ", Digits(low)] if alone else [begin, f"{joint} from ", Digits(low)]
+            words += [] if alone else [" to ", Digits(high)]
             words += [f" {unit}, ", Digits(abs(departure.mean), 2), f" N·m {side} the curve"]
     return (*words, ".") if words else (" The readings are within the band.",)
 
