@@ -132,6 +132,9 @@ SHARED = 0.5
 """Share of an effect's squares that an unlisted law makes, from which it can be in its place."""
 SHOWS = 0.5
 """Of the noise: what shows less is nothing."""
+LINGERING_NOISE = 2.0
+"""Noises up to which what dies away within some readings is the noise itself, which lingers: between 1.1 and 3.2, the
+two sizes of the discrepancy next to one noise. Ours."""
 CHANCE = 0.003
 """Probability below which what is left is no chance: of three checks one fails in a hundred sound campaigns."""
 POWER = 1.2816

@@ -12,7 +12,18 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.judgement.checks import Check, checks_of
 from stiffcal.judgement.judge import Judged
-from stiffcal.judgement.numbers import ALIKE, DISCREPANCIES, DOUBT, FIRM, LEAST_LIKELY, NAMED, SHARED, SHOWS, STILL_FIRM
+from stiffcal.judgement.numbers import (
+    ALIKE,
+    DISCREPANCIES,
+    DOUBT,
+    FIRM,
+    LEAST_LIKELY,
+    LINGERING_NOISE,
+    NAMED,
+    SHARED,
+    SHOWS,
+    STILL_FIRM,
+)
 from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sensitivity import varied
@@ -144,7 +155,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
             and settled
             and not doubtful
             and not judged.at_bound
-            and _left(judged, size, lingering=True) < NAMED
+            and _left(judged, size) < NAMED
             and _unlisted_in_place(judged, leader, sets, names, of_no_catalogue) < DOUBT
         )
         if firm:
@@ -270,22 +281,19 @@ def _share(judged: Judged, signal: _Signal, other: int) -> float:
     return float(across @ np.linalg.solve(own, across)) / max(whole, 1e-300)
 
 
-def _left(judged: Judged, size: float, lingering: bool = False) -> float:
+def _left(judged: Judged, size: float) -> float:
     """Return the probability that poses answer in ways of their own, or wander, by a size and more, in noises.
 
-    A size below half of the noise is as good as nothing.
-
-    Parameters
-    ----------
-    lingering : whether a wander counts that has died away within some readings. It is noise that lingers (air, a
-        filter) and leaves nothing unexplained; but a law that turns with the load's cycle reads like it.
+    A size below half of the noise is as good as nothing. A wander that has died away within some readings is noise that
+    lingers (air, a filter), unless it is larger than the noise: a law that turns with the load's cycle reads like it.
     """
     ground, of_discrepancy = judged.ground, judged.weighed.of_discrepancy()
     large = max(size, SHOWS) <= DISCREPANCIES
-    of_loads, of_time = (
-        float(of_discrepancy[ground.shared.numbers_of(one)][large].sum()) for one in (ground.of_loads, ground.of_time)
+    wanders = large & (judged.drift.drifts | (DISCREPANCIES > LINGERING_NOISE))
+    return sum(
+        float(of_discrepancy[ground.shared.numbers_of(one)][counted].sum())
+        for one, counted in ((ground.of_loads, large), (ground.of_time, wanders))
     )
-    return of_loads + (of_time if lingering or judged.drift.drifts else 0.0)
 
 
 def _unlisted_in_place(

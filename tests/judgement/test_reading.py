@@ -10,6 +10,7 @@ import pytest
 
 from stiffcal.judgement.checks import Check
 from stiffcal.judgement.ground import CheckKind
+from stiffcal.judgement.numbers import SHOWS
 from stiffcal.judgement.reading import WhatIsMissing, _left, _within
 from stiffcal.judgement.sets import Key
 
@@ -34,14 +35,19 @@ def test_a_probable_law_that_shows_less_than_half_of_the_noise_leaves_nothing_un
 
 
 @pytest.mark.parametrize("drifts", [False, True])
-def test_a_wander_as_large_as_an_effect_counts_against_its_name_though_it_dies_away(drifts: bool) -> None:
-    """A compliance that waves as the load cycles left a curve of half its size certain."""
+def test_what_dies_away_within_some_readings_is_noise_unless_it_is_larger(drifts: bool) -> None:
+    """A compliance that waves as the load cycles left a curve of half its size certain, and nothing unexplained."""
     of_loads, of_time = object(), object()
     numbers = {id(of_loads): [1, 2, 3, 4, 5, 6], id(of_time): [7, 8, 9, 10, 11, 12]}
     shared = SimpleNamespace(numbers_of=lambda one: numbers[id(one)])
-    ground = SimpleNamespace(of_loads=of_loads, of_time=of_time, shared=shared)
-    all_of_it_wanders = SimpleNamespace(of_discrepancy=lambda: np.eye(13)[12])
-    judged: Any = SimpleNamespace(ground=ground, weighed=all_of_it_wanders, drift=SimpleNamespace(drifts=drifts))
-    assert _left(judged, 1.06) == drifts
-    assert _left(judged, 1.06, lingering=True) == 1.0
-    assert _left(judged, 10.0, lingering=True) == 0.0
+
+    def left(number: int, size: float) -> float:
+        ground = SimpleNamespace(of_loads=of_loads, of_time=of_time, shared=shared)
+        weighed = SimpleNamespace(of_discrepancy=lambda: np.eye(13)[number])
+        judged: Any = SimpleNamespace(ground=ground, weighed=weighed, drift=SimpleNamespace(drifts=drifts))
+        return _left(judged, size)
+
+    assert left(12, 1.06) == left(12, SHOWS) == 1.0
+    assert left(12, 10.0) == 0.0
+    assert left(10, 1.06) == left(10, SHOWS) == drifts
+    assert left(4, 1.06) == 1.0
