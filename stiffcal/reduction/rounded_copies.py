@@ -8,15 +8,16 @@ Rows that agree in every digit are found by `stiffcal.reduction.repeated_rows`.
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Booleans, Floats, Integers
 
 Layout: TypeAlias = tuple[tuple[str, int], ...]
 """Signals of a row and their numbers of channels."""
@@ -27,15 +28,15 @@ _Pair: TypeAlias = tuple[_Place, _Place]
 # What describes a state; what moved is among them. Orientations are computed, and have no digits of their own.
 _MOVED = ("translation", "position", "marker", "lengths", "displacement")
 _COMPARED = ("joints", "wrench", "mass", *_MOVED)
-_MOST_DIGITS = 10  # behind the point: more than instruments print
+_MOST_DIGITS, _LEAST_DIGITS = 10, -3  # behind the point: more than instruments print, and thousands
 _WHOLE = 1e-6  # a number of last digits is whole within this: rounding of floating-point numbers of ten digits
 _NEIGHBOURS = 6  # rows next to a row that are compared with it
 _ROWS_AT_ONCE = 1 << 14  # of which pairs are compared, so that memory stays flat
-# The last digit is a zero in one of ten readings: as often a signal of one channel has fewer digits by chance.
-_BY_CHANCE = 0.1
-_CHANCE = 1e-3  # of so many pairs in one table
+_CHANCE = 1e-3  # of so many copies in one table
+_LAST_DIGITS = range(1, 10)  # other than zero; readings end in each as often
 _HALF = 0.5 * (1.0 + 1e-6)
 _COARSE = 0.95  # quantile of a column's last digits within which copies are looked for
+_FINE = 0.05  # quantile that is the last digit of most of its readings, where some are copies
 MOST_NAMED = 10
 
 
@@ -45,8 +46,8 @@ class _Rows:
 
     values: list[Floats] = field(default_factory=list)
     """(n, c) SI, of each piece."""
-    digits: list[Floats] = field(default_factory=list)
-    """(n, c) size of the last digit of each, SI; 0 where that is not known."""
+    units: list[Floats] = field(default_factory=list)
+    """(c,) of each piece: what one of the file's unit is, SI."""
     places: list[_Place] = field(default_factory=list)
     """File and number of each row."""
 
@@ -83,14 +84,15 @@ class RoundedCopies:
         unit = np.array([factors.get(column, 1.0) for name in taken for column in columns[name]])
         values = np.concatenate(list(taken.values())).T
         rows.values.append(values)
-        rows.digits.append(unit * last_digits(values / unit))
+        rows.units.append(unit)
         rows.places += [(file, int(row)) for row in number]
 
     def warnings(self) -> list[str]:
         """Return a warning for the rows that repeat others with fewer digits; none where there are no such rows."""
         pairs: list[_Pair] = []
         for layout, rows in self._of_layout.items():
-            found = _rounded_pairs(np.concatenate(rows.values), np.concatenate(rows.digits), layout)
+            units = np.repeat(rows.units, [len(piece) for piece in rows.values], axis=0)
+            found = _rounded_pairs(np.concatenate(rows.values), units, layout)
             pairs += [(rows.places[copy], rows.places[original]) for copy, original in found]
         if not pairs:
             return []
@@ -106,59 +108,148 @@ def last_digits(values: Floats) -> Floats:
 
     Examples
     --------
-    >>> last_digits(np.array([12.5, 0.125, 3.0, 0.0, 1.0 / 3.0])).tolist()
-    [0.1, 0.001, 1.0, 0.0, 0.0]
+    >>> last_digits(np.array([12.5, 0.125, 3.0, 620.0, 0.0, 1.0 / 3.0])).tolist()
+    [0.1, 0.001, 1.0, 10.0, 0.0, 0.0]
     """
     size = np.zeros(values.shape)
-    for digits in range(_MOST_DIGITS, -1, -1):
+    for digits in range(_MOST_DIGITS, _LEAST_DIGITS - 1, -1):
         scaled = values * 10.0**digits
         size[np.abs(scaled - np.round(scaled)) <= _WHOLE] = 10.0**-digits
     size[(values == 0.0) | ~np.isfinite(values)] = 0.0
     return size
 
 
-def _rounded_pairs(values: Floats, digits: Floats, layout: Layout) -> list[tuple[int, int]]:
+def _rounded_pairs(values: Floats, units: Floats, layout: Layout) -> list[tuple[int, int]]:
     """Return (copy, original) of the rows that repeat another one with fewer digits.
 
     Parameters
     ----------
-    values, digits : (n, c), as of `_Rows`. layout : of the c columns.
+    values : (n, c) SI; NaN where there is none. units : (n, c) of the file, SI. layout : of the c columns.
     """
-    rows = np.flatnonzero(np.isfinite(values).all(axis=1))
-    if len(rows) < 2:
-        return []
-    tolerance = _HALF * _of_zeros_too(values, digits, layout)
-    coarse = np.array([np.quantile(own[own > 0.0], _COARSE) if np.any(own > 0.0) else 1.0 for own in digits[rows].T])
-    scaled = values[rows] / coarse
-    near_others = _near_others(scaled)
-    rows, scaled = rows[near_others], scaled[near_others]
-    if not len(rows):
-        return []
-    from scipy.spatial import cKDTree  # takes longer to load than most tables take to be checked
-
-    neighbours = min(_NEIGHBOURS, len(rows))
-    _, near = cKDTree(scaled).query(scaled, k=neighbours, p=np.inf, distance_upper_bound=_HALF)
-    near = np.asarray(near).reshape(len(rows), neighbours)
-    alike: set[tuple[int, int]] = set()
-    originals: dict[int, list[int]] = {}
-    for start in range(0, len(rows), _ROWS_AT_ONCE):
-        own, place = np.nonzero(near[start : start + _ROWS_AT_ONCE] < len(rows))
-        copy, original = rows[start + own], rows[near[start + own, place]]
-        agree = (copy != original) & np.all(np.abs(values[copy] - values[original]) <= tolerance[copy], axis=1)
-        copy, original = copy[agree], original[agree]
-        alike.update(zip(np.minimum(copy, original).tolist(), np.maximum(copy, original).tolist(), strict=True))
-        coarser = _are_coarser(digits[copy], digits[original], layout)
-        for one, other in zip(copy[coarser].tolist(), original[coarser].tolist(), strict=True):
-            originals.setdefault(one, []).append(other)
-    if not originals or _is_chance(len(originals), len(alike)):
+    has_moved = np.repeat([name.partition(".")[0] in _MOVED for name, _ in layout], [count for _, count in layout])
+    rows = np.flatnonzero(np.isfinite(values[:, has_moved]).any(axis=1))
+    values, units = np.nan_to_num(values[rows]), units[rows]  # a zero has no last digit, and is like a zero alone
+    originals = _originals(values, units, layout)
+    if not originals or _is_chance(len(originals), values, units, layout):
         return []
     # several rows round to the same where nothing moved: the one as far away as the originals of other copies is meant
-    distances = Counter(copy - original for copy, own in originals.items() for original in own)
-    return [(copy, max(own, key=lambda row: distances[copy - row])) for copy, own in originals.items()]
+    distances = Counter(rows[copy] - rows[original] for copy, own in originals.items() for original in own)
+    chosen = {copy: max(own, key=lambda row: distances[rows[copy] - rows[row]]) for copy, own in originals.items()}
+    return [(int(rows[copy]), int(rows[original])) for copy, original in chosen.items()]
 
 
-def _near_others(scaled: Floats) -> Booleans:
-    """Return (n,) True where a row may have another one within `_HALF` in every column; rows without one are False.
+def _originals(values: Floats, units: Floats, layout: Layout) -> dict[int, list[int]]:
+    """Return of each row that repeats others with fewer digits which these are."""
+    originals: dict[int, list[int]] = {}
+    if len(values) < 2:
+        return originals
+    digits = units * last_digits(values / units)
+    printed = _printed(values, digits, layout)
+    for own in _of_one_format(digits, layout):
+        copy, original = _near_pairs(values, printed, own)
+        agree = np.all(np.abs(values[copy] - values[original]) <= _HALF * printed[copy], axis=1)
+        agree &= _are_coarser(digits[copy], digits[original], layout)
+        for one, other in zip(copy[agree].tolist(), original[agree].tolist(), strict=True):
+            originals.setdefault(one, []).append(other)
+    return originals
+
+
+def _is_chance(copies: int, values: Floats, units: Floats, layout: Layout) -> bool:
+    """Return whether zeros at the end of readings make so many rows look like copies.
+
+    Readings end in each other digit as often: with as many added to all, those that end in it look like copies, and
+    rows that were rounded do not.
+    """
+    from scipy.special import bdtrc
+
+    step = _finest(values, units * last_digits(values / units))
+    by_chance = 0
+    for k in _LAST_DIGITS:
+        by_chance += len(_originals(values + k * step, units, layout))
+        tried = np.array([k, _LAST_DIGITS[-1]])  # so far, and at the end where no more are found
+        so_far, at_best = bdtrc(copies - 1, copies + by_chance, 1.0 / (tried + 1)) <= _CHANCE * (1.0 + _WHOLE)
+        if so_far or not at_best:
+            return bool(not so_far)
+    return True
+
+
+def _finest(values: Floats, digits: Floats) -> Floats:
+    """Return (c,) the last digit of most readings of each column, those that were rounded left aside; 0 of none.
+
+    Where most have all digits that a number holds it is finer than all others.
+    """
+    finest = np.zeros(values.shape[1])
+    for column, (own, sizes) in enumerate(zip(values.T, digits.T, strict=True)):
+        known = sizes[sizes > 0.0]
+        if known.size:
+            finest[column] = np.quantile(sizes[own != 0.0], _FINE, method="lower") or 0.1 * known.min()
+    return finest
+
+
+def _of_one_format(digits: Floats, layout: Layout) -> Iterator[Integers]:
+    """Yield the rows that were printed alike: with the same number of digits in each signal.
+
+    Parameters
+    ----------
+    digits : (n, c) sizes of the last digits. layout : of the c columns.
+    """
+    bounds = np.cumsum([0, *(count for _, count in layout)])
+    known = np.where(digits > 0.0, digits, np.inf)
+    finest = np.stack([known[:, start:end].min(axis=1) for start, end in itertools.pairwise(bounds)], axis=1)
+    decades = np.round(10.0 * np.log10(finest))  # units of one signal are the same in all rows
+    _, group = np.unique(decades, axis=0, return_inverse=True)
+    order = np.argsort(group.ravel(), kind="stable")
+    yield from np.split(order, np.cumsum(np.bincount(group.ravel()))[:-1])
+
+
+def _near_pairs(values: Floats, printed: Floats, own: Integers) -> tuple[Integers, Integers]:
+    """Return rows of one format and, of each, rows within half of that format's last digits; itself may be one.
+
+    Parameters
+    ----------
+    values : (n, c) SI. printed : (n, c) as of `_printed`. own : (m,) the rows of the format.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    coarse = np.array(
+        [np.quantile(known[known > 0.0], _COARSE) if np.any(known > 0.0) else 1.0 for known in printed[own].T]
+    )
+    scaled = values / coarse
+    near = np.flatnonzero(_within_reach(scaled, own))
+    is_own = np.isin(near, own, assume_unique=True)
+    near, is_own = near[chosen := _near_others(scaled[near], is_own)], is_own[chosen]
+    if not len(near):
+        return none, none
+    from scipy.spatial import cKDTree  # takes longer to load than most tables take to be checked
+
+    own, neighbours = near[is_own], min(_NEIGHBOURS, len(near))
+    tree = cKDTree(scaled[near])
+    copies, originals = [none], [none]
+    for start in range(0, len(own), _ROWS_AT_ONCE):
+        asked = own[start : start + _ROWS_AT_ONCE]
+        _, found = tree.query(scaled[asked], k=neighbours, p=np.inf, distance_upper_bound=_HALF)
+        row, place = np.nonzero((found := np.asarray(found).reshape(len(asked), neighbours)) < len(near))
+        copies.append(asked[row])
+        originals.append(near[found[row, place]])
+    copy, original = np.concatenate(copies), np.concatenate(originals)
+    other = copy != original
+    return copy[other], original[other]
+
+
+def _within_reach(scaled: Floats, own: Integers) -> Booleans:
+    """Return (n,) True where a row is within `_HALF` of some of its own rows in each column by itself."""
+    reached = np.arange(len(scaled))
+    for column in scaled.T:
+        among = np.sort(column[own])
+        behind = np.searchsorted(among, column[reached])
+        before, after = among[np.maximum(behind - 1, 0)], among[np.minimum(behind, len(among) - 1)]
+        reached = reached[np.minimum(np.abs(column[reached] - before), np.abs(after - column[reached])) <= _HALF]
+    chosen = np.zeros(len(scaled), dtype=np.bool_)
+    chosen[reached] = True
+    return chosen
+
+
+def _near_others(scaled: Floats, is_own: Booleans) -> Booleans:
+    """Return (n,) True where a row may be within `_HALF` of one of its own in every column, itself left aside.
 
     Column by column, rows stay together that a chain of steps of at most `_HALF` connects: two rows that are near each
     other are never parted, and of measured values few others are left.
@@ -168,19 +259,26 @@ def _near_others(scaled: Floats) -> Booleans:
         order = np.lexsort((column, group))
         parted = (np.diff(group[order]) != 0) | (np.diff(column[order]) > _HALF)
         group[order] = np.concatenate([[0], np.cumsum(parted)])
-    return np.asarray(np.bincount(group)[group] > 1)
+    several, with_own = np.bincount(group) > 1, np.bincount(group, weights=is_own) > 0.0
+    return np.asarray((several & with_own)[group])
 
 
-def _of_zeros_too(values: Floats, digits: Floats, layout: Layout) -> Floats:
-    """Return the size of the last digit of each reading; of a zero that of the others of its signal."""
-    filled = digits.copy()
+def _printed(values: Floats, digits: Floats, layout: Layout) -> Floats:
+    """Return the size of the last digit that was printed of each reading (n, c), zeros at the end of it included.
+
+    Readings of one signal are printed with the same number of decimals, or with the same number of digits.
+    """
+    known = np.where(digits > 0.0, digits, np.inf)
+    length = np.where(digits > 0.0, np.floor(np.log10(np.maximum(np.abs(values) / known, 1.0))), 0.0)
+    printed = np.empty(digits.shape)
     start = 0
     for _, count in layout:
         own = slice(start, start + count)
-        largest = digits[:, own].max(axis=1, keepdims=True)
-        filled[:, own] = np.where(values[:, own] == 0.0, largest, digits[:, own])
+        decimals = known[:, own].min(axis=1, keepdims=True)
+        with_digits = digits[:, own] * 10.0 ** (length[:, own] - length[:, own].max(axis=1, keepdims=True))
+        printed[:, own] = np.where(np.isfinite(decimals), np.maximum(decimals, with_digits), 0.0)
         start += count
-    return filled
+    return printed
 
 
 def _are_coarser(copy: Floats, original: Floats, layout: Layout) -> Booleans:
@@ -200,13 +298,6 @@ def _are_coarser(copy: Floats, original: Floats, layout: Layout) -> Booleans:
         most_of_one |= 2 * finer[:, own].sum(axis=1) > compared[:, own].sum(axis=1)
         start += count
     return np.asarray(none_less & most_of_one)
-
-
-def _is_chance(copies: int, alike: int) -> bool:
-    """Return whether zeros at the end of readings make so many of the pairs that agree look like copies."""
-    from scipy.special import bdtrc
-
-    return bool(bdtrc(copies - 1, max(alike, copies), _BY_CHANCE) > _CHANCE * (1.0 + _WHOLE))
 
 
 def _blocks(pairs: Sequence[_Pair]) -> list[list[_Pair]]:

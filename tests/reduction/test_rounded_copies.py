@@ -70,6 +70,31 @@ def test_a_few_rows_between_others() -> None:
     assert "rows 26 to 27 repeat raw/table.csv rows 8 to 9" in warning
 
 
+@pytest.mark.parametrize("coarse", [(2, 1, 2), (1, 0, 2)])
+def test_few_rows_of_a_long_table(coarse: tuple[int, int, int]) -> None:
+    """Copies that are two of a hundred rows."""
+    columns = printed(displacement_columns(rows=600), (4, 3, 4))
+    some = {name: values[100:112] for name, values in columns.items()}
+    (warning,) = warned(pasted(columns, printed(some, coarse)))
+    assert "raw/table.csv rows 601 to 612 repeat raw/table.csv rows 101 to 112" in warning
+
+
+def test_three_digits_of_each_number() -> None:
+    columns = printed(displacement_columns(rows=100), (3, 2, 3))
+    for name in FORCES:
+        columns[name] = columns[name] * 8.0  # up to 6 kN, of which three digits are tens
+    short = {name: np.array([float(f"{value:.3g}") for value in values]) for name, values in columns.items()}
+    (warning,) = warned(pasted(columns, short))
+    assert "raw/table.csv rows 101 to 200" in warning
+
+
+def test_rows_in_which_a_marker_is_hidden() -> None:
+    columns = printed(displacement_columns(), (3, 2, 3))
+    columns["dy"][::2] = np.nan
+    (warning,) = warned(pasted(columns, printed(columns, (2, 1, 2))))
+    assert "raw/table.csv rows 25 to 48 repeat raw/table.csv rows 1 to 24" in warning
+
+
 @pytest.mark.parametrize("every", [2, 3])
 def test_copies_with_gaps_are_one_entry(every: int) -> None:
     """Rows that were changed after the pasting stand between the copies."""
@@ -105,6 +130,17 @@ def test_repeats_of_one_load_are_no_copies(digits: tuple[int, int, int], noise_m
     for name in DISPLACEMENTS:
         columns[name] = columns[name] + noise_mm * rng.standard_normal(len(columns[name]))
     assert warned(printed(columns, digits)) == []
+
+
+def test_many_repeats_end_in_zeros_by_chance() -> None:
+    """Two hundred readings in each of 100 poses, under loads that differ: of some all components end in a zero."""
+    rng = np.random.default_rng(5)
+    columns = {name: np.repeat(values, 200) for name, values in displacement_columns(rows=100, seed=5).items()}
+    for names, noise in ((DISPLACEMENTS, 3e-3), (FORCES, 0.3)):
+        for name in names:
+            columns[name] = columns[name] + noise * rng.standard_normal(len(columns[name]))
+    columns = printed(columns, (2, 1, 3))
+    assert warned(columns) == []
 
 
 def test_readings_of_one_table_are_no_copies() -> None:
