@@ -290,6 +290,37 @@ def component_of(name: str, written: str | None) -> Component | None:
     return None
 
 
+_ELEMENT = re.compile(r"(.{1,200})\[([0-9])\]")
+_WRENCHES = ("wrench", "ft", "forcetorque", "force")
+
+
+def components_of_arrays(names: Iterable[str]) -> dict[str, str]:
+    """Return of elements of arrays, numbered from 0 or from 1 (MATLAB), the names with x, y, z that they stand for.
+
+    They are three of one kind, or three forces before three moments.
+
+    Examples
+    --------
+    >>> components_of_arrays(["t", "pos[0]", "pos[1]", "pos[2]"])
+    {'pos[0]': 'pos x', 'pos[1]': 'pos y', 'pos[2]': 'pos z'}
+    """
+    elements: dict[str, dict[int, str]] = {}
+    for name in names:
+        if (match := _ELEMENT.fullmatch(name)) is not None:
+            elements.setdefault(match[1], {})[int(match[2])] = name
+    meant: dict[str, str] = {}
+    for stem, numbered in elements.items():
+        if sorted(numbered) not in (list(range(len(numbered))), list(range(1, len(numbered) + 1))):
+            continue
+        array = [numbered[k] for k in sorted(numbered)]
+        if len(array) == 3:
+            meant |= {name: f"{stem} {axis}" for name, axis in zip(array, XYZ, strict=True)}
+        elif len(array) == 6 and "".join(re.split(r"[\W_]+", stem.lower())).endswith(_WRENCHES):
+            kinds = ("force", "torque")
+            meant |= {name: f"{kinds[k // 3]} {XYZ[k % 3]}" for k, name in enumerate(array)}
+    return meant
+
+
 # Words of what is no force, moment, displacement or place, though it has components x, y and z.
 _OTHER_QUANTITIES = frozenset(
     (

@@ -11,6 +11,7 @@ from stiffcal.campaign.column_names import (
     ColumnHeader,
     Reading,
     component_of,
+    components_of_arrays,
     header_parts,
     numbered_joints,
     plain_name,
@@ -78,11 +79,16 @@ def columns_of(
     >>> table = ["a1", "Mx", "F_z [kN]", "note"]
     >>> [column.name for column in columns_of(table, (), ["A1"], ("A1", *AXES), "a.csv", "line 1")]
     ['A1', 'Tx', 'Fz', None]
+    >>> table = [f"wrench[{k}]" for k in range(6)]
+    >>> [column.name for column in columns_of(table, (), (), AXES, "a.csv", "line 1")]
+    ['Fx', 'Fy', 'Fz', 'Tx', 'Ty', 'Tz']
     """
     parts = [header_parts(header.strip()) for header in headers]
     below = [written or None for written in units] or [None] * len(headers)
     parts = [ColumnHeader(part.name, part.unit or written) for part, written in zip(parts, below, strict=True)]
     joints = _joints_by_header([part.name for part in parts], joint_names)
+    of_arrays = components_of_arrays(part.name for part in parts)
+    parts = [ColumnHeader(of_arrays.get(part.name, part.name), part.unit) for part in parts]
     names = {k: joints.get(k) or _name_of(part, asked) for k, part in enumerate(parts)}
     _check_open(parts, headers, set(joints), set(names.values()), display_name, place)
     columns: list[ReadColumn] = []

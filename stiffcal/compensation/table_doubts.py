@@ -7,8 +7,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 
 # As for tables that are measured (`stiffcal.reduction.unit_slips`): no joint turns by more than ±2π radians, and poses
-# in degrees have three joints within ±2π of zero, and none beyond, only next to the zero pose.
-MOST_RADIANS, LEAST_JOINTS = 2.0 * np.pi, 3
+# in degrees have two joints within ±2π of zero, and none beyond, only next to the zero pose. Many robots stand at
+# (0, -π/2, π/2, 0, 0, 0) at home.
+MOST_RADIANS, LEAST_JOINTS = 2.0 * np.pi, 2
 # No pose of a robot's tool lies within a centimetre of its base's origin.
 MOST_METRES = 0.01
 # A robot's give is below 5 cm; no instrument at its tool resolves a hundredth of a millimetre (trackers: 15 µm).
@@ -29,6 +30,8 @@ def angle_doubts(
     Examples
     --------
     >>> len(angle_doubts(np.radians([[0.1, -1.2, 1.6]]), "poses.csv", "write the unit"))
+    1
+    >>> len(angle_doubts(np.radians([[0.0, -1.57, 1.57, 0.0]]), "poses.csv", "write the unit"))
     1
     >>> angle_doubts(np.radians([[0.0, -70.0, 20.0]]), "poses.csv", "write the unit")
     []

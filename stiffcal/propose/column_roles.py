@@ -16,6 +16,7 @@ from stiffcal.campaign.column_names import (
     Component,
     Reading,
     component_of,
+    components_of_arrays,
     numbered_joints,
     plain_name,
     words_of,
@@ -178,9 +179,9 @@ def _joints(columns: list[SniffedColumn]) -> Role | None:
 def _triples(columns: list[SniffedColumn], body: str) -> dict[str, Role]:
     """Find the groups of three columns x, y and z; of several bodies that with an orientation, else the first."""
     groups: dict[tuple[Reading, str, frozenset[str], str], dict[int, tuple[SniffedColumn, Component]]] = {}
-    of_arrays = _components_of_arrays(columns)
+    of_arrays = components_of_arrays([column.name for column in columns])
     for column in columns:
-        found = component_of(of_arrays.get(column, column.name), column.unit)
+        found = component_of(of_arrays.get(column.name, column.name), column.unit)
         if found is not None:
             groups.setdefault((found.reading, found.stem, found.places, found.body), {})[found.axis] = column, found
     complete = [(key[0], group) for key, group in groups.items() if len(group) == 3]
@@ -197,32 +198,6 @@ def _triples(columns: list[SniffedColumn], body: str) -> dict[str, Role]:
         doubt = _DOUBTS.get(chosen.columns[0].name.lower()[:1], "") if unclear else ""
         roles[reading] = replace(chosen, others=others, doubt=doubt)
     return roles
-
-
-_ELEMENT = re.compile(r"(.{1,200})\[([0-9])\]")
-_WRENCHES = ("wrench", "ft", "forcetorque", "force")
-
-
-def _components_of_arrays(columns: list[SniffedColumn]) -> dict[SniffedColumn, str]:
-    """Return the names x, y, z of the elements of arrays, numbered from 0 or from 1 (MATLAB).
-
-    They are three of one kind, or three forces before three moments.
-    """
-    elements: dict[str, dict[int, SniffedColumn]] = {}
-    for column in columns:
-        if (match := _ELEMENT.fullmatch(column.name)) is not None:
-            elements.setdefault(match[1], {})[int(match[2])] = column
-    names: dict[SniffedColumn, str] = {}
-    for stem, numbered in elements.items():
-        if sorted(numbered) not in (list(range(len(numbered))), list(range(1, len(numbered) + 1))):
-            continue
-        array = [numbered[k] for k in sorted(numbered)]
-        if len(array) == 3:
-            names |= {column: f"{stem} {axis}" for column, axis in zip(array, "xyz", strict=True)}
-        elif len(array) == 6 and "".join(re.split(r"[\W_]+", stem.lower())).endswith(_WRENCHES):
-            kinds = ("force", "torque")
-            names |= {column: f"{kinds[k // 3]} {'xyz'[k % 3]}" for k, column in enumerate(array)}
-    return names
 
 
 # A displacement under load is smaller, in the unit that makes most of it: what is larger is a place.
