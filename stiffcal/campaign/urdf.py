@@ -14,7 +14,7 @@ from pathlib import Path
 from stiffcal.campaign.name_checks import check_name
 from stiffcal.campaign.robot_file import MOST_JOINTS
 from stiffcal.campaign.urdf_elements import UrdfJoint, UrdfLink, UrdfMimic
-from stiffcal.campaign.urdf_tree import UrdfTree, read_tree
+from stiffcal.campaign.urdf_tree import MOST_NAMED, UrdfTree, read_tree
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
@@ -75,9 +75,9 @@ def possible_tips(tree: UrdfTree) -> list[str]:
     Raises
     ------
     InputError
-        Several links could be the base.
+        Several links could be the base, or each link is followed by another one.
     """
-    return _leaves(_end(None, tree.roots, tree, "base_link"), tree.children)
+    return _leaves(_end(None, tree.roots, tree, "base_link"), tree)
 
 
 def chain_between(tree: UrdfTree, base_link: str | None = None, tip_link: str | None = None) -> UrdfRobot:
@@ -86,15 +86,15 @@ def chain_between(tree: UrdfTree, base_link: str | None = None, tip_link: str | 
     Raises
     ------
     InputError
-        A link that is not there, or no chain between the two.
+        A link that is not there, no chain between the two, or a closed loop in place of a tip.
     """
     base = _end(base_link, tree.roots, tree, "base_link")
-    tip = _end(tip_link, _leaves(base, tree.children), tree, "tip_link")
+    tip = _end(tip_link, _leaves(base, tree) if tip_link is None else (), tree, "tip_link")
     return UrdfRobot(tree.name, tree.path(base, tip), tree.links, tree.children, base, tip)
 
 
-def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
-    """Return the leaves behind the most moving joints."""
+def _leaves(base: str, tree: UrdfTree) -> list[str]:
+    """Return the leaves behind the most moving joints; raise `InputError` where joints lead round and round."""
     leaves: dict[str, int] = {}
     visited: set[str] = set()
     waiting = [(base, 0)]
@@ -103,11 +103,18 @@ def _leaves(base: str, children: dict[str, tuple[UrdfJoint, ...]]) -> list[str]:
         if link in visited:
             continue
         visited.add(link)
-        below = children.get(link, ())
+        below = tree.children.get(link, ())
         waiting.extend((joint.child, moving + (joint.kind != "fixed")) for joint in below)
         if not below:
             leaves[link] = moving
-    most = max(leaves.values(), default=0)
+    if not leaves:
+        names = ", ".join(
+            [joint.name for link in tree.links if link in visited for joint in tree.children[link]][:MOST_NAMED]
+        )
+        reason = f"each link is followed by another one: joints such as {names} form a closed loop without a tip"
+        mend = "delete the joint that leads back towards the base, or write tip_link in the robot file"
+        raise InputError.at(FaultCode.URDF_LOOP, tree.file, "", reason, mend)
+    most = max(leaves.values())
     return sorted(name for name, moving in leaves.items() if moving == most)
 
 

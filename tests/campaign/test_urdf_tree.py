@@ -92,6 +92,15 @@ def test_a_joint_whose_child_is_the_base_is_a_loop(tmp_path: Path) -> None:
     assert fault_of(tmp_path, "base", "tip").code is FaultCode.URDF_LOOP
 
 
+@pytest.mark.parametrize("back_to", ["l1", "l3"])
+def test_joints_that_lead_back_and_to_no_tip_are_a_loop(tmp_path: Path, back_to: str) -> None:
+    path = urdf(tmp_path, (*ARM, ("A5", "tip", back_to)))
+    assert fault_of(tmp_path).code is FaultCode.URDF_LOOP
+    with pytest.raises(InputError) as caught:
+        arm_of_table(path, ())
+    assert caught.value.code is FaultCode.URDF_LOOP
+
+
 def test_a_loop_that_hangs_on_one_link_rides_along_and_its_mass_counts_once(tmp_path: Path) -> None:
     fingers = (("G1", "tip", "g1"), ("G2", "tip", "g2"), ("G3", "g1", "jaw"), ("G4", "g2", "jaw"), ("G5", "jaw", "g1"))
     urdf(tmp_path, (*ARM, *fingers), masses=2.0)
