@@ -118,11 +118,13 @@ class Ranked:
     """What is free of a drawn robot, against the singular values of its columns."""
 
     rank: int
-    """Of the columns of unit length, by numpy."""
+    """Of the columns of unit length, all conventions fixed, by numpy."""
     free: int
     """How many parameters a fit solves for."""
+    lost_by_conventions: int
+    """Directions that are above rounding among all columns, and no longer with all conventions fixed."""
     more_residual: float
-    """By how much the residual of what is free exceeds that of all columns, of the latter; readings at 10 µm."""
+    """By how much the residual of what is free exceeds that of these columns, of the latter; readings at 10 µm."""
     unclear: bool
     """Whether a singular value is just below the threshold: a direction that is held for less than rounding."""
 
@@ -140,17 +142,19 @@ def ranked(drawn: DrawnChain, seed: int) -> Ranked:
     p = len(names)
     length = np.linalg.norm(columns, axis=0)
     unit = columns / np.where(length > 0.0, length, 1.0)
-    singular = np.linalg.svd(unit, compute_uv=False)
     conventions = redundant_geometry(drawn.robot, observe(drawn.states, drawn.robot.chain), frozenset())
+    open_to_data = unit[:, [name not in conventions for name in names]]
+    of_every_column, singular = (np.linalg.svd(matrix, compute_uv=False) for matrix in (unit, open_to_data))
     before = OpenBefore().with_causes(conventions, Undetermined.SAME_MOTION)
     found = check_identifiability(triangular(columns), Unknowns.plain(names, open_before=before))
     rng = np.random.default_rng(seed)
     readings = columns @ rng.normal(0.0, 1e-3, p) + rng.normal(0.0, 1e-5, len(columns))
     free = unit[:, ~found.left_at_neutral]
-    of_all, of_free = (float(np.linalg.norm(_residual(matrix, readings))) for matrix in (unit, free))
+    of_all, of_free = (float(np.linalg.norm(_residual(matrix, readings))) for matrix in (open_to_data, free))
     rank = int(np.count_nonzero(singular > SAME_REGRESSOR * singular[0]))
     unclear = bool(np.any(singular[rank:] > ROUNDING * singular[0]))
-    return Ranked(rank, free.shape[1], of_free / of_all - 1.0, unclear)
+    above_rounding = [int(np.count_nonzero(s > ROUNDING * s[0])) for s in (of_every_column, singular)]
+    return Ranked(rank, free.shape[1], above_rounding[0] - above_rounding[1], of_free / of_all - 1.0, unclear)
 
 
 def _residual(matrix: Floats, readings: Floats) -> Floats:

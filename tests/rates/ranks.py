@@ -26,7 +26,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         found = ranked(draw_chain(seed), seed)
         unclear += found.unclear
         worst = max(worst, 0.0 if found.unclear else found.more_residual)
-        if found.free != found.rank or (found.more_residual > MOST_RESIDUAL and not found.unclear):
+        if (
+            found.free != found.rank
+            or found.lost_by_conventions
+            or (found.more_residual > MOST_RESIDUAL and not found.unclear)
+        ):
             lost += 1
             print(f"robot {seed}: {found}", flush=True)
     print(f"{options.count} robots: {lost} lose a direction, {unclear} have a singular value just below the threshold")
