@@ -122,7 +122,7 @@ class Ranked:
     free: int
     """How many parameters a fit solves for."""
     lost_by_conventions: int
-    """Directions that are above rounding among all columns, and no longer with all conventions fixed."""
+    """Directions that count among all columns, and are rounding with all conventions fixed."""
     more_residual: float
     """By how much the residual of what is free exceeds that of these columns, of the latter; readings at 10 µm."""
     unclear: bool
@@ -152,9 +152,14 @@ def ranked(drawn: DrawnChain, seed: int) -> Ranked:
     free = unit[:, ~found.left_at_neutral]
     of_all, of_free = (float(np.linalg.norm(_residual(matrix, readings))) for matrix in (open_to_data, free))
     rank = int(np.count_nonzero(singular > SAME_REGRESSOR * singular[0]))
-    unclear = bool(np.any(singular[rank:] > ROUNDING * singular[0]))
-    above_rounding = [int(np.count_nonzero(s > ROUNDING * s[0])) for s in (of_every_column, singular)]
-    return Ranked(rank, free.shape[1], above_rounding[0] - above_rounding[1], of_free / of_all - 1.0, unclear)
+    unclear = any(
+        bool(np.any((values > ROUNDING * values[0]) & (values <= SAME_REGRESSOR * values[0])))
+        for values in (of_every_column, singular)
+    )
+    of_all_columns = np.count_nonzero(of_every_column > SAME_REGRESSOR * of_every_column[0])
+    kept = np.count_nonzero(singular > ROUNDING * singular[0])
+    lost = max(0, int(of_all_columns) - int(kept))
+    return Ranked(rank, free.shape[1], lost, of_free / of_all - 1.0, unclear)
 
 
 def _residual(matrix: Floats, readings: Floats) -> Floats:
