@@ -105,21 +105,24 @@ def unfilled_faults(robot: RobotFile, file: str) -> list[Fault]:
     return [Fault(FaultCode.VALUE_INVALID, file, "joints", _NO_ROWS, _WRITE_ROWS)]
 
 
-def weight_faults(robot: RobotFile, file: str, run: str) -> list[Fault]:
+def weight_faults(robot: RobotFile, file: str, run: str, steady: bool = False) -> list[Fault]:
     """Return a fault where weight and inertia of a run's motion cannot be modelled: no joint's row holds anything.
 
-    One axis on a bench needs none where the file states that no weight acts.
+    One axis on a bench needs none where the file states that no weight acts, or where it goes at constant velocity.
 
     Parameters
     ----------
     robot : the robot file. file : its name. run : a run in which weight and inertia are part of what is measured.
+    steady : whether the joints of the run go at constant velocity, so that inertia is no part of it.
     """
     several = len([entry for entry in robot.joints if entry.type != PRISMATIC]) > 1
+    weighs = any(robot.gravity_mps2)
     # a base that is turned gives one axis its direction against gravity
-    unplaced = any(robot.gravity_mps2) and robot.base == Placement()
-    if not holds_no_rows(robot) or not (several or unplaced):
+    unplaced = weighs and robot.base == Placement()
+    if not holds_no_rows(robot) or not ((several and weighs) if steady else (several or unplaced)):
         return []
-    reason = f"{_NO_ROWS}, without which weight and inertia in run {run} cannot be modelled"
+    acting = "weight" if steady else "weight and inertia"
+    reason = f"{_NO_ROWS}, without which {acting} in run {run} cannot be modelled"
     bench = "" if several else "; for one axis on which no weight acts write gravity_mps2 = [0, 0, 0]"
     return [Fault(FaultCode.VALUE_INVALID, file, "joints", reason, _WRITE_ROWS + bench)]
 

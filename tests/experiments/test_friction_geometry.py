@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.robot_checks import weight_faults
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.errors import InputError
@@ -42,14 +44,25 @@ def robot_text(rows: str, joints: int = 2, head: str = "") -> str:
     return f'schema = "stiffcal/robot/1"\nconvention = "modified-dh"\n{head}{entries}'
 
 
-def campaign(folder: Path, rows: str) -> Path:
-    """Write two joints that swing at the same time."""
+def swinging(time: Floats) -> Floats:
+    """Return (n, 2) angles, deg, of two joints that move at the same time."""
+    return np.stack([50.0 * np.sin(1.3 * time), 40.0 * np.sin(0.9 * time + 1.0)], axis=1)
+
+
+def to_and_fro(time: Floats) -> Floats:
+    """Return (n, 2) angles, deg, of joint 2 that goes to and fro at constant velocity."""
+    passes = 40.0 * (1.0 - np.abs(np.mod(time / 2.5, 2.0) - 1.0))
+    return np.stack([np.zeros_like(time), passes], axis=1)
+
+
+def campaign(folder: Path, rows: str, motion: Callable[[Floats], Floats] = swinging) -> Path:
+    """Write a run of two joints."""
     (folder / "raw").mkdir(parents=True)
     (folder / "campaign.toml").write_text(MANIFEST)
     (folder / "model.toml").write_text(MODEL)
     (folder / "robot.toml").write_text(robot_text(rows))
     time = np.arange(0.0, 20.0, 0.01)
-    angle = np.stack([50.0 * np.sin(1.3 * time), 40.0 * np.sin(0.9 * time + 1.0)], axis=1)
+    angle = motion(time)
     torque = 10.0 * np.sign(np.gradient(angle, axis=0)) + 30.0 * np.cos(np.radians(angle))
     rows_of = np.column_stack([time, angle, torque])
     lines = ["t,A1,A2,T1,T2", *(",".join(f"{value:.5f}" for value in row) for row in rows_of)]
@@ -57,31 +70,33 @@ def campaign(folder: Path, rows: str) -> Path:
     return folder
 
 
-def test_rows_of_zeros_are_refused_while_weight_is_modelled(tmp_path: Path) -> None:
+@pytest.mark.parametrize("motion", [swinging, to_and_fro])
+def test_rows_of_zeros_are_refused_while_weight_is_modelled(tmp_path: Path, motion: Callable[[Floats], Floats]) -> None:
     with pytest.raises(InputError) as caught:
-        check_campaign(campaign(tmp_path / "zeros", "a_m = 0\nalpha_deg = 0\nd_m = 0\n"))
+        check_campaign(campaign(tmp_path / "zeros", "a_m = 0\nalpha_deg = 0\nd_m = 0\n", motion))
     (fault,) = caught.value.faults
     assert (fault.code, fault.file, fault.place) == (FaultCode.VALUE_INVALID, "robot.toml", "joints")
     assert "quick" in fault.reason
-    assert check_campaign(campaign(tmp_path / "filled", "a_m = 0.3\nalpha_deg = 90\n")).missing == []
+    check_campaign(campaign(tmp_path / "filled", "a_m = 0.3\nalpha_deg = 90\n", motion))
 
 
 @pytest.mark.parametrize(
-    ("text", "refused"),
+    ("text", "refused", "refused_where_steady"),
     [
-        (robot_text(""), True),
-        (robot_text("", head="gravity_mps2 = [0, 0, 0]\n"), True),  # inertia of two axes in one
-        (robot_text("", 1), True),  # upright, or not filled in?
-        (robot_text("", 1, "gravity_mps2 = [0, 0, 0]\n"), False),
-        (robot_text("", 1, "base = { rpy_deg = [90, 0, 0] }\n"), False),
-        (robot_text("d_m = 0.3\n"), False),
+        (robot_text(""), True, True),
+        (robot_text("", head="gravity_mps2 = [0, 0, 0]\n"), True, False),  # inertia of two axes in one
+        (robot_text("", 1), True, False),  # upright, or not filled in?
+        (robot_text("", 1, "gravity_mps2 = [0, 0, 0]\n"), False, False),
+        (robot_text("", 1, "base = { rpy_deg = [90, 0, 0] }\n"), False, False),
+        (robot_text("d_m = 0.3\n"), False, False),
     ],
 )
-def test_a_single_axis_needs_no_row_where_no_weight_acts(text: str, refused: bool) -> None:
+def test_a_single_axis_needs_no_row_where_no_weight_acts(text: str, refused: bool, refused_where_steady: bool) -> None:
     import tomllib
 
     robot = RobotFile.model_validate(tomllib.loads(text))
     assert bool(weight_faults(robot, "robot.toml", "quick")) is refused
+    assert bool(weight_faults(robot, "robot.toml", "quick", steady=True)) is refused_where_steady
 
 
 def test_a_stated_balancing_spring_is_taken_out_of_the_motors_torque() -> None:

@@ -46,9 +46,11 @@ class FrictionRunsReduction(RunsReduction):
         if not self._runs:
             return
         self._friction = reduce_friction(self._runs, self.campaign.chain)
+        robot, file = self.campaign.robot, self.campaign.manifest.robot
         if self._friction.motion is not None:
-            run = self._friction.motion.runs[0].name
-            raise_faults(weight_faults(self.campaign.robot, self.campaign.manifest.robot, run))
+            raise_faults(weight_faults(robot, file, self._friction.motion.runs[0].name))
+        if self._friction.steady is not None:
+            raise_faults(weight_faults(robot, file, self._friction.steady.runs[0].name, steady=True))
         self.warnings += self._friction.warnings
         self.entries += [_entry(run, self._friction) for run in self._runs]
 
