@@ -43,13 +43,18 @@ def line_of(
     """Return the line that follows, of a campaign of which so much is known; arguments as in `following`."""
     step = next_step(standing, after, done)
     if step is None:
-        return NextLine(command_line("compare", folder, "LATER_DIR", store=store), once=LATER)
+        return _with_a_later_one(folder)
     if step is Step.EXPORT:
         return NextLine(command_line("export", folder, "-o", "model.json", store=store))
     if step is Step.NEW_EFFECT:
         return NextLine(f"stiffcal effects new {standing.untested} --from {escaped_path(str(folder))}")
     missing = step is Step.IDENTIFY and not standing.has_effects
     return NextLine(command_line(step.value, folder, store=store), once=NO_EFFECT if missing else "")
+
+
+def _with_a_later_one(folder: Path) -> NextLine:
+    """Return the comparison with a later campaign; each keeps its results in its own folder."""
+    return NextLine(command_line("compare", folder, "LATER_DIR"), once=LATER)
 
 
 def after_check(folder: Path, result: CheckResult, store: str | None) -> NextLine:
@@ -93,7 +98,7 @@ def after_export(folder: Path, store: str | None) -> NextLine:
     from stiffcal.workflow.steps import RunContext
 
     if read_history(folder, RunContext(store=store, update=False)).fits:
-        return NextLine(command_line("compare", folder, "LATER_DIR", store=store), once=LATER)
+        return _with_a_later_one(folder)
     poses = "poses.csv"  # the values are those of model.toml
     line = command_line("predict", folder, "--poses", poses, store=store)
     return NextLine(line, once=f"poses and loads are in {poses}")

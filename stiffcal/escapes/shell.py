@@ -43,6 +43,10 @@ def escaped_path(text: str) -> str:
     return escaped(f".{os.sep}{text}" if text.startswith("-") else text)
 
 
+NAMES_ITS_FOLDER = frozenset({"add", "batch", "compare", "init", "remove", "simulate", "trend"})
+"""Commands that do not take the current folder where none is given."""
+
+
 def command_line(command: str, folder: Path, *words: str, store: str | None = None) -> str:
     """Return a `stiffcal` line to copy.
 
@@ -52,8 +56,10 @@ def command_line(command: str, folder: Path, *words: str, store: str | None = No
     "stiffcal validate 'my campaign' --quick"
     >>> command_line("validate", Path("."))
     'stiffcal validate'
+    >>> command_line("add", Path("."), "backlash", "--joints", "4")
+    'stiffcal add . backlash --joints 4'
     """
-    place = [] if folder == Path() else [escaped_path(str(folder))]
+    place = [] if folder == Path() and command not in NAMES_ITS_FOLDER else [escaped_path(str(folder))]
     elsewhere = ["--store", escaped(store)] if store else []
     return " ".join(["stiffcal", command, *place, *map(escaped, words), *elsewhere])
 

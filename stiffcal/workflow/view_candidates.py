@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from stiffcal.diagnosis.results import DiagnoseResult, Finding
 from stiffcal.escapes import shell
@@ -72,10 +73,11 @@ def command_of(action: str, effect: EffectAt) -> str:
     'stiffcal add . backlash --joints 4'
     """
     words = [
-        f"--{kind} {shell.escaped(','.join(_place(place) for place in places))}"
+        word
         for kind, places in effect.where.items()
+        for word in (f"--{kind}", ",".join(_place(place) for place in places))
     ]
-    return " ".join(["stiffcal", action, ".", shell.escaped(effect.effect), *words])
+    return shell.command_line(action, Path(), effect.effect, *words)
 
 
 def _place(place: int | str | list[int]) -> str:

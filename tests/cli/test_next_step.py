@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,7 +11,9 @@ from typing import Any
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.cli.command_tree import COMMANDS, command_named
 from stiffcal.cli.next_step import line_of
+from stiffcal.escapes.shell import command_line
 from stiffcal.measurements.rms import Rms
 from stiffcal.results.next_step import ORDER, Standing, Step, is_within_noise, next_step
 
@@ -130,3 +133,18 @@ def test_run_without_a_robot_file_names_no_next_step(tmp_path: Path, capsys: pyt
     printed = capsys.readouterr().err
     assert "next:" not in printed
     assert "robot.toml" in printed
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_printed_line_names_the_current_folder_where_its_command_has_no_default(name: str) -> None:
+    first = next((one for one in command_named(name).params if one.param_type_name == "argument"), None)
+    assert ("." in command_line(name, Path()).split()) == (first is not None and first.required)
+
+
+@pytest.mark.parametrize("folder", [Path(), FOLDER])
+def test_every_line_is_taken_by_its_command(folder: Path) -> None:
+    """With the results elsewhere: what `compare` and the others take differs."""
+    for one in (standing(), standing(heldout_rms=SMALL, diagnosis=diagnosis()), standing(is_fitted=False)):
+        for after in (None, *ORDER):
+            _, name, *words = shlex.split(line_of(folder, one, "elsewhere", after).command)
+            command_named(name).make_context(name, words)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.next_steps.states import ALL, QUICK, State
-from tests.next_steps.walking import Walker, next_words
+from tests.next_steps.walking import Walker, next_words, refused_commands
 
 
 @pytest.fixture(scope="module")
@@ -40,3 +40,13 @@ def test_a_loop_and_a_step_that_fails_are_found(tmp_path: Path, monkeypatch: pyt
     assert [fault.split(":")[0] for fault in walker.follow(start, ("a",))] == ["comes back to"]
     assert [fault.split(":")[0] for fault in walker.follow(start, ("c",))] == ["exit code 2"]
     assert next_words("next: stiffcal plan 'my robot' --force 3\n", "") == ("plan", "my robot", "--force", "3")
+
+
+def test_a_printed_command_that_is_refused_is_found() -> None:
+    taken = "once it is there: stiffcal compare . LATER_DIR\nmodel: none; stiffcal add . backlash --all [no-effect]"
+    assert list(refused_commands(taken + "\nthe runs are gone; stiffcal check names each")) == []
+    for line in (
+        "once it is there: stiffcal compare LATER_DIR",
+        "m.toml: none; stiffcal add backlash --all [no-effect]",
+    ):
+        assert len(list(refused_commands(line))) == 1

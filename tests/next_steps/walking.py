@@ -6,13 +6,17 @@ import contextlib
 import hashlib
 import io
 import os
+import re
 import shlex
 import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import typer
+
 from stiffcal.cli.app import main
+from stiffcal.cli.command_tree import command_named
 from stiffcal.errors import InputError
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.workflow.history import read_history
@@ -22,6 +26,8 @@ from tests.laboratory.offered_toml import faults_in
 
 Words = tuple[str, ...]
 NEXT = "next: "
+# A command at the end of a line, of what comes later or of a fault's mend; without an option it may begin a sentence.
+_PRINTED = re.compile(r"(?:(?<!next): stiffcal|; stiffcal(?=.* --)) (.+?)(?: \[[a-z-]+\])?$", re.MULTILINE)
 # Longer than the loop with an improvement, a new effect and all pictures.
 MOST_STEPS = 15
 DONE = (0, 1)
@@ -38,8 +44,8 @@ class Answered:
     """Of the campaign after it."""
     error: str
     """Standard error."""
-    not_toml: tuple[str, ...] = ()
-    """What it offers to be pasted and none of our files takes."""
+    refused: tuple[str, ...] = ()
+    """What it offers to be pasted and none of our files, or of our commands, takes."""
 
 
 @dataclass
@@ -73,7 +79,7 @@ class Walker:
             # the first command is the user's; the others were proposed, `check` to name what is wrong with the logs
             if been and answered.code not in ((*DONE, 2) if words[0] == "check" else DONE):
                 yield f"exit code {answered.code}: {_way(been, words)}: {answered.error.strip()[-300:]}"
-            yield from (f"cannot be pasted: {_way(been, words)}: {piece}" for piece in answered.not_toml)
+            yield from (f"cannot be pasted: {_way(been, words)}: {piece}" for piece in answered.refused)
             been.append((state, words))
             if answered.following is None:
                 return
@@ -87,7 +93,7 @@ class Walker:
             after = state_of(folder)
             if after not in self._kept:
                 self._kept[after] = folder
-            wrong = (*faults_in(out), *faults_in(error))
+            wrong = tuple(fault for text in (out, error) for fault in (*faults_in(text), *refused_commands(text)))
             self.answers[state, words] = Answered(code, next_words(out, error), after, error, wrong)
         return self.answers[state, words]
 
@@ -116,6 +122,16 @@ def next_words(out: str, error: str) -> Words | None:
     """Return the command of the last `next:` line, without `stiffcal`; None where there is none."""
     lines = [line for text in (error, out) for line in text.splitlines() if line.startswith(NEXT)]
     return tuple(shlex.split(lines[-1].removeprefix(NEXT))[1:]) if lines else None
+
+
+def refused_commands(text: str) -> Iterator[str]:
+    """Yield the printed commands that the command line does not read, and why."""
+    for line in _PRINTED.findall(text):
+        try:
+            name, *words = shlex.split(line)
+            command_named(name).make_context(name, words)
+        except (typer.TyperException, ValueError) as error:
+            yield f"{line!r}: {error}"
 
 
 def state_of(folder: Path) -> str:
