@@ -337,15 +337,14 @@ def _size_in(judged: Judged, key: Key, number: int) -> float:
 
 def _present(judged: Judged, names: Mapping[Key, frozenset[str]]) -> Key:
     """Return the set of the effects that the model under test has, in the shapes that are best for it."""
+    log = judged.weighed.log
     own = [key for key in names if names[key] == judged.model]
     if own:
-        return max(own, key=lambda key: judged.weighed.log[key])
-    best = judged.weighed.log
-    alone: dict[str, int] = {}
-    for number, one in enumerate(judged.members):
-        if one.name in judged.model and (one.name not in alone or best[(number,)] > best[(alone[one.name],)]):
-            alone[one.name] = number
-    return tuple(sorted(alone.values()))
+        return max(own, key=lambda key: log[key])
+    # a shape that ends as another does after a fit is in no set
+    numbers = [number for number in range(len(judged.members)) if (number,) in log]
+    shapes = [[number for number in numbers if judged.members[number].name == name] for name in judged.model]
+    return tuple(sorted(max(each, key=lambda number: log[(number,)]) for each in shapes if each))
 
 
 def _change(judged: Judged, key: Key, model: Key) -> float:

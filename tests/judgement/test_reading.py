@@ -11,7 +11,7 @@ import pytest
 from stiffcal.judgement.checks import Check
 from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.numbers import SHOWS
-from stiffcal.judgement.reading import WhatIsMissing, _left, _within
+from stiffcal.judgement.reading import WhatIsMissing, _left, _present, _within
 from stiffcal.judgement.sets import Key
 
 
@@ -51,3 +51,13 @@ def test_what_dies_away_within_some_readings_is_noise_unless_it_is_larger(drifts
     assert left(12, 10.0) == 0.0
     assert left(10, 1.06) == left(10, SHOWS) == drifts
     assert left(4, 1.06) == 1.0
+
+
+def test_the_present_model_has_the_shapes_that_were_weighed() -> None:
+    """Of shapes that a fit makes alike one stands for all, and the others are in no set; that ended with exit 3."""
+    members = [SimpleNamespace(name=name) for name in ("backlash j2", "backlash j2", "backlash j2", "bearing-tilt j2")]
+    names: dict[Key, frozenset[str]] = {(k,): frozenset({members[k].name}) for k in (1, 2, 3)}
+    log = {(1,): -3.0, (2,): -2.0, (3,): -5.0}
+    model = frozenset({"backlash j2", "bearing-tilt j2"})
+    judged: Any = SimpleNamespace(members=members, model=model, weighed=SimpleNamespace(log=log))
+    assert _present(judged, names) == (2, 3)
