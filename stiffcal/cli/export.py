@@ -26,8 +26,9 @@ def export(
             "-o",
             "--output",
             metavar="FILE",
-            help="Output file (default: DIR/states.csv). *.csv, *.xlsx, *.parquet: states; *.json: the model; *.urdf, "
-            "*.toml: the calibrated robot; *.xml: the robot for MuJoCo; *.c, *.st: code for a controller.",
+            help="Output file (default: DIR/states.csv; a relative name is one of the current folder). *.csv, *.xlsx, "
+            "*.parquet: states; *.json: the model; *.urdf, *.toml: the calibrated robot; *.xml: the robot for MuJoCo; "
+            "*.c, *.st: code for a controller.",
             show_default=False,
         ),
     ] = None,

@@ -89,7 +89,7 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     plan = load_plan(folder)
     campaign = as_planned(with_trial_model(load_campaign(folder, check_files=False), context), plan)
     refuse_lifts(campaign)
-    plan = with_force(plan, request.force)
+    plan = with_force(campaign, plan, request.force)
     if request.program is not None:
         check_program(request.program, campaign, kind_of(campaign, plan))
         check_output(request.program, overwrite=context.overwrite)

@@ -151,10 +151,19 @@ def refuse_lifts(campaign: Campaign) -> None:
     )
 
 
-def with_force(plan: PlanFile, force: float | None) -> PlanFile:
-    """Return plan.toml with a largest force in place of its own; None: as it is."""
+def with_force(campaign: Campaign, plan: PlanFile, force: float | None) -> PlanFile:
+    """Return plan.toml with a largest force in place of its own; None: as it is.
+
+    Raises
+    ------
+    InputError : no robot holds the force, or absolute poses are planned, which have none.
+    """
     if force is None:
         return plan
+    if kind_of(campaign, plan) == "absolute":
+        reason = "absolute poses are measured under the own weight of the robot and payloads"
+        mend = 'leave --force out, or write experiment = "load" in plan.toml'
+        raise InputError.at(FaultCode.OPTION_CONFLICT, "command line", "--force", reason, mend)
     if not force <= LARGEST_FORCE_N:
         reason = f"{force:g} N is more than any robot holds"
         raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--force", reason, "give the largest force in N")
@@ -297,11 +306,13 @@ def _noise(campaign: Campaign, plan: PlanFile, setup: MeasurementSetup, found: t
         translation = 0.0
     if translation is None and not clamped:
         reason = "neither plan.toml nor campaign.toml nor a fit has the noise of the measured position"
-        mend = "add [noise] with translation_m = 2e-5, the standard uncertainty of one load state"
+        too = " and rotation_rad = 2e-5" if rotation is None and with_rotation(campaign) else ""
+        mend = f"add [noise] with translation_m = 2e-5{too}, the standard uncertainty of one load state"
         raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "noise.translation_m", reason, mend)
     if rotation is None and with_rotation(campaign) and not clamped:
         reason = "orientation is measured, and neither plan.toml nor campaign.toml nor a fit has its noise"
-        raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "noise.rotation_rad", reason, "add it under [noise]")
+        mend = "add [noise] with rotation_rad = 2e-5, the standard uncertainty of one load state"
+        raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "noise.rotation_rad", reason, mend)
     sizes = (translation or 0.0, rotation or 0.0, force or 0.0, moment or 0.0)
     return Noise(*sizes, "manifest", np.inf, motor_angle=motor_angle or 0.0, gauge=gauge or 0.0)
 

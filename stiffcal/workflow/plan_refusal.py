@@ -46,7 +46,7 @@ def plannable_words(folder: Path, force: float, context: RunContext) -> tuple[st
     try:
         plan = load_plan(folder)
         words = _force_words(plan, force) if kind_of(campaign, plan) == "load" else ()
-        plan = with_force(plan, float(words[1]) if words else None)
+        plan = with_force(campaign, plan, float(words[1]) if words else None)
         plan = plan.model_copy(update={"candidates": min(plan.candidates, ASKED)})
         campaign = as_planned(campaign, plan)
         refuse_lifts(campaign)

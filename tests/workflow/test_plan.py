@@ -24,6 +24,7 @@ from stiffcal.workflow.plan import PlanRequest, plan_campaign
 from stiffcal.workflow.plan_model import planned_model, with_rotation
 from stiffcal.workflow.simulate import simulate_campaign
 from stiffcal.workflow.steps import RunContext
+from tests.laboratory.printed_toml import pairs_in
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LOAD = "[load]\nforce_N = 450.0\n"
@@ -244,6 +245,28 @@ def test_the_load_of_a_plan_is_more_than_the_springs_hold(irb4400: Path) -> None
     with pytest.raises(InputError) as raised:
         plan_campaign(with_plan(irb4400, "[load]\nforce_N = 2.9e5\n"))
     assert raised.value.code == FaultCode.NO_BALANCE
+
+
+def test_a_force_for_absolute_poses_is_refused_where_it_was_given(irb4400: Path) -> None:
+    folder = with_plan(irb4400, 'experiment = "absolute"\n')
+    with pytest.raises(InputError) as raised:
+        plan_campaign(folder, request=PlanRequest(force=30.0))
+    (fault,) = raised.value.faults
+    assert (fault.code, fault.file, fault.place) == (FaultCode.OPTION_CONFLICT, "command line", "--force")
+
+
+def test_the_noise_that_is_asked_for_is_enough(tmp_path: Path) -> None:
+    """What is to be added, in the words of the refusal, makes the plan: with orientation measured, two numbers."""
+    for name in ("campaign.toml", "robot.toml"):
+        shutil.copy(CAMPAIGNS / "hidden" / "01" / name, tmp_path / name)
+    shutil.copy(CAMPAIGNS / "irb4400" / "model.toml", tmp_path / "model.toml")
+    plan = "runs = 2\n" + LOAD
+    with pytest.raises(InputError) as raised:
+        plan_campaign(with_plan(tmp_path, plan))
+    (fault,) = raised.value.faults
+    assert (fault.code, fault.place) == (FaultCode.KEY_MISSING, "noise.translation_m")
+    noise = "\n".join(pairs_in(fault.mend))
+    assert len(plan_campaign(with_plan(tmp_path, f"{plan}[noise]\n{noise}\n")).runs) == 2
 
 
 def test_forces_that_nobody_means(campaign: Path) -> None:
