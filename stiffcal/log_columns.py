@@ -229,6 +229,8 @@ def damaged_file_errors(
     except Exception as error:
         if isinstance(error, OSError) and error.errno in (errno.EFBIG, errno.ENOSPC, errno.EDQUOT):
             raise
+        if getattr(error, "sqlite_errorname", "") == "SQLITE_NOMEM":
+            raise MemoryError from None
         words_of_library = _OBJECT.sub("", str(error))
         message = (words_of_library.strip("'").splitlines() or [type(error).__name__])[0]
         raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", f"no whole {kind} ({message})", mend) from None

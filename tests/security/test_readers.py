@@ -21,6 +21,7 @@ import pytest
 
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.log_columns import damaged_file_errors
 from stiffcal.parsers import hdf5_files
 from stiffcal.readers import Options, WantedColumns, find_reader
 from tests.laboratory.bags import STORE, wrench, write_bag
@@ -503,3 +504,11 @@ class TestTdms:
                 ]
             )
         assert fault_of(tmp_path / "ft.tdms", WantedColumns(numbers=("Fx",))).code in REFUSED
+
+
+def test_a_database_that_gets_no_memory_is_not_called_damaged() -> None:
+    """A row may be as large as memory: the child process then states the limit."""
+    error = sqlite3.OperationalError("out of memory")
+    error.sqlite_errorname = "SQLITE_NOMEM"
+    with pytest.raises(MemoryError), damaged_file_errors("bag", "a.db3"):
+        raise error
