@@ -506,9 +506,14 @@ class TestTdms:
         assert fault_of(tmp_path / "ft.tdms", WantedColumns(numbers=("Fx",))).code in REFUSED
 
 
-def test_a_database_that_gets_no_memory_is_not_called_damaged() -> None:
+@pytest.mark.parametrize("field", ["sqlite_errorcode", "result"], ids=["of Python", "of apsw"])
+def test_a_database_that_gets_no_memory_is_not_called_damaged(field: str) -> None:
     """A row may be as large as memory: the child process then states the limit."""
-    error = sqlite3.OperationalError("out of memory")
-    error.sqlite_errorname = "SQLITE_NOMEM"
+
+    class NoMemoryError(Exception):
+        pass
+
+    error = NoMemoryError("out of memory")
+    setattr(error, field, 7)
     with pytest.raises(MemoryError), damaged_file_errors("bag", "a.db3"):
         raise error
