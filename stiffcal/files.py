@@ -215,7 +215,7 @@ def is_of_the_system(goal: Path) -> bool:
     """Return whether a name is one of the running system, as /dev/stdout, and not of a disk."""
     folder = f"{os.path.realpath(goal.parent)}/"
     return os.name == "posix" and (
-        folder == "/dev/" or folder.startswith(tuple(f"{place}/" for place in _OF_THE_SYSTEM))
+        folder in ("/dev/", "/dev/pts/") or folder.startswith(tuple(f"{place}/" for place in _OF_THE_SYSTEM))
     )
 
 
@@ -238,6 +238,19 @@ def check_goal(goal: Path) -> None:
         raise InputError.at(
             FaultCode.FILE_KIND, str(goal), "", "this is a name of the operating system, not on a disk", _OTHER_NAME
         )
+
+
+def check_stream(goal: Path) -> None:
+    """Refuse what is no file, as `check_goal` does, for what is written to as it is: as /dev/stdout may be.
+
+    A pipe that nobody reads would let the writer wait for ever, and a stranger may have put it into a folder.
+
+    Raises
+    ------
+    InputError : it is a pipe, a socket or a device, and no name of the running system.
+    """
+    if goal.exists() and not is_of_the_system(goal):
+        check_goal(goal)
 
 
 def temporary_name(ending: str = "") -> str:

@@ -204,6 +204,7 @@ def check_there(path: Path, display_name: str) -> None:
 
 
 # How Python shows an object that has no words of its own: its address means nothing to anybody.
+_NO_MEMORY = 7  # SQLITE_NOMEM, as the libraries of Python and of bags state it
 _OBJECT = re.compile(r":? ?<[^<>]* at 0x[0-9a-fA-F]+>")
 
 
@@ -229,6 +230,8 @@ def damaged_file_errors(
     except Exception as error:
         if isinstance(error, OSError) and error.errno in (errno.EFBIG, errno.ENOSPC, errno.EDQUOT):
             raise
+        if _NO_MEMORY in (getattr(error, "sqlite_errorcode", 0), getattr(error, "result", 0)):
+            raise MemoryError from None
         words_of_library = _OBJECT.sub("", str(error))
         message = (words_of_library.strip("'").splitlines() or [type(error).__name__])[0]
         raise InputError.at(FaultCode.FILE_DAMAGED, display_name, "", f"no whole {kind} ({message})", mend) from None

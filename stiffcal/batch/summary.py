@@ -10,7 +10,7 @@ from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.errors import InputError
 from stiffcal.escapes import markdown, xml_text
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import is_of_the_system
+from stiffcal.files import check_stream, is_of_the_system
 from stiffcal.measurements.rms import Rms
 from stiffcal.trust.outputs import check_not_foreign, write_output
 
@@ -22,9 +22,10 @@ def prepare_files(*files: Path, overwrite: bool = False) -> None:
 
     Raises
     ------
-    InputError : a file is a folder, its folder cannot be made, or it holds something stiffcal did not write.
+    InputError : a file is a folder or a pipe, is named twice, holds something stiffcal did not write, or its folder
+        cannot be made.
     """
-    for file in files:
+    for place, file in enumerate(files):
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -34,17 +35,21 @@ def prepare_files(*files: Path, overwrite: bool = False) -> None:
             ) from None
         if file.is_dir():
             raise InputError.at(FaultCode.FILE_KIND, str(file), "", "this is a folder", "name a file in it")
+        check_stream(file)
         check_not_foreign(file, overwrite)
+        if not is_of_the_system(file) and file.resolve() in [other.resolve() for other in files[:place]]:
+            reason = "two summaries cannot be in one file"
+            raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, "name a file for each")
 
 
 def write_summary(text: str, output: Path, *, overwrite: bool = False) -> None:
-    """Write a summary; what is no ordinary file (a pipe, /dev/stdout) is written to as it is.
+    """Write a summary; a name of the running system (/dev/stdout) is written to as it is.
 
     Raises
     ------
     InputError : it cannot be written, or holds something stiffcal did not write.
     """
-    if output.exists() and (is_of_the_system(output) or not output.is_file()):
+    if output.exists() and is_of_the_system(output):
         output.write_text(text, encoding="utf-8")
     else:
         write_output(output, text, overwrite)

@@ -215,7 +215,9 @@ def _check_sizes(document: dict[str, Any], file: str) -> None:
         elif isinstance(value, list):
             waiting += [((*place, index), item) for index, item in enumerate(value)]
         elif isinstance(value, int) and value not in WHOLE_NUMBERS:
-            reason = f"an integer with {len(str(abs(value)))} digits"
+            # a hexadecimal one of thousands of digits is read, and Python does not write it out
+            n_digits = 1 + int(math.log10(2) * (value.bit_length() - 1))
+            reason = f"an integer with about {n_digits} digits"
             raise InputError.at(
                 FaultCode.VALUE_INVALID, file, key_path(place, document), reason, "write a plausible number"
             )

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from stiffcal import __version__
 from stiffcal.errors import InputError, one_line
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import open_regular
+from stiffcal.files import check_stream, open_regular
 from stiffcal.masking import mask
 from stiffcal.trust.outputs import check_not_foreign
 
@@ -89,6 +89,7 @@ def _handlers(options: CommonOptions) -> list[logging.Handler]:
             reason = f"{options.log_file!r} is no name of a file"
             raise InputError.at(FaultCode.OPTION_INVALID, "command line", LOG_FILE, reason, f"{LOG_FILE} stiffcal.log")
         try:
+            check_stream(file)
             check_not_foreign(file, options.overwrite, is_own=_is_log)
             handlers.append(logging.FileHandler(file, encoding="utf-8", errors="backslashreplace"))
         except OSError as error:

@@ -7,7 +7,7 @@ import re
 import shutil
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -24,7 +24,7 @@ LOCK = "lock"
 SET_ASIDE = "set-aside"
 _MOST_NAME = 100
 _FLUSHED_ONE_BY_ONE = 100
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+_NAME = re.compile(r"\d{8}T\d{6}-[0-9a-f]{6}", re.ASCII)
 
 
 def new_id() -> str:
@@ -35,7 +35,7 @@ def new_id() -> str:
 
 
 def is_generation_name(name: str) -> bool:
-    """Return whether a text can be the name of a generation: a direct child of ``generations/``, and nothing else.
+    """Return whether a text is a name that `new_id` gives; what is called otherwise is the user's, and left alone.
 
     Examples
     --------
@@ -83,8 +83,11 @@ def _generation_of_link(store: Path) -> str | None:
             raise
         return None
     # A junction of Windows holds the whole path.
-    parts = target.parts if os.name != "nt" else target.parts[-2:]
-    return parts[1] if parts[:1] == (GENERATIONS,) and len(parts) == 2 and is_generation_name(parts[1]) else None
+    return _generation_of_parts(target.parts if os.name != "nt" else target.parts[-2:])
+
+
+def _generation_of_parts(parts: Sequence[str]) -> str | None:
+    return parts[1] if len(parts) == 2 and parts[0] == GENERATIONS and is_generation_name(parts[1]) else None
 
 
 def place_of(store: Path, folder: Path) -> str:
@@ -123,7 +126,8 @@ def check_plain(store: Path, display_name: str) -> None:
 def switch(store: Path, generation: str) -> None:
     """Make `generation` the one that holds: one atomic step, before which all of it is on the disk."""
     link, by_id = store / CURRENT, store / CURRENT_ID
-    atomic_link = os.name != "nt" and (link.is_symlink() or not os.path.lexists(link))
+    is_free = _is_free(store)
+    atomic_link = os.name != "nt" and is_free and (link.is_symlink() or not os.path.lexists(link))
     if by_id.exists() or not atomic_link:
         _replace_text(by_id, generation)
     target = Path(GENERATIONS, generation)
@@ -133,7 +137,7 @@ def switch(store: Path, generation: str) -> None:
             fresh.symlink_to(target, target_is_directory=True)
             fresh.replace(link)
             by_id.unlink(missing_ok=True)
-        else:
+        elif is_free:
             _renew_link(store, target)
     except OSError:
         # No links on this file system: the file with the name is the switch.
@@ -144,13 +148,27 @@ def switch(store: Path, generation: str) -> None:
         flush_folder(store)
 
 
+def _is_free(store: Path) -> bool:
+    """Return whether the link may take its place: a link is there, a copy of a store, or nothing."""
+    link = store / CURRENT
+    if is_plain_folder(link):
+        return is_there(link / INDEX)
+    try:
+        with open_inside(store, CURRENT) as file:
+            # An archive without links keeps one as a file.
+            parts = re.split(r"[/\\]", file.read(_MOST_NAME).decode("latin-1"))
+    except OSError as error:
+        return not is_refused(error)
+    return _generation_of_parts(parts) is not None
+
+
 def _renew_link(store: Path, target: Path) -> None:
     link = store / CURRENT
     if is_plain_folder(link):
         # A copied store: the generation that it holds has been carried over by now.
         shutil.rmtree(link)
     elif os.path.lexists(link):
-        # A junction is removed like an empty folder; an archive without links keeps one as a file.
+        # A junction is removed like an empty folder.
         (link.rmdir if is_junction(link.lstat()) else link.unlink)()
     if sys.platform == "win32":
         import _winapi
@@ -193,13 +211,14 @@ def has_others(store: Path, current: Path | None) -> bool:
     generations = store / GENERATIONS
     if current is None or current.parent != generations or not is_plain_folder(generations):
         return False
-    return any(path.name != current.name for path in generations.iterdir())
+    return any(is_generation_name(path.name) and path.name != current.name for path in generations.iterdir())
 
 
 def remove_others(store: Path, keep: Path | None) -> None:
     """Remove all generations but one: older ones, and what killed writers left.
 
-    Those that are being read stay for the next time. Only for the holder of the writer's lock.
+    Those that are being read stay for the next time, and what bears another name. Only for the holder of the writer's
+    lock.
     """
     for leftover in store.glob(f".{CURRENT}*"):
         with suppress(OSError):
@@ -207,7 +226,7 @@ def remove_others(store: Path, keep: Path | None) -> None:
     generations = store / GENERATIONS
     if not is_plain_folder(generations):
         return
-    for folder in sorted(generations.iterdir()):
+    for folder in sorted(path for path in generations.iterdir() if is_generation_name(path.name)):
         if keep is None or folder.name != keep.name or keep.parent != generations:
             with suppress(OSError):
                 _remove(store, folder)

@@ -17,6 +17,7 @@ from stiffcal.plain_files import kind_of, open_inside
 
 POLL_S = 0.05
 _MOST_BYTES = 4096
+_BEGIN = b'{"pid": '
 
 
 @contextmanager
@@ -26,7 +27,7 @@ def writer_lock(path: Path, command: str, wait_s: float, display_name: str) -> I
     Raises
     ------
     InputError
-        If another process still holds it after `wait_s` seconds; it is named.
+        If another process still holds it after `wait_s` seconds; it is named. Or the file holds what is no lock.
     """
     descriptor = _opened(path, display_name)
     try:
@@ -38,12 +39,22 @@ def writer_lock(path: Path, command: str, wait_s: float, display_name: str) -> I
                     FaultCode.STORE_LOCKED, display_name, "", reason, "wait until it has ended, then do this again"
                 )
             time.sleep(POLL_S)
+        _check_own(path, descriptor, display_name)
         holder = json.dumps({"pid": os.getpid(), "command": command}).encode()
         os.ftruncate(descriptor, 0)
         os.pwrite(descriptor, holder, 0) if hasattr(os, "pwrite") else os.write(descriptor, holder)
         yield
     finally:
         os.close(descriptor)
+
+
+def _check_own(path: Path, descriptor: int, display_name: str) -> None:
+    """Refuse a file of this name that no writer has written; a computer that lost its power leaves zeros, or a part."""
+    begin = os.read(descriptor, len(_BEGIN))
+    os.lseek(descriptor, 0, os.SEEK_SET)
+    if not _BEGIN.startswith(begin) and begin.strip(b"\0"):
+        reason, mend = "this is a file that stiffcal did not write", "move it, or put the store elsewhere with --store"
+        raise InputError.at(FaultCode.FILE_EXISTS, display_name, path.name, reason, mend)
 
 
 def _opened(path: Path, display_name: str) -> int:

@@ -107,6 +107,8 @@ def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> Non
         ("campaign.toml", "[" + ".".join(["a"] * 20_000) + "]\nb = 1", "too deeply"),
         ("campaign.toml", "x = " + "9" * 5000, "thousands of digits"),
         ("campaign.toml", "[frames.tool]\nparent = 'flange'\nxyz_m = [" + "9" * 400 + ", 0, 0]", "400 digits"),
+        ("campaign.toml", "x = 0x" + "f" * 5000, "6021 digits"),
+        ("model.toml", "effects = [{ effect = 'backlash', joints = [0b" + "1" * 20_000 + "] }]", "6021 digits"),
         ("campaign.toml", '"a\\nb" = 1', "a\\nb"),
         ("campaign.toml", "[sources.s]\njoints = { position = 'A1..A999999999' }", "more than 1000 columns"),
         ("campaign.toml", "\n".join(f"k{n} = 1" for n in range(900)), "more faults"),

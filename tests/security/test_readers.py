@@ -21,6 +21,7 @@ import pytest
 
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.log_columns import damaged_file_errors
 from stiffcal.parsers import hdf5_files
 from stiffcal.readers import Options, WantedColumns, find_reader
 from tests.laboratory.bags import STORE, wrench, write_bag
@@ -503,3 +504,16 @@ class TestTdms:
                 ]
             )
         assert fault_of(tmp_path / "ft.tdms", WantedColumns(numbers=("Fx",))).code in REFUSED
+
+
+@pytest.mark.parametrize("field", ["sqlite_errorcode", "result"], ids=["of Python", "of apsw"])
+def test_a_database_that_gets_no_memory_is_not_called_damaged(field: str) -> None:
+    """A row may be as large as memory: the child process then states the limit."""
+
+    class NoMemoryError(Exception):
+        pass
+
+    error = NoMemoryError("out of memory")
+    setattr(error, field, 7)
+    with pytest.raises(MemoryError), damaged_file_errors("bag", "a.db3"):
+        raise error

@@ -8,11 +8,15 @@ import socket
 import stat
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from stiffcal.batch.summary import prepare_files, write_summary
+from stiffcal.cli.common_options import CommonOptions
+from stiffcal.cli.log import logging_to
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
@@ -89,6 +93,48 @@ def test_a_summary_to_standard_output_goes_where_that_leads(tmp_path: Path, to: 
     else:
         assert subprocess.run(words, stdout=subprocess.PIPE, check=True).stdout == b"all"
     assert Path("/dev/stdout").readlink() == before
+
+
+@pytest.fixture
+def pipe(tmp_path: Path) -> Iterator[Path]:
+    """A pipe that can be opened for writing: where it is, nothing waits for a reader."""
+    path = tmp_path / "junit.xml"
+    os.mkfifo(path)
+    reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    yield path
+    os.close(reader)
+
+
+@pytest.mark.parametrize("linked", [False, True], ids=["itself", "by a link"])
+def test_no_summary_and_no_log_goes_to_a_pipe_in_a_folder(pipe: Path, linked: bool) -> None:
+    """Without a reader both would wait for ever, and what is checked out may bring the pipe."""
+    goal = pipe
+    if linked:
+        goal = pipe.with_name("link.xml")
+        goal.symlink_to(pipe)
+    tries: list[Callable[[], None]] = [
+        lambda: prepare_files(goal),
+        lambda: write_summary("all", goal),
+        lambda: _log_to(goal),
+    ]
+    for write in tries:
+        with pytest.raises(InputError) as caught:
+            write()
+        assert caught.value.faults[0].code == FaultCode.FILE_KIND
+    assert stat.S_ISFIFO(pipe.lstat().st_mode)
+
+
+def _log_to(file: Path) -> None:
+    with logging_to(CommonOptions(log_file=str(file)), []):
+        raise AssertionError("the log is open")
+
+
+def test_two_summaries_have_two_files(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path)
+    with pytest.raises(InputError) as caught:
+        prepare_files(tmp_path / "summary", tmp_path / "link" / "summary")
+    assert caught.value.faults[0].code == FaultCode.OPTION_INVALID
+    prepare_files(tmp_path / "junit.xml", tmp_path / "summary.md")
 
 
 @pytest.mark.parametrize("kind", ["load", "clamped"])

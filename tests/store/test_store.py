@@ -20,6 +20,7 @@ import pytest
 from hypothesis import given, settings
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.store import Store, table_of, values_of
 from stiffcal.store import generations as generations_module
 from stiffcal.store import writing as writing_module
@@ -144,15 +145,50 @@ def test_a_generation_removed_between_finding_and_opening_is_looked_up_again(
     assert store.read_document("fit") == {"value": 2.0}
 
 
+DEAD, DEAD_LATE = "20200101T000000-aaaaaa", "20200101T000000-bbbbbb"
+
+
 def test_what_a_killed_writer_left_is_removed(store: Store) -> None:
     fill(store, 1.0)
-    for name, file in (("dead", "states.parquet"), ("dead-late", "generation.json")):
+    for name, file in ((DEAD, "states.parquet"), (DEAD_LATE, "generation.json")):
         (store.folder / "generations" / name).mkdir()
         (store.folder / "generations" / name / file).write_bytes(b"half")
-    (store.folder / ".current-dead").symlink_to("generations/dead")
+    (store.folder / f".current-{DEAD}").symlink_to(f"generations/{DEAD}")
     fill(store, 2.0)
     assert len(list((store.folder / "generations").iterdir())) == 1
     assert sorted(path.name for path in store.folder.iterdir()) == ["current", "generations", "lock"]
+
+
+OF_THE_USER = ["current", "current/a.csv", "generations/a.csv", "generations/pose1/a.csv", "lock"]
+
+
+@pytest.mark.parametrize("name", OF_THE_USER)
+def test_a_folder_of_the_user_loses_nothing(store: Store, name: str) -> None:
+    """`--store` may name any folder, and these are words for measured data too."""
+    mine = store.folder / name
+    mine.parent.mkdir(parents=True)
+    mine.write_bytes(b"t,I\n0,1\n")
+    if name == "lock":
+        with pytest.raises(InputError) as caught:
+            fill(store, 1.0)
+        assert caught.value.faults[0].code == FaultCode.FILE_EXISTS
+    else:
+        for value in (1.0, 2.0):
+            fill(store, value)
+            assert store.read_document("fit") == {"value": value}
+    assert mine.read_bytes() == b"t,I\n0,1\n"
+
+
+@pytest.mark.parametrize("separator", ["/", "\\"])
+def test_an_archive_that_keeps_links_as_files_is_a_store(store: Store, separator: str) -> None:
+    fill(store, 1.0)
+    link = store.folder / "current"
+    target = separator.join(link.readlink().parts)
+    link.unlink()
+    link.write_text(target)
+    fill(store, 2.0)
+    assert link.is_symlink()
+    assert store.read_document("fit") == {"value": 2.0}
 
 
 def test_without_links_a_file_is_the_switch(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
