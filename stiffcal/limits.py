@@ -25,6 +25,7 @@ variable                      default     what is counted
 ``STIFFCAL_MAX_PLANNED``      4000000     load states of all runs that a plan chooses from
 ``STIFFCAL_MAX_URDF``         64 MiB      bytes of a URDF
 ``STIFFCAL_MAX_URDF_NODES``   200000      elements of a URDF
+``STIFFCAL_MAX_MESHES``       256 MiB     bytes of the meshes of one robot, which the page of ``view`` draws
 ``STIFFCAL_MAX_DOCUMENT``     1 GiB       bytes of one JSON document of a store
 ``STIFFCAL_MAX_PLUGIN``       2 MiB       bytes of one file of plugin code
 ``STIFFCAL_MAX_PLUGINS``      200         files of plugin code in one campaign
@@ -149,6 +150,7 @@ SAMPLES = Limit("STIFFCAL_MAX_SAMPLES", 100_000_000, "readings of sensors", in_b
 PLANNED = Limit("STIFFCAL_MAX_PLANNED", 4_000_000, "load states to choose from", in_bytes=False)
 URDF = Limit("STIFFCAL_MAX_URDF", 64 * MIB, "of URDF")
 URDF_NODES = Limit("STIFFCAL_MAX_URDF_NODES", 200_000, "elements", in_bytes=False)
+MESHES = Limit("STIFFCAL_MAX_MESHES", 256 * MIB, "of meshes")
 DOCUMENT = Limit("STIFFCAL_MAX_DOCUMENT", GIB, "of JSON")
 PLUGIN = Limit("STIFFCAL_MAX_PLUGIN", 2 * MIB, "of code")
 PLUGINS = Limit("STIFFCAL_MAX_PLUGINS", 200, "files of code", in_bytes=False)
@@ -170,6 +172,7 @@ ALL = (
     PLANNED,
     URDF,
     URDF_NODES,
+    MESHES,
     DOCUMENT,
     PLUGIN,
     PLUGINS,

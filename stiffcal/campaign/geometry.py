@@ -21,6 +21,7 @@ from stiffcal.campaign.transforms import placement_matrix, rotation_taking_z_to,
 from stiffcal.campaign.typed import Placement
 from stiffcal.campaign.urdf import PRISMATIC, UrdfRobot, read_urdf
 from stiffcal.campaign.urdf_elements import UrdfJoint
+from stiffcal.campaign.urdf_riders import joint_origin, riding_links
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
@@ -186,7 +187,7 @@ def _from_urdf(robot: RobotFile, folder: Path) -> _Skeleton:
     fixed, limits = [], []
     before = np.eye(4)  # last joint frame to the link reached so far
     for joint in urdf.path:
-        before = before @ _origin(joint)
+        before = before @ joint_origin(joint)
         if joint.kind != "fixed":
             turn = rotation_taking_z_to(joint.axis)
             fixed.append(before @ turn)
@@ -203,12 +204,6 @@ def _from_urdf(robot: RobotFile, folder: Path) -> _Skeleton:
         np.array(limits),
         tuple(joint.kind == PRISMATIC for joint in moving),
     )
-
-
-def _origin(joint: UrdfJoint) -> Floats:
-    transform = translation(joint.xyz)
-    transform[:3, :3] = rotation_from_rpy(np.asarray(joint.rpy))
-    return transform
 
 
 def _urdf_entries(robot: RobotFile, moving: tuple[UrdfJoint, ...]) -> tuple[JointEntry, ...]:
@@ -230,26 +225,14 @@ def _urdf_entries(robot: RobotFile, moving: tuple[UrdfJoint, ...]) -> tuple[Join
 def _combine_masses(urdf: UrdfRobot, joint: UrdfJoint) -> tuple[float, Floats]:
     """Sum the masses that ride on a joint up to the next of the chain: (kg, com in the joint frame, m).
 
-    What branches off the chain counts at its zero position, each link once. Mass is NaN where no link of it has an
-    inertial.
+    Mass is NaN where no link of it has an inertial.
     """
-    on_path = {joint.name for joint in urdf.moving}
-    counted: set[str] = set()
     total, moment, has_mass = 0.0, np.zeros(3), False
-    waiting = [(joint.child, rotation_taking_z_to(joint.axis).T)]
-    while waiting:
-        name, place = waiting.pop()
-        if name in counted:  # the far end of a loop that hangs on this link
-            continue
-        counted.add(name)
-        link = urdf.links[name]
+    for link, place in riding_links(urdf, joint):
         if link.mass is not None:
             has_mass = True
             total += link.mass
             moment = moment + link.mass * (place @ np.array([*link.com, 1.0]))[:3]
-        waiting += [
-            (below.child, place @ _origin(below)) for below in urdf.children.get(name, ()) if below.name not in on_path
-        ]
     if not has_mass:
         return np.nan, np.zeros(3)
     return total, moment / total if total > 0 else np.zeros(3)

@@ -19,6 +19,7 @@ Triple: TypeAlias = tuple[float, float, float]
 
 MOST_NESTED = 100  # elements in elements: a robot has five
 MOST_RAD = 200.0 * math.pi  # a hundred turns
+MOST_SCALED = 1e4  # a mesh in km, were there one, is scaled by a thousand
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
 
@@ -59,12 +60,42 @@ class UrdfJoint:
 
 
 @dataclass(frozen=True)
+class UrdfMesh:
+    """A mesh that shows a link, its numbers as written: what is only drawn spoils no fit."""
+
+    file: str
+    """Its name, as written."""
+    scale: str | None
+    xyz: str | None
+    rpy: str | None
+
+    def placement(self, display_name: str, fault_place: str) -> tuple[Triple, Triple, Triple]:
+        """Return its place in the link's frame, m, rad about fixed x, y, z, and its scale along its own axes.
+
+        Raises
+        ------
+        InputError : a number is none or implausible.
+        """
+        xyz = _position(self.xyz, display_name, f"{fault_place}, origin xyz")
+        rpy = _angles(self.rpy, display_name, f"{fault_place}, origin rpy")
+        scale = _triple(self.scale, (1.0, 1.0, 1.0), display_name, f"{fault_place}, scale")
+        if max(map(abs, scale)) > MOST_SCALED:
+            reason, mend = f"a mesh {max(map(abs, scale)):.3g} times as large", "write 0.001 for a mesh in mm"
+            raise InputError.at(FaultCode.VALUE_INVALID, display_name, f"{fault_place}, scale", reason, mend)
+        return xyz, rpy, scale
+
+
+@dataclass(frozen=True)
 class UrdfLink:
-    """One link element: mass in kg (None without inertial) and centre of mass in the link's frame, m."""
+    """One link element: mass in kg (None without inertial), centre of mass in the link's frame, m, and its meshes."""
 
     name: str
     mass: float | None
     com: Triple
+    visuals: tuple[UrdfMesh, ...] = ()
+    """What it looks like."""
+    collisions: tuple[UrdfMesh, ...] = ()
+    """What it is taken for where collisions are looked for."""
 
 
 class _Builder(ElementTree.TreeBuilder):
@@ -252,9 +283,9 @@ def _mimic_of(element: ElementTree.Element | None, display_name: str, fault_plac
 def link_of(element: ElementTree.Element, display_name: str) -> UrdfLink:
     """Return a link element; InputError where a number is none or implausible."""
     name = element.get("name", "?")
-    inertial = element.find("inertial")
+    inertial, meshes = element.find("inertial"), (_meshes_of(element, "visual"), _meshes_of(element, "collision"))
     if inertial is None:
-        return UrdfLink(name, None, _ZERO)
+        return UrdfLink(name, None, _ZERO, *meshes)
     mass, origin = inertial.find("mass"), inertial.find("origin")
     fault_place = f"link {name}"
     value = None if mass is None else _number(mass.get("value"), display_name, f"{fault_place}, mass")
@@ -264,4 +295,16 @@ def link_of(element: ElementTree.Element, display_name: str) -> UrdfLink:
         name,
         value,
         _position(None if origin is None else origin.get("xyz"), display_name, f"{fault_place}, inertial xyz"),
+        *meshes,
     )
+
+
+def _meshes_of(link: ElementTree.Element, kind: str) -> tuple[UrdfMesh, ...]:
+    """Return the meshes of a link's elements of a kind; boxes, cylinders and spheres are none."""
+    found = []
+    for element in link.findall(kind):
+        mesh, origin = element.find("geometry/mesh"), element.find("origin")
+        if mesh is not None and mesh.get("filename"):
+            place = (None, None) if origin is None else (origin.get("xyz"), origin.get("rpy"))
+            found.append(UrdfMesh(mesh.get("filename", ""), mesh.get("scale"), *place))
+    return tuple(found)

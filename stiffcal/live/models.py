@@ -320,7 +320,8 @@ class LiveModels:
         """Return what the page shows of the context's model, and the diagnosis of it that is stored."""
         data: Ingested = up_to_date_states(self._folder, context)
         identified, validation = up_to_date_results(data, context)
-        content = view_content(data, identified, validation, self._raw, earlier, drawn)
+        shapes = None if self._base is None else self._base[1][0]
+        content = view_content(data, identified, validation, self._raw, earlier, drawn, shapes)
         return content, current_diagnosis(data, identified)[0]
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
+import numpy as np
+
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.experiments.presentation import Page
 from stiffcal.measurements.rms import Rms
@@ -23,6 +25,10 @@ class ViewRun:
     """(K, 3) m, base axes: base origin, joint origins, flange (K = J + 2), at rest."""
     axes: Floats
     """(J, 3) unit vectors along the joints' axes, base axes, at rest."""
+    across: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    """(J, 3) unit vectors along the x axes of the joints' frames, base axes, at rest; empty where there are no
+    `ViewBody`.
+    """
     holdout: bool = False
     """True where no fit uses it."""
     files: list[str] = field(default_factory=list)
@@ -37,6 +43,18 @@ class ViewRun:
     """Where data row 1 of that source stands in its file, in words; "" where that is not known."""
     columns: list[str] = field(default_factory=list)
     """The columns of that file; empty where it is no text."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewBody:
+    """What the base or a joint's link looks like, in its own frame: of a joint z along its axis."""
+
+    body: int
+    """0 the base, k what joint k moves."""
+    points: Floats
+    """(V, 3) m."""
+    triangles: Integers
+    """(T, 3) indices of points."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,6 +257,10 @@ class ViewStates:
     """(n, K, 3) m: how far the points of the chain move under the load, base axes."""
     target: Floats
     """(n, 3) m: the measured point at rest, base axes."""
+    turns: Floats = field(default_factory=lambda: np.zeros((0, 0, 3)))
+    """(n, J + 1, 3) rad: how far base and joints' frames turn under the load, base axes; empty where there are no
+    `ViewBody`.
+    """
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -306,6 +328,10 @@ class ViewContent:
     """Of which model the verdict and the candidates are, where it is not the present one; "" where it is."""
     live: ViewLive | None = None
     """What is tried on a server; None of a page by itself."""
+    bodies: list[ViewBody] = field(default_factory=list)
+    """Base to wrist, from the meshes of the URDF; what has none is drawn as a round body."""
+    meshes_fault: str = ""
+    """Why there are none, though the campaign folder holds meshes; "" otherwise."""
     fitted_rows: Integers | None = None
     """Of each row of the fit's table the drawn one, −1 where it is not drawn; None where states are drawn."""
     others: list[ViewContent] = field(default_factory=list)

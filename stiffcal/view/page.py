@@ -21,8 +21,9 @@ from stiffcal.view.packing import NOISE_SHARE, Packer
 SCRIPTS = (
     "data.js", "words.js", "state.js", "scales.js", "movement.js", "draw.js", "bars.js", "svg.js", "elements.js",
     "saving.js", "pointer.js", "panel.js", "scatter.js", "proposals.js", "against.js", "values.js", "ladder.js",
-    "camera.js", "solids.js", "robot_parts.js", "robot.js", "effects.js", "poses.js", "compliance.js", "reading.js",
-    "kind_points.js", "kind_picture.js", "kinds.js", "forecast.js", "tryout.js", "main.js",
+    "camera.js", "solids.js", "raster.js", "meshes.js", "robot_parts.js", "robot_bodies.js", "robot.js", "effects.js",
+    "poses.js", "compliance.js", "reading.js", "kind_points.js", "kind_picture.js", "kinds.js", "forecast.js",
+    "tryout.js", "main.js",
 )  # fmt: skip
 """In the order in which they are run; each adds to the one name ``stiffcal``."""
 LIVE_SCRIPT = "live.js"
@@ -126,7 +127,7 @@ def pack(content: ViewContent | ViewForecast) -> str:
 
 _OF_NOISE = frozenset({"residual_fit", "residual_heldout", "measured", "part"})
 """Arrays of translations (three columns) and rotations that are rounded by the noise."""
-_STEPS = {"chain": 1e-4, "target": 1e-4, "axes": 1e-4}
+_STEPS = {"chain": 1e-4, "target": 1e-4, "axes": 1e-4, "across": 1e-4, "points": 5e-4}
 """Steps of lengths and directions that only a picture shows, m and 1."""
 
 

@@ -6,10 +6,6 @@
     ["f", "force"],
   ];
   const RESIDUALS = 5;
-  /** Half the thickness of links and drives, as a share of half the size of the chain. */
-  const LINK = 0.055,
-    DRIVE = 0.095,
-    THINNEST = 0.55;
   const MOTION_MS = 400;
 
   S.robotPanel = function () {
@@ -19,6 +15,7 @@
       J = Math.max(...data.runs.map((entry) => entry.axes.length / 3)),
       K = J + 2,
       shares = S.sharesOfParts(data),
+      partsOf = S.partsOfRobot(shares, longest.chain),
       standing = S.standingOfRobot(data);
     const natural = longest.m > 0 ? (0.25 * longest.chain) / longest.m : 1;
     const ofForce = longest.f > 0 ? (0.25 * longest.chain) / longest.f : 0;
@@ -91,7 +88,7 @@
       title: "3 Robot",
       about:
         "At rest (dashed) and deformed. Colour of drives, links and rings (bearings): share of the deflection at the tool, the darker " +
-        "the larger. Diamond: where an effect is missing. Bodies have no measures: only their axes are the robot's.",
+        `the larger. Diamond: where an effect is missing. ${S.wordsOfBodies(data)}`,
       how: "Drag or arrow keys: turn. + and −, or the wheel after a click: zoom. N and P: next and previous state.",
       controls: [
         run,
@@ -160,27 +157,6 @@
       return { m, r, p: plus(m, r, -1), f: at(states.force, i) };
     }
 
-    /** Drives, links and rings of bearings along the chain. @param {number[][]} chain @param {number[][]} axes of the joints */
-    function bodiesOf(chain, axes) {
-      const { ground, line, series } = S.theme,
-        shaded = (share, colour) => S.mixed(S.mixed(line, ground, 0.3), colour, Math.sqrt(Math.min(share || 0, 1)));
-      const thin = (k) => longest.chain * (1 - (1 - THINNEST) * (k / (K - 1))),
-        bodies = [];
-      for (let k = 0; k + 1 < K; k++) {
-        if (Math.hypot(...plus(chain[k + 1], chain[k], -1)) < 1e-6) continue;
-        bodies.push(S.roundBody(chain[k], chain[k + 1], [LINK * thin(k), LINK * thin(k + 1)], shaded(shares.link[k], series[0])));
-      }
-      for (let k = 1; k <= J; k++) {
-        const radius = DRIVE * thin(k),
-          half = 0.8 * radius,
-          around = (by) => [plus(chain[k], axes[k - 1], -by), plus(chain[k], axes[k - 1], by)];
-        bodies.push(S.roundBody(...around(half), [radius, radius], shaded(shares.joint[k], series[0])));
-        if (shares.bearing[k] > 0)
-          bodies.push(S.roundBody(...around(0.25 * half), [1.25 * radius, 1.25 * radius], shaded(shares.bearing[k], series[3])));
-      }
-      return bodies;
-    }
-
     function draw(canvas) {
       run.select.value = String(S.state.run);
       exaggeration.input.value = String(S.state.scale);
@@ -199,6 +175,7 @@
       const chain = Array.from({ length: K }, (_, k) => at(values.chain, k)),
         axes = Array.from({ length: J }, (_, k) => at(values.axes, k));
       const moved = hasState ? chain.map((p, k) => plus(p, at(states.shape, i * K + k), scale)) : chain;
+      const parts = partsOf({ moved, axes, run: values, state: hasState ? i : null, scale });
       const target = at(states.target, i),
         shown = vectors(i),
         colours = { m: theme.ink, p: theme.series[2], r: theme.warm, f: theme.accent },
@@ -232,7 +209,7 @@
       const tips = drawn.map((letter) => plus(target, ...arrowsOf(letter))).filter((p) => p.every(Number.isFinite));
       const camera = S.cameraOf(
           state,
-          [...chain, ...moved, target, ...tips],
+          [...chain, ...moved, ...parts.reach, target, ...tips],
           { x: 50, y: top + 26, w: width - 140, h: height - top - 54 },
           0.5 * longest.chain,
         ),
@@ -253,7 +230,7 @@
         if (Math.hypot(end[0] - corner[0], end[1] - corner[1]) > 6)
           g.fillText("xyz"[k], end[0] + 0.3 * (end[0] - corner[0]), end[1] + 0.3 * (end[1] - corner[1]));
       });
-      S.drawBodies(g, bodiesOf(moved, axes), camera);
+      parts.draw(g, camera, width, height);
       line([...chain, target].map(project), theme.ink, 1.5, [6, 4]);
       const joints = moved.slice(1, -1).map(project),
         diamond = ([x, y], r) => {

@@ -1,14 +1,24 @@
 (function (S) {
-  /** Half the size of a box about points. @param {ArrayLike<number>} values x, y, z of one point after the other */
-  function halfSize(values) {
+  /** The lowest and the highest values of points. @param {ArrayLike<number>} values x, y, z of one point after the other */
+  function endsOf(values) {
     const low = [Infinity, Infinity, Infinity],
       high = [-Infinity, -Infinity, -Infinity];
     for (let k = 0; k < values.length; k++) {
       low[k % 3] = Math.min(low[k % 3], values[k]);
       high[k % 3] = Math.max(high[k % 3], values[k]);
     }
+    return [low, high];
+  }
+  /** Half the size of a box about points. */
+  function halfSize(values) {
+    const [low, high] = endsOf(values);
     return Math.hypot(...low.map((v, a) => high[a] - v)) / 2 || 1;
   }
+  /** The eight corners of a box about points. */
+  S.boxOf = function (values) {
+    const ends = endsOf(values);
+    return [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [0, 1, 2].map((a) => ends[(k >> a) & 1][a]));
+  };
 
   /** Largest sizes of what is drawn, for the scales. */
   S.robotSizes = function () {

@@ -35,10 +35,11 @@
   /** A round body between two circles. @param {number[]} from @param {number[]} to @param {number[]} radii m @param {string} colour */
   S.roundBody = (from, to, radii, colour) => ({ from, to, radii, colour });
 
-  const parsed = (colour) => [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
+  /** Red, green, blue of "#rrggbb", 0 to 255. @param {string} colour */
+  S.parsedColour = (colour) => [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
   /** A colour between two, "#rrggbb". @param {string} a @param {string} b @param {number} share of the second */
   S.mixed = function (a, b, share) {
-    const [from, to] = [parsed(a), parsed(b)];
+    const [from, to] = [a, b].map(S.parsedColour);
     return `#${from
       .map((value, k) =>
         Math.round(value + share * (to[k] - value))
@@ -46,6 +47,18 @@
           .padStart(2, "0"),
       )
       .join("")}`;
+  };
+
+  /** A round body as a surface, for `S.drawSurfaces`. */
+  S.surfaceOfBody = function ({ from, to, radii, colour }) {
+    const axis = unit(add(to, from, -1)),
+      points = [...circle(from, axis, radii[0]), ...circle(to, axis, radii[1]), from, to],
+      triangles = [];
+    for (let k = 0; k < SIDES; k++) {
+      const next = (k + 1) % SIDES;
+      triangles.push(k, next, SIDES + k, next, SIDES + next, SIDES + k, 2 * SIDES, next, k, 2 * SIDES + 1, SIDES + k, SIDES + next);
+    }
+    return { points: Float64Array.from(points.flat()), triangles, colour };
   };
 
   /** Draw round bodies, the farther ones first. @param {CanvasRenderingContext2D} g @param {any[]} bodies @param {any} camera of `S.cameraOf` */

@@ -67,6 +67,10 @@
       strokeRect(x, y, w, h) {
         add(`<path d="M${short(x)} ${short(y)}h${short(w)}v${short(h)}h${short(-w)}Z" fill="none" ${pen()}/>`);
       },
+      /** A picture of pixels: what has no lines. @param {HTMLCanvasElement} canvas */
+      drawImage(canvas, x, y, w, h) {
+        add(`<image x="${short(x)}" y="${short(y)}" width="${short(w)}" height="${short(h)}" href="${canvas.toDataURL()}"/>`);
+      },
       measureText(words) {
         ruler.font = g.font;
         return ruler.measureText(words);

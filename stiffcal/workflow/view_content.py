@@ -35,6 +35,7 @@ from stiffcal.workflow.diagnose import current_diagnosis
 from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.report_content import report_states_of
 from stiffcal.workflow.steps import FIT_STATES, Ingested
+from stiffcal.workflow.view_bodies import view_bodies
 from stiffcal.workflow.view_candidates import view_candidates
 from stiffcal.workflow.view_change import LastAdded, diagnosis_of_states
 from stiffcal.workflow.view_effects import view_effects
@@ -74,6 +75,7 @@ def view_content(
     raw: bool,
     earlier: EarlierVerdict | None = None,
     drawn: Integers | None = None,
+    shapes: ViewContent | None = None,
 ) -> ViewContent:
     """Gather everything that the page shows.
 
@@ -84,6 +86,7 @@ def view_content(
     raw : whether readings and names of logs are shown.
     earlier : a diagnosis to show where the store has none of the present fit.
     drawn : which states are drawn, ascending; None: all, or of many a sample.
+    shapes : another page of the same robot, whose bodies are taken; None: the meshes are read.
     """
     campaign = data.campaign
     diagnosis, reason = current_diagnosis(data, identified)
@@ -96,6 +99,9 @@ def view_content(
     pages = [page for page, row in kinds if page is not None and (row is None or not of_rows)]
     missing = [] if diagnosis is None else diagnosis.missing
     joints, links, suspects = _places_of(missing, placed_robot(campaign))
+    bodies, meshes_fault = [], ""
+    if len(data.states) and _measure(identified) != "motor_angle":  # else no robot is drawn
+        bodies, meshes_fault = view_bodies(campaign) if shapes is None else (shapes.bodies, shapes.meshes_fault)
     content = ViewContent(
         campaign=campaign.name,
         robot=campaign.robot.name or campaign.chain.name or "robot",
@@ -112,7 +118,7 @@ def view_content(
         one_direction=False,
         measure=_measure(identified),
         direction="direction",
-        runs=view_runs(data, raw),
+        runs=view_runs(data, raw, bool(bodies)),
         states=None,
         variables=[],
         models=[],
@@ -128,6 +134,8 @@ def view_content(
         candidates=view_candidates(diagnosis),
         is_diagnosed=diagnosis is not None,
         diagnosis_of=diagnosis_of,
+        bodies=bodies,
+        meshes_fault=meshes_fault,
     )
     if len(data.states):
         content = _with_states(content, data, identified, diagnosis if evidence_known else None, reason, drawn)
@@ -140,6 +148,8 @@ def view_content(
             diagnosed=None,
             suspected_links=[],
             measure="torque",
+            bodies=[],
+            meshes_fault="",
             pages=[page for page, row in kinds if page is not None and row is not None],
         )
         return replace(content, others=[content_of_rows(bare, row, data, identified, reason, None) for row in rows[:1]])
@@ -211,7 +221,7 @@ def _with_states(
         pick = sample_of(drawn.residual if own is None else own)
     shown = data.states.select(pick)
     nothing = np.zeros((len(pick), 0))
-    positions, target = _shape(robot, shown) if own is None else (nothing, nothing)
+    moves, target = _shape(robot, shown) if own is None else (nothing, nothing)
     runs, lines, line_number = content.runs, [""] * len(pick), np.zeros(len(pick), dtype=np.int64)
     rows = np.zeros((len(states), 2), dtype=np.int64)
     if raw:
@@ -239,8 +249,9 @@ def _with_states(
             line_number=line_number,
             measured=measured[pick],
             force=drawn.force[pick],
-            shape=positions,
+            shape=moves[..., :3],
             target=target,
+            turns=moves[:, :-1, 3:] if content.bodies else np.zeros((0, 0, 3)),
         ),
         variables=[replace(variable, values=variable.values[pick]) for variable in variables],
         models=[picked_model(model, pick) for model in models],
@@ -330,14 +341,17 @@ def _rod_residuals(data: Ingested) -> list[ViewVariable]:
 
 
 def _shape(robot: CompliantRobot, states: LoadStates) -> tuple[Floats, Floats]:
-    """Return how far the chain's points move under the load (n, K, 3), and the measured point at rest (n, 3), m."""
+    """Return how far base, joints and flange move under the load, and the measured point at rest (n, 3), m.
+
+    The moves are (n, K, 6), m and rad, base axes.
+    """
     chain: Chain = robot.chain
     bodies = tuple(Attachment(body, np.eye(4)) for body in range(chain.n_joints + 2))
     setup = replace(states.setup, targets=bodies, target_names=tuple(map(str, range(len(bodies)))))
     angles = chain.model_angles(states.joints)
     balance = solve_balance(robot, angles, np.nan_to_num(states.wrench), setup)
     target, _ = attached_poses(chain, angles, states.setup.targets[0])
-    return balance.displacement[:, :, :3], target
+    return balance.displacement, target
 
 
 _ORDINARY = re.compile(r".*_scatter_|n_readings|.*_sigma_")

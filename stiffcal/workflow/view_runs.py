@@ -16,8 +16,8 @@ from stiffcal.view.content import ViewRun
 from stiffcal.workflow.steps import Ingested
 
 
-def view_runs(data: Ingested, raw: bool) -> list[ViewRun]:
-    """Return the runs of load states, with their logs where ``raw`` is set."""
+def view_runs(data: Ingested, raw: bool, with_frames: bool) -> list[ViewRun]:
+    """Return the runs of load states, with their logs where ``raw`` is set, and whole frames for bodies to lie in."""
     states, chain, manifest = data.states, data.campaign.chain, data.campaign.manifest
     described = {run.id: run for run in manifest.runs}
     tables = [name for name, source in manifest.sources.items() if source.is_states]
@@ -36,6 +36,7 @@ def view_runs(data: Ingested, raw: bool) -> list[ViewRun]:
                 name=info.name,
                 chain=points[0],
                 axes=rotations[0, 1:-1, :, 2],
+                across=rotations[0, 1:-1, :, 0] if with_frames else np.zeros((0, 3)),
                 holdout=info.holdout,
                 files=list(dict.fromkeys(files)),
                 source=table,

@@ -1,0 +1,104 @@
+"""The meshes by which a URDF shows the robot's links, as far as they lie in the campaign folder."""
+
+from __future__ import annotations
+
+import os
+import posixpath
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from stiffcal.campaign.name_checks import check_name
+from stiffcal.campaign.reach import escapes, leads_outside, link_fault
+from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.transforms import translation
+from stiffcal.campaign.urdf import read_urdf
+from stiffcal.campaign.urdf_elements import UrdfLink, UrdfMesh
+from stiffcal.campaign.urdf_riders import riding_links
+from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
+from stiffcal.limits import ENTRIES
+from stiffcal.mechanics.rotations import rotation_from_rpy
+from stiffcal.meshes.client import READABLE, PlacedMesh
+
+OF_PACKAGES = ("package", "model")
+"""Schemes of addresses whose first part is the name of a folder somewhere: of ROS, and of Gazebo."""
+
+
+def link_meshes(robot: RobotFile, folder: Path, robot_file: str) -> list[PlacedMesh]:
+    """Return the meshes of the robot's links that lie in the campaign folder, base to tip; none without a URDF.
+
+    Of a link that has visual meshes in formats that are not read, those for collisions are taken.
+
+    Parameters
+    ----------
+    folder : the campaign folder. robot_file : the path of robot.toml from there.
+
+    Raises
+    ------
+    InputError : a mesh lies outside the folder, is of a format that is not read, or has a place that is none.
+    """
+    if robot.urdf is None:
+        return []
+    file = posixpath.normpath((PurePosixPath(robot_file.replace("\\", "/")).parent / robot.urdf).as_posix())
+    urdf = read_urdf(folder / file, file, robot.base_link, robot.tip_link)
+    found: list[PlacedMesh] = []
+    for body, joint in enumerate((None, *urdf.moving)):
+        for link, place in riding_links(urdf, joint):
+            for mesh, path in _drawn(link, folder, file):
+                xyz, rpy, scale = mesh.placement(file, f"link {link.name}, mesh")
+                own = translation(xyz)
+                own[:3, :3] = rotation_from_rpy(np.asarray(rpy)) * scale
+                found.append(PlacedMesh(body, path, place @ own))
+                ENTRIES.check(len(found), file, "meshes")
+    return found
+
+
+def _drawn(link: UrdfLink, folder: Path, urdf: str) -> list[tuple[UrdfMesh, str]]:
+    """Return the meshes of a link that can be drawn, with their paths from the campaign folder."""
+    strange = ""
+    for meshes in (link.visuals, link.collisions):
+        found = [(mesh, path) for mesh in meshes if (path := _path_of(mesh, folder, urdf, link.name)) is not None]
+        unread = [path for _, path in found if PurePosixPath(path).suffix.lower() not in READABLE]
+        if found and not unread:
+            return found
+        strange = strange or "".join(unread[:1])
+    if strange:
+        reason = f"meshes are read in the formats {', '.join(sorted(READABLE))}"
+        mend = "convert it, and name the new file in the URDF"
+        raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, strange, "", reason, mend)
+    return []
+
+
+def _path_of(mesh: UrdfMesh, folder: Path, urdf: str, link: str) -> str | None:
+    """Return where a mesh lies, as a path from the campaign folder; None where it is not in there.
+
+    Raises
+    ------
+    InputError : its name leads out of the folder, by itself or by a link, or holds characters that are refused.
+    """
+    check_name(mesh.file, urdf, f"link {link}, mesh")
+    for path in map(posixpath.normpath, _possible_paths(mesh.file.replace("\\", "/"), urdf)):
+        if escapes(path):
+            reason = f'"{mesh.file}" lies outside the campaign folder'
+            mend = "copy it into the folder, and write its path from the URDF"
+            raise InputError.at(FaultCode.FILE_OUTSIDE, urdf, f"link {link}, mesh", reason, mend)
+        goal = leads_outside(folder, path)
+        if goal is not None:
+            raise InputError(link_fault(urdf, f"link {link}, mesh", path, goal))
+        if os.path.lexists(folder / path):
+            return path
+    return None
+
+
+def _possible_paths(name: str, urdf: str) -> list[str]:
+    """Return where a mesh may lie: next to the URDF, or in the folder of its package, which may be any around it."""
+    scheme, colon, rest = name.partition("://")
+    around = PurePosixPath(urdf).parent
+    if not colon:
+        return [(around / name).as_posix()]
+    if scheme not in OF_PACKAGES:
+        return [f"/{rest}"]
+    in_package = rest.partition("/")[2]
+    places = [around, *around.parents]
+    return [(place / path).as_posix() for place in places for path in (rest, in_package) if path]
