@@ -39,9 +39,7 @@ def answers(values: Document) -> Generator[tuple[bytes, int], None, None]:
     found = simplified([_together(surfaces) for surfaces in bodies.values()], most)
     head = {
         "kind": "bodies",
-        "bodies": [
-            [body, len(one.points), len(one.triangles)] for body, one in zip(bodies, found, strict=True)
-        ],
+        "bodies": [[body, len(one.points), len(one.triangles)] for body, one in zip(bodies, found, strict=True)],
         "reaches": reaches,
     }
     arrays = [array for one in found for array in (one.points.astype("<f8"), one.triangles.astype("<i8"))]

@@ -34,4 +34,6 @@ def surface_of(content: bytes, display_name: str) -> Surface:
 def _index(word: bytes, n_points: int) -> int:
     """Return a corner's index from 0; files count from 1, or backwards from the last one with −1."""
     number = int(word.split(b"/", 1)[0])
+    if abs(number) > n_points:
+        raise ValueError(f"a face has corner {number} of {n_points}")
     return number - 1 if number > 0 else n_points + number

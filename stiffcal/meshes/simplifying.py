@@ -15,6 +15,8 @@ from stiffcal.meshes.surface import Surface
 
 FINEST = 2048
 """Cells along the longest side in the finest grid: half a pixel of a large picture."""
+ASIDE = 0.618
+"""Cells by which the grid is moved: corners at round numbers, equal but for rounding, lie in one cell then."""
 FLAT = 1e-3
 """Share of the largest eigenvalue of a cell's planes below which a direction is not determined by them."""
 
@@ -51,7 +53,7 @@ def _is_whole(corners: Integers) -> np.ndarray:
 
 def _cells(points: Floats, cell: float) -> tuple[Integers, Integers]:
     """Return the cells of points: (V, 3) numbers along the axes, and (V,) one number each."""
-    places = np.floor((points - points.min(axis=0, initial=np.inf)) / cell).astype(np.int64)
+    places = np.floor((points - points.min(axis=0, initial=np.inf)) / cell + ASIDE).astype(np.int64)
     return places, places @ np.array([1, 1 << 20, 1 << 40])
 
 

@@ -34,7 +34,8 @@ def checked(points: Floats, triangles: Integers, display_name: str) -> Surface:
 
     Raises
     ------
-    InputError : there are no triangles, a triangle has a corner that is not there, or a number is not finite or beyond `LARGEST`.
+    InputError : there are no triangles, a triangle has a corner that is not there, or a number is not finite or beyond
+        `LARGEST`.
     """
     if not len(triangles):
         raise InputError.at(FaultCode.FILE_EMPTY, display_name, "", "a mesh without triangles", MEND)

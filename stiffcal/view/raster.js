@@ -21,22 +21,45 @@
    */
   S.drawSurfaces = function (g, surfaces, camera, width, height, edge) {
     const fine = Math.max(FINE, S.drawsFile ? S.fileRatio : window.devicePixelRatio || 1),
-      w = Math.ceil(width * fine),
-      h = Math.ceil(height * fine);
+      views = surfaces.map(({ points }) => seen(points, camera, fine)),
+      part = partOf(views, width * fine, height * fine),
+      { w, h } = part;
+    if (!(w > 0 && h > 0)) return;
     if (depth.length < w * h) [depth, owner] = [new Float32Array(w * h), new Uint16Array(w * h)];
     depth.fill(-Infinity, 0, w * h);
     owner.fill(0, 0, w * h);
     canvas ??= S.make("canvas");
     if (canvas.width !== w) canvas.width = w;
     if (canvas.height !== h) canvas.height = h;
-    const paper = canvas.getContext("2d"),
+    const paper = canvas.getContext("2d", { willReadFrequently: true }),
       image = paper.createImageData(w, h),
       colours = new Uint32Array(image.data.buffer);
-    surfaces.forEach((surface, k) => fill(surface, k + 1, seen(surface.points, camera, fine), { w, h, colours }));
+    surfaces.forEach((surface, k) => fill(surface, k + 1, views[k], { w, h, colours }));
     outline(colours, w, h, STEP * fine, packed(S.parsedColour(edge), 1));
     paper.putImageData(image, 0, 0);
-    g.drawImage(canvas, 0, 0, w / fine, h / fine);
+    g.drawImage(canvas, part.x / fine, part.y / fine, w / fine, h / fine);
   };
+
+  /** The part of the picture that points reach, with a margin; points are moved to its corner. @param {Float32Array[]} views */
+  function partOf(views, width, height) {
+    const ends = [0, 1].map((axis) => {
+      let low = Infinity,
+        high = -Infinity;
+      for (const at of views)
+        for (let i = axis; i < at.length; i += 3) {
+          low = Math.min(low, at[i]);
+          high = Math.max(high, at[i]);
+        }
+      return [Math.max(Math.floor(low) - 2, 0), Math.min(Math.ceil(high) + 2, Math.ceil(axis ? height : width))];
+    });
+    const [[x, right], [y, bottom]] = ends;
+    for (const at of views)
+      for (let i = 0; i < at.length; i += 3) {
+        at[i] -= x;
+        at[i + 1] -= y;
+      }
+    return { x, y, w: right - x, h: bottom - y };
+  }
 
   /** Points in the picture: across, down, towards the eye, in samples. */
   function seen(points, camera, fine) {

@@ -210,7 +210,8 @@
       const camera = S.cameraOf(
           state,
           [...chain, ...moved, ...parts.reach, target, ...tips],
-          { x: 50, y: top + 26, w: width - 140, h: height - top - 54 },
+          // clear of the axes in the corner, with room for names on the right
+          { x: 76, y: top + 26, w: width - 166, h: height - top - 54 },
           0.5 * longest.chain,
         ),
         { project } = camera;
@@ -242,7 +243,8 @@
         };
       for (const k of data.suspected) diamond(joints[k - 1], 16);
       for (const k of data.suspected_links) if (moved[k + 1]) diamond(project(plus(moved[k], moved[k + 1], 1).map((v) => v / 2)), 13);
-      S.writeJointNames(g, joints, shares, width);
+      const along = tips.flatMap((tip) => [0, 0.25, 0.5, 0.75, 1].map((share) => project(target.map((value, k) => value + share * (tip[k] - value)))));
+      S.writeJointNames(g, joints, shares, width, along);
       const arrow = (from, vector, by, colour, w, dash) => {
         const a = project(from),
           b = project(plus(from, vector, by));

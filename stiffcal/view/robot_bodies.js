@@ -5,7 +5,8 @@
     THINNEST = 0.55;
   /** Of drives within meshes: as large as the meshes let through, and lighter than they. */
   const WITHIN = 0.6,
-    THROUGH = 0.8;
+    THROUGH = 0.8,
+    PALE = 0.5;
   const plus = (a, b, by) => a.map((value, k) => value + by * b[k]);
 
   /** What the bodies are, in words. */
@@ -23,7 +24,9 @@
       J = data.joints.length,
       meshes = new Map(data.bodies.map((body) => [body.body, body]));
     const thin = (k) => size * (1 - (1 - THINNEST) * (k / (J + 1)));
-    const shaded = (share, colour) => S.mixed(S.mixed(S.theme.line, S.theme.ground, 0.3), colour, Math.sqrt(Math.min(share || 0, 1)));
+    // what has light and shade is brighter than what has none, so that its dark side keeps clear of a dark ground
+    const plain = () => (meshes.size ? S.mixed(S.theme.quiet, S.theme.ground, PALE) : S.mixed(S.theme.line, S.theme.ground, 0.3));
+    const shaded = (share, colour) => S.mixed(plain(), colour, Math.sqrt(Math.min(share || 0, 1)));
     const colourOf = (k) => shaded(shares.link[k], S.theme.series[0]);
 
     /** The links that have no mesh. */

@@ -16,19 +16,28 @@ SIDES, RINGS = 48, 16
 RADII = (0.17, 0.15, 0.12, 0.11, 0.08, 0.06, 0.05)
 """Of base and links, m: a medium arm."""
 MM = 1e3
+ROBOT = """schema = "stiffcal/robot/1"
+name = "medium six-axis"
+urdf = "arm.urdf"
+
+[flange]
+xyz_m = [0.0, 0.0, 0.14]
+"""
 
 
-def tube(start: Iterable[float], end: Iterable[float], radii: tuple[float, float]) -> NDArray[np.float64]:
+def tube(
+    start: Iterable[float], end: Iterable[float], radii: tuple[float, float], sides: int = SIDES
+) -> NDArray[np.float64]:
     """Return the triangles (T, 3, 3) of a round body between two points, its ends closed, outward normals."""
     first, last = np.array(start, dtype=float), np.array(end, dtype=float)
     along = (last - first) / np.linalg.norm(last - first)
     side = np.cross(along, [1.0, 0.0, 0.0] if abs(along[0]) < 0.9 else [0.0, 1.0, 0.0])
     side /= np.linalg.norm(side)
-    angle = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
+    angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
     circle = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * np.cross(along, side)
     share = np.linspace(0.0, 1.0, RINGS + 1)[:, None, None]
     rings = first + share * (last - first) + (radii[0] + share * (radii[1] - radii[0])) * circle
-    rings = np.concatenate([np.broadcast_to(first, (1, SIDES, 3)), rings, np.broadcast_to(last, (1, SIDES, 3))])
+    rings = np.concatenate([np.broadcast_to(first, (1, sides, 3)), rings, np.broadcast_to(last, (1, sides, 3))])
     a, b = rings[:-1], rings[1:]
     following = lambda ring: np.roll(ring, -1, axis=1)  # noqa: E731
     corners = [(a, following(a), b), (following(a), following(b), b)]
@@ -65,7 +74,7 @@ def text_stl(triangles: NDArray[np.float64]) -> bytes:
     return ("solid a b\n" + "".join(facet.format(*one.ravel()) for one in triangles) + "endsolid a b\n").encode()
 
 
-def obj(triangles: NDArray[np.float64]) -> bytes:
+def obj_text(triangles: NDArray[np.float64]) -> bytes:
     """Return an OBJ; every second triangle counts its corners backwards, as files may."""
     lines = ["# made by code"]
     for k, one in enumerate(triangles):
@@ -103,8 +112,7 @@ def give_meshes(folder: Path, package: str = "package://arm_description/meshes")
     """
     chain = load_campaign(folder, check_files=False).chain
     (folder / "arm.urdf").write_text(urdf_text(package), encoding="utf-8")
-    robot = 'schema = "stiffcal/robot/1"\nname = "medium six-axis"\nurdf = "arm.urdf"\n\n[flange]\nxyz_m = [0.0, 0.0, 0.14]\n'
-    (folder / "robot.toml").write_text(robot, encoding="utf-8")
+    (folder / "robot.toml").write_text(ROBOT, encoding="utf-8")
     meshes = folder / "arm_description" / "meshes"
     meshes.mkdir(parents=True)
     for k, triangles in enumerate(bodies_of(chain)):
