@@ -185,7 +185,8 @@ class RobotFile(TomlTable):
     Attributes
     ----------
     convention : "dh" (Denavit-Hartenberg) or "modified-dh" (Craig); with `urdf` none.
-    urdf : path next to robot.toml; base_link, tip_link where it branches.
+    urdf : path next to robot.toml; base_link, tip_link where it branches. Its meshes are what `view` draws, where they
+        lie in the campaign folder.
     gravity_mps2 : in base axes. joints : base to wrist; with a URDF only those with entries of their own.
     base : where the rows begin, in the robot's base frame; not with a URDF.
     flange : in the last frame of the convention (DH: after a, α and d of the last row; URDF: the tip link).

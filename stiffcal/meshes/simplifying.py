@@ -90,4 +90,4 @@ def _corner_points(surface: Surface, cell_of: Integers, count: int, cell: float)
     is_known = values > FLAT * values[:, -1:]
     along = np.einsum("cji,cj->ci", axes, offsets)
     step = np.einsum("cij,cj->ci", axes, np.divide(along, values, out=np.zeros_like(along), where=is_known))
-    return middle + np.clip(step, -cell, cell)
+    return np.asarray(middle + np.clip(step, -cell, cell), dtype=np.float64)

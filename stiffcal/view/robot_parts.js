@@ -42,7 +42,7 @@
     return parts;
   };
 
-  /** The largest shares, and what is missing, in words. */
+  /** The largest shares, what is missing, and why no meshes are drawn, in words. */
   S.standingOfRobot = function (data) {
     const nowhere = data.suspects.some((name) => name.endsWith(" setup"));
     const largest = data.effects
@@ -52,7 +52,8 @@
       .map((effect) => `${effect.name} ${S.percent(effect.share)}`);
     return (
       (largest.length ? ` Largest shares of the deflection: ${largest.join(", ")}.` : "") +
-      (data.suspects.length ? ` Missing: ${data.suspects.join(", ")}${nowhere ? " (the set-up has no place on the robot)" : ""}.` : "")
+      (data.suspects.length ? ` Missing: ${data.suspects.join(", ")}${nowhere ? " (the set-up has no place on the robot)" : ""}.` : "") +
+      (data.meshes_fault ? ` Drawn without the meshes of the URDF: ${data.meshes_fault}` : "")
     );
   };
 

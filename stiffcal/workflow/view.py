@@ -71,6 +71,6 @@ def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampai
     context.progress("collecting the results", None)
     content = view_content(data, identified, validation, raw)
     if content.meshes_fault:
-        context.notify(f"the robot is drawn without its meshes: {content.meshes_fault}")
+        context.notify(f"the robot is drawn without the meshes of its URDF: {content.meshes_fault}")
     shown = 0 if content.states is None else len(content.states.run)
     return PageOfCampaign(build_page(content), content.n_states, shown, data.store.origin_of(IDENTIFY))

@@ -27,6 +27,7 @@ from stiffcal.results.validate_result import ValidateResult
 from stiffcal.store import values_of
 from stiffcal.validation.schemes import HOLDOUT_RUNS, held_out
 from stiffcal.view.content import (
+    ViewBody,
     ViewContent,
     ViewStates,
     ViewVariable,
@@ -99,7 +100,8 @@ def view_content(
     pages = [page for page, row in kinds if page is not None and (row is None or not of_rows)]
     missing = [] if diagnosis is None else diagnosis.missing
     joints, links, suspects = _places_of(missing, placed_robot(campaign))
-    bodies, meshes_fault = [], ""
+    bodies: list[ViewBody] = []
+    meshes_fault = ""
     if len(data.states) and _measure(identified) != "motor_angle":  # else no robot is drawn
         bodies, meshes_fault = view_bodies(campaign) if shapes is None else (shapes.bodies, shapes.meshes_fault)
     content = ViewContent(

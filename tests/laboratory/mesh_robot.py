@@ -39,8 +39,8 @@ def tube(
     rings = first + share * (last - first) + (radii[0] + share * (radii[1] - radii[0])) * circle
     rings = np.concatenate([np.broadcast_to(first, (1, sides, 3)), rings, np.broadcast_to(last, (1, sides, 3))])
     a, b = rings[:-1], rings[1:]
-    following = lambda ring: np.roll(ring, -1, axis=1)  # noqa: E731
-    corners = [(a, following(a), b), (following(a), following(b), b)]
+    next_a, next_b = (np.roll(ring, -1, axis=1) for ring in (a, b))
+    corners = [(a, next_a, b), (next_a, next_b, b)]
     triangles = np.concatenate([np.stack(three, axis=2).reshape(-1, 3, 3) for three in corners])
     area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
     return np.asarray(triangles[area > 0.0])
