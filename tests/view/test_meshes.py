@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.live.choice import ModelChoice
+from stiffcal.live.models import LiveModels
+from stiffcal.meshes.client import read_bodies
 from stiffcal.view.packing import unpacked
 from stiffcal.workflow.steps import RunContext
 from stiffcal.workflow.view import view_campaign
@@ -71,3 +74,21 @@ def test_a_robot_without_meshes_asks_no_child_process(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr("stiffcal.workflow.view_bodies.read_bodies", refuse)
     assert view_bodies(load_campaign(write_small_campaign(tmp_path / "small", poses=2))) == ([], "")
+
+
+def test_meshes_are_read_once_for_all_models_that_are_tried(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[int] = []
+
+    def counted(*given: Any) -> Any:
+        read.append(1)
+        return read_bodies(*given)
+
+    monkeypatch.setattr("stiffcal.workflow.view_bodies.read_bodies", counted)
+    models = LiveModels(Path(shutil.copytree(folder, tmp_path / "arm")), RunContext())
+    first = models.content(ModelChoice())
+    second = models.content(ModelChoice(removed=["joint-compliance j6"]))
+    assert len(read) == 1
+    assert second.bodies is first.bodies
+    assert len(first.bodies) == 7

@@ -120,6 +120,7 @@ def test_what_is_nearer_hides_what_is_farther_in_any_order(meshes: Any) -> None:
     left, right, outside = colours[0]
     assert left[2] > 100 > left[0]
     assert right[0] > 100 > right[2]
+    assert right[0] > left[2] + 30  # light comes from the left, and the red square faces it
     assert outside == [0, 0, 0, 0]
 
 
