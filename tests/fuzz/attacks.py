@@ -134,6 +134,22 @@ def feed_urdf(chance: random.Random, folder: Path) -> None:
     read_urdf(folder / "robot.urdf", "robot.urdf", tip_link="tool0")
 
 
+def feed_mesh(chance: random.Random, folder: Path) -> None:
+    """Read and simplify a spoilt mesh, as the child process does."""
+    from stiffcal.meshes.answering import FORMATS
+    from stiffcal.meshes.simplifying import simplified
+    from tests.laboratory.mesh_robot import binary_stl, obj_text, text_stl, tube
+
+    part = tube([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], (0.2, 0.1), 8)[:40]
+    ending, write = chance.choice(((".stl", binary_stl), (".stl", text_stl), (".obj", obj_text)))
+    data = spoilt_bytes(chance, write(part))
+    if chance.random() < 0.3:
+        at = chance.randrange(len(data) + 1)
+        data = data[:at] + chance.choice((b"nan", b"1e308", b"inf", b"-0", b"f 1 2 ", b"9" * 5000)) + data[at:]
+    (less,) = simplified([FORMATS[ending](data, f"part{ending}")], 30)
+    assert len(less.triangles) <= 30
+
+
 def feed_special(chance: random.Random, folder: Path) -> None:
     """Put a pipe, device, circle of links or folder where a file of a campaign, or a log of any format, is expected."""
     from stiffcal.campaign.loading import load_campaign
@@ -172,5 +188,11 @@ def make_special(chance: random.Random, path: Path) -> None:
         path.symlink_to({"circle": path.name, "nowhere": "no-such-file"}.get(kind, kind))
 
 
-ATTACKS = {"definitions": feed_definition, "urdf": feed_urdf, "special files": feed_special, "bombs": feed_bomb}
+ATTACKS = {
+    "definitions": feed_definition,
+    "urdf": feed_urdf,
+    "meshes": feed_mesh,
+    "special files": feed_special,
+    "bombs": feed_bomb,
+}
 """Target to what feeds it."""
