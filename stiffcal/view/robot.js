@@ -157,6 +157,23 @@
       return { m, r, p: plus(m, r, -1), f: at(states.force, i) };
     }
 
+    /** The directions of the base axes. @param {Function} line @param {number[]} corner where they begin */
+    function axesInCorner(line, g, { project, pixels }, corner) {
+      const { quiet } = S.theme,
+        from = project([0, 0, 0]),
+        long = 26 / Math.max(pixels, 1e-9);
+      g.fillStyle = quiet;
+      g.textAlign = "center";
+      g.textBaseline = "middle";
+      for (const k of [0, 1, 2]) {
+        const to = project([0, 1, 2].map((a) => Number(a === k))),
+          way = corner.map((_, a) => long * (to[a] - from[a])),
+          [x, y] = corner.map((value, a) => value + way[a]);
+        line([corner, [x, y]], quiet, 1.5);
+        if (Math.hypot(...way) > 6) g.fillText("xyz"[k], x + 0.3 * way[0], y + 0.3 * way[1]);
+      }
+    }
+
     function draw(canvas) {
       run.select.value = String(S.state.run);
       exaggeration.input.value = String(S.state.scale);
@@ -211,26 +228,15 @@
           state,
           [...chain, ...moved, ...parts.reach, target, ...tips],
           // clear of the axes in the corner, with room for names on the right
-          { x: 76, y: top + 26, w: width - 166, h: height - top - 54 },
+          { x: 76, y: top + 20, w: width - 166, h: height - top - 40 },
           0.5 * longest.chain,
         ),
         { project } = camera;
-      [
-        [1, 0, 0],
-        [0, 1, 0],
-        [0, 0, 1],
-      ].forEach((axis, k) => {
-        const corner = [38, height - 34],
-          [from, to] = [project([0, 0, 0]), project(axis)],
-          long = 26 / Math.max(camera.pixels, 1e-9);
-        const end = corner.map((value, a) => value + long * (to[a] - from[a]));
-        line([corner, end], theme.quiet, 1.5);
-        g.fillStyle = theme.quiet;
-        g.textAlign = "center";
-        g.textBaseline = "middle";
-        if (Math.hypot(end[0] - corner[0], end[1] - corner[1]) > 6)
-          g.fillText("xyz"[k], end[0] + 0.3 * (end[0] - corner[0]), end[1] + 0.3 * (end[1] - corner[1]));
-      });
+      // whatever one zooms to, nothing is drawn over the words
+      g.save();
+      g.beginPath();
+      g.rect(0, top, width, height - top);
+      g.clip();
       parts.draw(g, camera, width, height);
       line([...chain, target].map(project), theme.ink, 1.5, [6, 4]);
       const joints = moved.slice(1, -1).map(project),
@@ -258,6 +264,8 @@
         for (const j of S.members[state.run]) if (S.selected[j] && j !== i) arrow(target, vectors(j).r, RESIDUALS * scale, theme.chosen, 2, [2, 2]);
       }
       for (const letter of drawn) arrow(target, ...arrowsOf(letter), colours[letter], 2.5, dashes[letter]);
+      axesInCorner(line, g, camera, [38, height - 34]);
+      g.restore();
       return (
         `Run ${values.name}, state ${S.members[state.run].indexOf(i) + 1} of ${S.members[state.run].length}. Deflections × ` +
         `${S.digits(scale)}, residuals × ${S.digits(RESIDUALS * scale)}.${standing}`

@@ -55,20 +55,22 @@
      * @param {{moved: number[][], axes: number[][], run: any, state: number|null, scale: number}} pose moved: the chain
      */
     return function ({ moved, axes, run, state, scale }) {
-      if (!meshes.size)
-        return { reach: [], draw: (g, camera) => S.drawBodies(g, [...links(moved), ...drives(moved, axes)], camera) };
+      const bare = links(moved),
+        joints = drives(moved, axes),
+        round = [...bare, ...joints];
+      if (!meshes.size) return { reach: round.flatMap(S.endsOfBody), draw: (g, camera) => S.drawBodies(g, round, camera) };
       const surfaces = data.bodies.map((body) => ({
         points: S.placedPoints(body, run, state, scale),
         triangles: body.triangles,
         colour: colourOf(body.body),
       }));
       const draw = (g, camera, width, height) => {
-        S.drawSurfaces(g, [...surfaces, ...links(moved).map(S.surfaceOfBody)], camera, width, height, S.theme.quiet);
+        S.drawSurfaces(g, [...surfaces, ...bare.map(S.surfaceOfBody)], camera, width, height, S.theme.quiet);
         g.globalAlpha = THROUGH;
-        S.drawBodies(g, drives(moved, axes), camera);
+        S.drawBodies(g, joints, camera);
         g.globalAlpha = 1;
       };
-      return { reach: surfaces.flatMap(({ points }) => S.boxOf(points)), draw };
+      return { reach: [...surfaces.flatMap(({ points }) => S.boxOf(points)), ...round.flatMap(S.endsOfBody)], draw };
     };
   };
 })(stiffcal);

@@ -49,16 +49,21 @@
       .join("")}`;
   };
 
+  /** Points on a round body's ends: what it reaches. */
+  S.endsOfBody = function ({ from, to, radii }) {
+    const axis = unit(add(to, from, -1));
+    return [...circle(from, axis, radii[0]), ...circle(to, axis, radii[1])];
+  };
+
   /** A round body as a surface, for `S.drawSurfaces`. */
-  S.surfaceOfBody = function ({ from, to, radii, colour }) {
-    const axis = unit(add(to, from, -1)),
-      points = [...circle(from, axis, radii[0]), ...circle(to, axis, radii[1]), from, to],
+  S.surfaceOfBody = function (body) {
+    const points = [...S.endsOfBody(body), body.from, body.to],
       triangles = [];
     for (let k = 0; k < SIDES; k++) {
       const next = (k + 1) % SIDES;
       triangles.push(k, next, SIDES + k, next, SIDES + next, SIDES + k, 2 * SIDES, next, k, 2 * SIDES + 1, SIDES + k, SIDES + next);
     }
-    return { points: Float64Array.from(points.flat()), triangles, colour };
+    return { points: Float64Array.from(points.flat()), triangles, colour: body.colour };
   };
 
   /** Draw round bodies, the farther ones first. @param {CanvasRenderingContext2D} g @param {any[]} bodies @param {any} camera of `S.cameraOf` */

@@ -29,25 +29,6 @@ def test_every_panel_is_drawn(page: Any) -> None:
     assert page.locator("#reading-table tbody tr").count() > 6
 
 
-def test_the_robot_fills_its_picture_from_every_side(page: Any) -> None:
-    # the lowest and highest place of a body's colour, as a share of the picture below its words
-    reach = """() => { const c = document.getElementById("robot-canvas"), { width, height } = c, g = c.getContext("2d");
-        const d = g.getImageData(0, 0, width, height).data, ground = d.slice(0, 3).join();
-        const rows = new Set(), columns = new Set();
-        for (let y = 60; y < height; y++) for (let x = 60; x < width; x++) {
-          const at = 4 * (y * width + x);
-          if (d.slice(at, at + 3).join() !== ground) { rows.add(y); columns.add(x); }
-        }
-        return [rows.size / height, columns.size / width]; }"""
-    pictures = set()
-    for camera in ("oblique", "front", "side", "top"):
-        page.locator("#robot").get_by_role("button", name=camera, exact=True).click()
-        settled(page)
-        assert max(page.evaluate(reach)) > 0.6, camera
-        pictures.add(page.locator("#robot-canvas").screenshot())
-    assert len(pictures) == 4
-
-
 def test_a_model_of_the_ladder_shows_the_numbers_of_history(page: Any, content: Any) -> None:
     fits = content[1].fits
     page.evaluate("(id) => stiffcal.set({ model: id })", f"fit{fits[0].id}")
