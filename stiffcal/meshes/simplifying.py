@@ -68,13 +68,19 @@ def _clustered(surface: Surface, cell: float) -> Surface:
     _, single = np.unique(np.sort(kept, axis=1), axis=0, return_index=True)
     kept = kept[np.sort(single)]
     used, renumbered = np.unique(kept, return_inverse=True)
-    points = _corner_points(surface, cell_of, len(first), cell)
+    points = _corner_points(surface, cell_of, len(first))
     return Surface(points[used], renumbered.reshape(kept.shape))
 
 
-def _corner_points(surface: Surface, cell_of: Integers, count: int, cell: float) -> Floats:
-    """Return for each cell the point nearest to the planes of its triangles, within the cell's reach."""
+def _corner_points(surface: Surface, cell_of: Integers, count: int) -> Floats:
+    """Return for each cell the point nearest to the planes of its triangles, within a box about the cell's own points.
+
+    Where planes nearly agree they cross far away: without the box a ridge would become spikes.
+    """
     size = np.bincount(cell_of, minlength=count)[:, np.newaxis]
+    in_order = surface.points[np.argsort(cell_of, kind="stable")]
+    starts = np.concatenate([[0], np.cumsum(size[:-1, 0])])
+    low, high = np.minimum.reduceat(in_order, starts), np.maximum.reduceat(in_order, starts)
     middle = np.stack([np.bincount(cell_of, column, minlength=count) for column in surface.points.T], axis=1) / size
     at = surface.points[surface.triangles]
     normal = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])  # as long as the triangle is large
@@ -90,4 +96,4 @@ def _corner_points(surface: Surface, cell_of: Integers, count: int, cell: float)
     is_known = values > FLAT * values[:, -1:]
     along = np.einsum("cji,cj->ci", axes, offsets)
     step = np.einsum("cij,cj->ci", axes, np.divide(along, values, out=np.zeros_like(along), where=is_known))
-    return np.asarray(middle + np.clip(step, -cell, cell), dtype=np.float64)
+    return np.asarray(np.clip(middle + step, low, high), dtype=np.float64)

@@ -75,3 +75,10 @@ def test_bodies_share_one_grid_and_one_number_of_triangles() -> None:
 def test_triangles_without_area_leave_no_number_that_is_none(points: NDArray[np.float64]) -> None:
     (less,) = simplified([Surface(points.astype(float), np.array([[0, 1, 2]]))], 100)
     assert np.isfinite(less.points).all()
+
+
+def test_ribs_become_no_spikes() -> None:
+    ribbed = tube([0.0, 0.0, 0.0], [0.0, 0.0, LONG], (RADIUS, RADIUS), SIDES)
+    ribbed[..., :2] *= 1.0 + 0.06 * np.sign(np.sin(50.0 * ribbed[..., 2:] + 0.5))
+    (less,) = simplified([surface_of(ribbed)], 500)
+    assert np.abs(less.points[:, :2]).max() <= np.abs(ribbed[..., :2]).max() + 1e-12
