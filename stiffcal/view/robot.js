@@ -224,13 +224,14 @@
       }));
       const top = 10 + 16 * S.keys(g, { x: 14, w: width - 28 }, entries);
       const tips = drawn.map((letter) => plus(target, ...arrowsOf(letter))).filter((p) => p.every(Number.isFinite));
-      const camera = S.cameraOf(
-          state,
-          [...chain, ...moved, ...parts.reach, target, ...tips],
-          // clear of the axes in the corner, with room for names on the right
-          { x: 76, y: top + 20, w: width - 166, h: height - top - 40 },
-          0.5 * longest.chain,
-        ),
+      // clear of the axes in the corner, beside them or above, whichever leaves more room; names find theirs beside the joints
+      const room = [
+        { x: 76, y: top + 20, w: width - 136, h: height - top - 40 },
+        { x: 24, y: top + 20, w: width - 84, h: height - top - 90 },
+      ];
+      const inSight = [...chain, ...moved, ...parts.reach, target, ...tips],
+        [first, second] = room.map((box) => S.cameraOf(state, inSight, box, 0.5 * longest.chain)),
+        camera = second.pixels > first.pixels ? second : first,
         { project } = camera;
       // whatever one zooms to, nothing is drawn over the words
       g.save();
@@ -248,9 +249,11 @@
           g.stroke();
         };
       for (const k of data.suspected) diamond(joints[k - 1], 16);
-      for (const k of data.suspected_links) if (moved[k + 1]) diamond(project(plus(moved[k], moved[k + 1], 1).map((v) => v / 2)), 13);
+      const ofLinks = data.suspected_links.filter((k) => moved[k + 1]).map((k) => project(plus(moved[k], moved[k + 1], 1).map((v) => v / 2)));
+      for (const place of ofLinks) diamond(place, 13);
+      const corners = ofLinks.flatMap(([x, y]) => [-13, 0, 13].flatMap((by) => [[x + by, y], [x, y + by]]));
       const along = tips.flatMap((tip) => [0, 0.25, 0.5, 0.75, 1].map((share) => project(target.map((value, k) => value + share * (tip[k] - value)))));
-      S.writeJointNames(g, joints, shares, width, along);
+      S.writeJointNames(g, joints, shares, width, [...along, ...corners]);
       const arrow = (from, vector, by, colour, w, dash) => {
         const a = project(from),
           b = project(plus(from, vector, by));

@@ -58,11 +58,11 @@
   };
 
   /**
-   * Names of joints with their shares next to them, those of one place together, none over another, nor over another joint or an arrow.
+   * Names of joints with their shares next to them, those of one place together, none over another, nor over another joint, an arrow or a diamond.
    * @param {CanvasRenderingContext2D} g @param {number[][]} points of the joints @param {any} shares @param {number} width
-   * @param {number[][]} arrows points along the arrows
+   * @param {number[][]} marks points of arrows and diamonds
    */
-  S.writeJointNames = function (g, points, shares, width, arrows) {
+  S.writeJointNames = function (g, points, shares, width, marks) {
     const HIGH = 15,
       ASIDE = 20,
       DRIVE = 16,
@@ -89,7 +89,7 @@
         !placed.some((other) => Math.abs(other.up - up) < HIGH && left < other.left + other.wide + 4 && other.left < left + wide + 4);
       const isBare = ({ left, up }) =>
         !points.some(([px, py]) => px > left - DRIVE && px < left + wide + DRIVE && Math.abs(py - up) < HIGH / 2 + DRIVE && Math.hypot(px - x, py - y) >= 12) &&
-        !arrows.some(([px, py]) => px > left - 4 && px < left + wide + 4 && Math.abs(py - up) < HIGH / 2 + 4);
+        !marks.some(([px, py]) => px > left - 4 && px < left + wide + 4 && Math.abs(py - up) < HIGH / 2 + 4);
       const apart = places.filter(isApart),
         { left, up } = apart.find(isBare) ?? apart[0] ?? places[0];
       placed.push({ left, up, wide });
