@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from stiffcal.diagnosis.results import DiagnoseResult, Finding
+from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect, UndecidedEffect
 from stiffcal.escapes import shell
 from stiffcal.model.summary import EffectAt
 from stiffcal.view.content import CandidateStanding, ViewCandidate
@@ -21,8 +21,9 @@ def view_candidates(diagnosis: DiagnoseResult | None) -> list[ViewCandidate]:
     if diagnosis is None:
         return []
     offered: dict[str, ViewCandidate] = {}
+    stated = _stated(diagnosis)
     for standing, effect in _in_order(diagnosis):
-        name = f"{effect.effect} {place_words(effect.where)}"
+        name = _name(effect)
         if name in offered or (standing == "rejected" and len(offered) >= MOST_OFFERED):
             continue
         finding = next(
@@ -31,7 +32,7 @@ def view_candidates(diagnosis: DiagnoseResult | None) -> list[ViewCandidate]:
         offered[name] = ViewCandidate(
             name=name,
             standing=standing,
-            sure=_how_sure(finding, standing),
+            sure=_how_sure(stated.get(name), finding, standing),
             heldout_rms=None if finding is None else finding.heldout_rms_after,
             why="" if finding is None else finding.why,
             command=command_of("add", effect),
@@ -39,11 +40,29 @@ def view_candidates(diagnosis: DiagnoseResult | None) -> list[ViewCandidate]:
     return list(offered.values())
 
 
-def _how_sure(finding: Finding | None, standing: CandidateStanding) -> str:
+def _name(effect: EffectAt | ProposedEffect | LookAlike | UndecidedEffect) -> str:
+    return f"{effect.effect} {place_words(effect.where)}"
+
+
+def _stated(diagnosis: DiagnoseResult) -> dict[str, float]:
+    """Return the probabilities of effects that the verdict names, by name.
+
+    The ranking has others: there an effect counts in whatever combination holds it.
+    """
+    found = {_name(one): one.share for one in diagnosis.undecided}
+    for missing in diagnosis.missing:
+        members = [(missing.member_probability, _name(missing))]
+        members += [(one.probability, _name(one)) for one in missing.alternatives]
+        for share, name in members:
+            if missing.probability is not None and share is not None:
+                found[name] = missing.probability * share
+    return found
+
+
+def _how_sure(stated: float | None, finding: Finding | None, standing: CandidateStanding) -> str:
     """Return how sure the diagnosis is of a candidate, in words; "" of what is rejected, and where it does not say."""
-    if finding is None or standing == "rejected" or finding.probability is None:
-        return ""
-    return probability_in_words(finding.probability)
+    probability = stated if stated is not None or finding is None else finding.probability
+    return "" if standing == "rejected" or probability is None else probability_in_words(probability)
 
 
 def _in_order(diagnosis: DiagnoseResult) -> Iterator[tuple[CandidateStanding, EffectAt]]:

@@ -1,0 +1,40 @@
+"""How sure the page calls each candidate: as sure as the sentence above it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from stiffcal.diagnosis.results import DiagnoseResult, LookAlike
+from stiffcal.model.summary import Where
+from stiffcal.wording import probability_in_words
+from stiffcal.workflow.diagnose import current_diagnosis
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.workflow.view_candidates import view_candidates
+from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
+
+
+@pytest.fixture(scope="module")
+def diagnosis(tmp_path_factory: pytest.TempPathFactory) -> DiagnoseResult:
+    folder, context = diagnosed_copy(WITHOUT_6, tmp_path_factory.mktemp("candidates") / "small"), RunContext()
+    data = up_to_date_states(folder, context)
+    found, _ = current_diagnosis(data, up_to_date_fit(data, context))
+    assert found is not None
+    return found
+
+
+def test_members_of_a_group_have_the_probabilities_of_the_verdict(diagnosis: DiagnoseResult) -> None:
+    (missing,) = diagnosis.missing
+    rival = LookAlike(effect="bearing-tilt", where=Where(joints=[6]), probability=0.25)
+    group = replace(missing, probability=0.8, member_probability=0.5, alternatives=[rival])
+    sure = {one.name: one.sure for one in view_candidates(replace(diagnosis, missing=[group]))}
+    assert sure["joint-compliance j6"] == probability_in_words(0.4)
+    assert sure["bearing-tilt j6"] == probability_in_words(0.2)
+
+
+def test_what_is_rejected_has_none(diagnosis: DiagnoseResult) -> None:
+    found = view_candidates(diagnosis)
+    assert found[0].sure
+    assert {one.sure for one in found if one.standing == "rejected"} == {""}
