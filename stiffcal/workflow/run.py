@@ -37,7 +37,7 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> RunResult:
     diagnosis = diagnose_campaign(folder, context)
     report = report_campaign(folder, context)
     page = view_campaign(folder, context)
-    warnings = [*checked.warnings, *identified.warnings, *validation.warnings, *diagnosis.warnings]
+    warnings = [*checked.warnings, *identified.warnings, *validation.warnings, *diagnosis.warnings, *page.warnings]
     return RunResult(
         warnings=list(dict.fromkeys(warnings)),
         check=checked,

@@ -42,7 +42,11 @@ def view_campaign(
     page = page_of(folder, context, raw)
     write_output(file, page.html, context.overwrite)
     return ViewResult(
-        warnings=[], file=str(file), n_states=page.n_states, n_shown=page.n_shown, origin=cast(Origin, page.origin)
+        warnings=page.warnings,
+        file=str(file),
+        n_states=page.n_states,
+        n_shown=page.n_shown,
+        origin=cast(Origin, page.origin),
     )
 
 
@@ -58,6 +62,8 @@ class PageOfCampaign:
     """Those that are drawn."""
     origin: str
     """From whom the results in it come."""
+    warnings: list[str]
+    """What it had to leave out, a line each."""
 
 
 def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampaign:
@@ -70,7 +76,7 @@ def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampai
 
     context.progress("collecting the results", None)
     content = view_content(data, identified, validation, raw)
-    if content.meshes_fault:
-        context.notify(f"the robot is drawn without the meshes of its URDF: {content.meshes_fault}")
     shown = 0 if content.states is None else len(content.states.run)
-    return PageOfCampaign(build_page(content), content.n_states, shown, data.store.origin_of(IDENTIFY))
+    fault = content.meshes_fault
+    warnings = [f"the robot is drawn without the meshes of its URDF: {fault}"] if fault else []
+    return PageOfCampaign(build_page(content), content.n_states, shown, data.store.origin_of(IDENTIFY), warnings)

@@ -28,11 +28,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy_with_meshes(tmp_path_factory.mktemp("meshes") / "arm")
 
 
-def packed(folder: Path, context: RunContext | None = None) -> tuple[dict[str, Any], dict[int, Any], int]:
+def packed(folder: Path) -> tuple[dict[str, Any], dict[int, Any], int]:
     """Write a campaign's page; return what is packed into it, and its bytes."""
-    file = folder / "view.html"
-    view_campaign(folder, context)
-    text = file.read_text("utf-8")
+    view_campaign(folder)
+    text = (folder / "view.html").read_text("utf-8")
     found = re.search(r'<script type="text/plain" id="data">([^<]*)</script>', text)
     assert found is not None
     return *unpacked(found[1]), len(text)
@@ -60,12 +59,13 @@ def test_a_broken_mesh_is_one_line_and_the_robot_is_drawn_without(folder: Path, 
     shutil.copytree(folder, broken)
     part = broken / "arm_description" / "meshes" / "part3.STL"
     part.write_bytes(part.read_bytes()[:-7])
-    notes: list[str] = []
-    document, _, _ = packed(broken, RunContext(notify=notes.append))
+    document, _, _ = packed(broken)
     assert document["bodies"] == []
     assert document["meshes_fault"].startswith("arm_description/meshes/part3.STL: ")
-    assert [note for note in notes if "[file-damaged]" in note]
-    assert all("\n" not in note for note in notes)
+    (warning,) = view_campaign(broken).warnings
+    assert "[file-damaged]" in warning
+    assert "\n" not in warning
+    assert view_campaign(folder).warnings == []
 
 
 def test_a_robot_without_meshes_asks_no_child_process(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
