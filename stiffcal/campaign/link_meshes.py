@@ -28,7 +28,8 @@ OF_PACKAGES = ("package", "model")
 def link_meshes(robot: RobotFile, folder: Path, robot_file: str) -> list[PlacedMesh]:
     """Return the meshes of the robot's links that lie in the campaign folder, base to tip; none without a URDF.
 
-    Of a link that has visual meshes in formats that are not read, those for collisions are taken.
+    Of a link that has visual meshes in formats that are not read, those for collisions are taken. What stands on the
+    base beside the chain (a fence, another arm) is left out; what joints carry (a cover, fingers) is drawn at its zero.
 
     Parameters
     ----------
@@ -42,9 +43,12 @@ def link_meshes(robot: RobotFile, folder: Path, robot_file: str) -> list[PlacedM
         return []
     file = posixpath.normpath((PurePosixPath(robot_file.replace("\\", "/")).parent / robot.urdf).as_posix())
     urdf = read_urdf(folder / file, file, robot.base_link, robot.tip_link)
+    of_chain = {urdf.base, *(joint.child for joint in urdf.path)}
     found: list[PlacedMesh] = []
     for body, joint in enumerate((None, *urdf.moving)):
         for link, place in riding_links(urdf, joint):
+            if body == 0 and link.name not in of_chain:
+                continue
             for mesh, path in _drawn(link, folder, file):
                 xyz, rpy, scale = mesh.placement(file, f"link {link.name}, mesh")
                 own = translation(xyz)

@@ -23,9 +23,10 @@ def shape(file: str, kind: str = "visual", origin: str = ORIGIN, scale: str = ""
 
 
 def write_urdf(path: Path, *shapes: str) -> Path:
-    """Write an arm of two joints whose links base, l1, l2 and, beside the chain, cover have these shapes."""
-    given = [*shapes, *[""] * (4 - len(shapes))]
-    links = "".join(f"<link name='{name}'>{given[k]}</link>" for k, name in enumerate(("base", "l1", "l2", "cover")))
+    """Write an arm of two joints whose links base, l1, l2 and, beside the chain, cover and fence have these shapes."""
+    names = ("base", "l1", "l2", "cover", "fence")
+    given = [*shapes, *[""] * (len(names) - len(shapes))]
+    links = "".join(f"<link name='{name}'>{given[k]}</link>" for k, name in enumerate(names))
     joints = (
         "<joint name='A1' type='revolute'><parent link='base'/><child link='l1'/><axis xyz='0 1 0'/>"
         "<origin xyz='0 0.1 0.5' rpy='0.2 0 0.3'/><limit lower='-3' upper='3' effort='0' velocity='0'/></joint>"
@@ -33,6 +34,7 @@ def write_urdf(path: Path, *shapes: str) -> Path:
         "<origin xyz='0.4 0 0' rpy='0 0.7 0'/><limit lower='-1' upper='1' effort='0' velocity='0'/></joint>"
         "<joint name='screws' type='fixed'><parent link='l1'/><child link='cover'/>"
         "<origin xyz='0 0 0.2' rpy='0.1 0.2 0.3'/></joint>"
+        "<joint name='bolts' type='fixed'><parent link='base'/><child link='fence'/></joint>"
     )
     path.write_text(f"<robot name='r'>{links}{joints}</robot>", encoding="utf-8")
     return path
@@ -83,6 +85,13 @@ def test_meshes_for_collisions_stand_in_for_a_format_that_is_not_read(tmp_path: 
     write_urdf(tmp_path / "arm.urdf", *shapes)
     found = [(mesh.body, mesh.file) for mesh in link_meshes(ROBOT, tmp_path, "robot.toml")]
     assert found == [(0, "plain.stl"), (1, "fine.stl")]
+
+
+def test_what_stands_beside_the_chain_is_no_part_of_the_robot(tmp_path: Path) -> None:
+    write(tmp_path, "base.stl", "cover.stl", "fence.stl")
+    write_urdf(tmp_path / "arm.urdf", shape("base.stl"), "", "", shape("cover.stl"), shape("fence.stl"))
+    found = [(mesh.body, mesh.file) for mesh in link_meshes(ROBOT, tmp_path, "robot.toml")]
+    assert found == [(0, "base.stl"), (1, "cover.stl")]
 
 
 @pytest.mark.parametrize(
