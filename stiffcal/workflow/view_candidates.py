@@ -49,7 +49,7 @@ def _stated(diagnosis: DiagnoseResult) -> dict[str, float]:
 
     The ranking has others: there an effect counts in whatever combination holds it.
     """
-    found = {_name(one): one.share for one in diagnosis.undecided}
+    found = {_name(one): one.share for one in diagnosis.undecided if one.share is not None}
     for missing in diagnosis.missing:
         members = [(missing.member_probability, _name(missing))]
         members += [(one.probability, _name(one)) for one in missing.alternatives]
