@@ -123,7 +123,8 @@ def weight_faults(robot: RobotFile, file: str, run: str, steady: bool = False) -
         return []
     acting = "weight" if steady else "weight and inertia"
     reason = f"{_NO_ROWS}, without which {acting} in run {run} cannot be modelled"
-    bench = "" if several else "; for one axis on which no weight acts write gravity_mps2 = [0, 0, 0]"
+    no_weight = "; where no weight acts, as on a bench, write gravity_mps2 = [0, 0, 0]"
+    bench = "" if several and not steady else no_weight
     return [Fault(FaultCode.VALUE_INVALID, file, "joints", reason, _WRITE_ROWS + bench)]
 
 

@@ -106,11 +106,8 @@ class WhatIsMissing:
 
     @property
     def unexplained(self) -> bool:
-        """Whether something is probably missing that is none of the effects, and shows.
-
-        A law that is probable and next to the noise is too small to matter is given with its probability alone.
-        """
-        return (self.p_unknown >= NAMED and self.p_nothing < NAMED) or bool(self.failed)
+        """Whether something is probably missing that is none of the effects."""
+        return self.p_unknown >= NAMED or bool(self.failed)
 
 
 def read_off(judged: Judged) -> WhatIsMissing:

@@ -87,7 +87,7 @@ def test_a_stated_noise_too_small_is_said_and_a_structure_is_still_distinguished
     states = still(cycles=1)
     noise = 1.5 * TRACKER * np.random.default_rng(8).normal(size=(len(states), 3))
     if spoilt:
-        noise[:, 0] += 8.0 * TRACKER * (states.wrench[:, 2] / np.abs(states.wrench[:, 2]).max()) ** 2
+        noise[:, 0] += 4.0 * TRACKER * (states.wrench[:, 2] / np.abs(states.wrench[:, 2]).max()) ** 2
     stated = replace(states.setup, sigma=Sigma(TRACKER, 3e-5, 1e-3, 1e-3))
     seen = replace(read_with(states, noise), setup=stated)
     found = diagnosed(seen)

@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.judgement.checks import Check
-from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.numbers import SHOWS
-from stiffcal.judgement.reading import WhatIsMissing, _left, _present, _within
+from stiffcal.judgement.reading import _left, _present, _within
 from stiffcal.judgement.sets import Key
 
 
@@ -20,18 +18,6 @@ def test_a_group_without_any_set_has_no_shares() -> None:
     names: dict[Key, frozenset[str]] = {(0,): frozenset({"creep j1"}), (1,): frozenset({"backlash j1"})}
     assert _within({"creep j1"}, frozenset(), {(0,): 0.0, (1,): 1.0}, names) == {}
     assert _within({"creep j1"}, frozenset(), {(0,): 0.2, (1,): 0.8}, names) == {"creep j1": 1.0}
-
-
-def what_is_missing(p_nothing: float, p_unknown: float, *checks: Check) -> WhatIsMissing:
-    return WhatIsMissing((), (), p_nothing, p_unknown, checks, {}, (), 0.0, ())
-
-
-def test_a_probable_law_that_shows_less_than_half_of_the_noise_leaves_nothing_unexplained() -> None:
-    assert not what_is_missing(0.999, 0.72).unexplained
-    assert what_is_missing(0.999, 0.72).adequate
-    assert what_is_missing(0.2, 0.72).unexplained
-    assert not what_is_missing(0.2, 0.3).unexplained
-    assert what_is_missing(0.999, 0.1, Check(CheckKind.TORQUE, 2.0, 1e-6)).unexplained
 
 
 @pytest.mark.parametrize("drifts", [False, True])

@@ -91,6 +91,10 @@ def test_one_axis_of_three_in_free_motion(tmp_path: Path) -> None:
         load_campaign(tmp_path / "cell")
     written = tmp_path / "cell" / "campaign.toml"
     written.write_text(written.read_text(encoding="utf-8").replace("torque_constant = []", "torque_constant = 2.0"))
+    with pytest.raises(InputError, match=r"gravity_mps2 = \[0, 0, 0\]"):
+        values_of(tmp_path / "cell")
+    robot = tmp_path / "cell" / "robot.toml"
+    robot.write_text("gravity_mps2 = [0, 0, 0]\n" + robot.read_text(encoding="utf-8"), encoding="utf-8")
     values = values_of(tmp_path / "cell")
     assert values["joint-friction.j2.coulomb"].value == pytest.approx(COULOMB, rel=0.02)
     assert values["joint-friction.j2.viscous"].value == pytest.approx(VISCOUS, rel=0.02)

@@ -146,7 +146,7 @@ def test_a_writer_that_sleeps_between_its_last_look_and_the_switch(
             else:  # it has looked, too, when the first one wakes up
                 original(self, name, content)
                 monkeypatch.setattr(remote_module.Remote, "_write", original)
-                original(self, f"current/{name[8:18]}-00000009-20990101T000000-abc", b"")
+                original(self, f"current/{name[8:18]}-00000009-20990101T000000-abcdef", b"")
                 return
         original(self, name, content)
 
