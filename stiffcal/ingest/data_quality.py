@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -12,13 +12,14 @@ import numpy as np
 from stiffcal.arrays import Booleans
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.signals import DeadWeight, Deflection, JointSignals, Pose, Wrench
+from stiffcal.campaign.signals import DeadWeight, Deflection, JointSignals, Wrench
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
 from stiffcal.ingest.constant_signals import constant_signals
 from stiffcal.ingest.header_units import conflict_warnings, declared_units, unit_conflicts
+from stiffcal.ingest.places_not_measured import orientations_not_measured, rows_without_place
 from stiffcal.ingest.short_logs import short_logs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
@@ -26,6 +27,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.angle_conventions import stated_units
 from stiffcal.reduction.consistency import MEETS_M, check_kinematics, match_kinematics, miss_words
+from stiffcal.reduction.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.force_zero_faults import force_zero_faults
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
@@ -44,6 +46,7 @@ from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.repeated_rows import repeated_rows
 from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.rounded_copies import RoundedCopies
+from stiffcal.reduction.sampled_readings import ReadingSampler
 from stiffcal.reduction.stopped_targets import stopped_targets
 from stiffcal.reduction.turned_sensor import turned_sensor
 from stiffcal.reduction.unit_slips import (
@@ -55,7 +58,6 @@ from stiffcal.reduction.work_of_load import check_work
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12
-MOST_ROWS_NAMED = 10
 
 
 @dataclass(frozen=True)
@@ -119,17 +121,17 @@ class DataQuality:
                 slides=frozenset() if settings.joints is None else settings.joints.length_columns(),
                 declared={column: unit.name for column, unit in declared_units(settings).items()},
                 by_the_wall=settings.time is not None and settings.time.in_words,
+                sampler=None if settings.is_states else ReadingSampler(of_source.columns, of_source.units),
             )
         self._watched[key].update(rows.number, rows.time, rows.signals)
 
     def compare_rows(self, source: str, file: str, states: RawStates) -> None:
         """Take in the states of a table, to be compared with all others; those that are excluded do not count."""
-        settings = self._campaign.manifest.sources[source]
-        factors = {column: unit.factor for column, unit in declared_units(settings).items()}
         in_use = [k for k, reason in enumerate(states.set_aside) if reason.code is not SetAsideCode.EXCLUDED]
         kept = np.array(in_use, dtype=np.int64)[np.argsort(states.number[in_use], kind="stable")]
         signals = {name: values[kept].T for name, values in states.signals.items()}
-        self._copies.update(file, states.number[kept], signals, self._settings[source].columns, factors)
+        of_source = self._settings[source]
+        self._copies.update(file, states.number[kept], signals, of_source.columns, of_source.units)
 
     def has_begun(self, source: str, file: str, run: str = "") -> bool:
         """Return whether anything of a log was given to `update`, and not yet to `finish`."""
@@ -199,11 +201,15 @@ class DataQuality:
         """Return a fault for every signal that is the same in all rows of the campaign; all logs were read."""
         return constant_signals(self.logs)[0]
 
+    def copied_runs(self) -> list[CopiedRuns]:
+        """Return the runs whose logs hold the same readings."""
+        return copied_runs(self.logs)
+
     def remarks(self) -> list[str]:
         """Return warnings: doubts that are no faults."""
         remarks = [remark for log in self.logs.values() for remark in log.remarks()]
         remarks += constant_signals(self.logs)[1] + short_logs(self.logs)
-        remarks += self._copies.warnings() + self._of_files
+        remarks += self._copies.warnings() + copied_log_warnings(self.copied_runs()) + self._of_files
         remarks += conflict_warnings((file, found) for (_, file), found in self._unit_conflicts.items())
         dead = {key: log.dead() for key, log in self.logs.items()}
         n_logs = Counter(source for source, _, _ in self.logs)
@@ -223,11 +229,18 @@ class _LogSettings:
 
     columns: Mapping[str, tuple[str, ...]]
     files: Mapping[str, str]
+    units: Mapping[str, float]
+    """What one of a column's unit is, SI; of logs at the joints' side."""
 
     @classmethod
     def of(cls, campaign: Campaign, source: str) -> _LogSettings:
         settings = campaign.manifest.sources[source]
-        return cls(columns_of_signals(settings, source), files_of_signals(settings, source))
+        columns = columns_of_signals(settings, source)
+        units = {column: unit.factor for column, unit in declared_units(settings).items()}
+        if settings.joints is not None and settings.joints.motor and not settings.is_states:
+            ratios = zip(columns.get("joints.torque", ()), campaign.chain.gear_ratio.tolist(), strict=False)
+            units |= {column: units.get(column, 1.0) * ratio for column, ratio in ratios}
+        return cls(columns, files_of_signals(settings, source), units)
 
 
 def loads_of(states: LoadStates) -> Booleans:
@@ -236,7 +249,11 @@ def loads_of(states: LoadStates) -> Booleans:
 
 
 def check_load_states(
-    states: LoadStates, campaign: Campaign, estimated: bool, partial_logs: bool = False
+    states: LoadStates,
+    campaign: Campaign,
+    estimated: bool,
+    partial_logs: bool = False,
+    copied: Sequence[CopiedRuns] = (),
 ) -> tuple[list[Fault], list[str]]:
     """Return faults, of what cannot be in the load states, and warnings, of what is doubtful.
 
@@ -244,6 +261,7 @@ def check_load_states(
     ----------
     estimated : True where frames were found from these very states.
     partial_logs : True where more states are to come: of logs only the beginning was read, or files are not there yet.
+    copied : runs whose logs hold the same readings, which was said: their states are not compared again.
     """
     chain, manifest = campaign.chain, "campaign.toml"
     loads = loads_of(states)
@@ -253,7 +271,9 @@ def check_load_states(
         return faults, []
     outliers = states.set_aside_code == SetAsideCode.BUMPED.value
     zeros = force_zero_faults(chosen, chain)
-    repeated = repeated_rows(states.select((loads[states.run] | states.absolute) & states.used))
+    known = {run for group in copied for run in group.runs[1:]}
+    others = np.array([(run.of or run.name) not in known for run in states.runs], dtype=np.bool_)[states.run]
+    repeated = repeated_rows(states.select((loads[states.run] | states.absolute) & states.used & others))
     warnings = loaded_references(chosen) + rezeroed_table(chosen, chain) + repeated + rows_without_place(states)
     warnings += stopped_targets(states.select(loads[states.run] & (states.used | outliers)), chain)
     warnings += orientations_not_measured(states, campaign)
@@ -341,38 +361,6 @@ def _wrench_of(campaign: Campaign) -> tuple[str, str, tuple[str, ...]]:
         if isinstance(signal, Wrench):
             return signal.acts_on, f"sources.{source}.{name}", signal.columns
     return "robot", "wrench", ()
-
-
-def rows_without_place(states: LoadStates) -> list[str]:
-    """Return a warning for rows of absolute runs in which no target was measured."""
-    missing = np.flatnonzero(states.absolute & (states.set_aside_code == SetAsideCode.NOT_MEASURED.value))
-    if not missing.size:
-        return []
-    rows = ", ".join(str(int(row)) for row in states.row[missing[:MOST_ROWS_NAMED]])
-    more = f" and {missing.size - MOST_ROWS_NAMED} more" if missing.size > MOST_ROWS_NAMED else ""
-    return [f"no target was measured in row {rows}{more} of absolute runs: not used"]
-
-
-def orientations_not_measured(states: LoadStates, campaign: Campaign) -> list[str]:
-    """Return a warning for each orientation that the manifest names where no state has one: positions alone count."""
-    given = [np.isfinite(part).any() for part in (states.rotation, states.deflection[:, :, 3:])]
-    named = [
-        (f"sources.{source}.{name}", columns)
-        for source, name, signal in campaign.manifest.signals()
-        if (columns := _orientation_columns(signal))
-    ]
-    if any(given) or not named or not states.used.any():
-        return []
-    return [
-        f"{place}: no state has an orientation, {', '.join(columns)} have gaps in all rows: positions alone are used"
-        for place, columns in named
-    ]
-
-
-def _orientation_columns(signal: object) -> tuple[str, ...]:
-    if isinstance(signal, Pose):
-        return () if signal.orientation is None else signal.orientation[1]
-    return tuple(signal.rotation or ()) if isinstance(signal, Deflection) else ()
 
 
 def loaded_references(states: LoadStates) -> list[str]:

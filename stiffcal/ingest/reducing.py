@@ -119,7 +119,7 @@ def reduce_campaign(
     states, registration = placed_states(campaign, gathered)
     swept = {run.id for run in runs if run.passes}
     states = replace(states, runs=tuple(replace(run, swept=run.name in swept) for run in states.runs))
-    faults, warnings = check_load_states(states, campaign, registration is not None)
+    faults, warnings = check_load_states(states, campaign, registration is not None, copied=quality.copied_runs())
     raise_faults(quality.stuck_channel_faults() + faults if faults else [])
     states = reject_outliers(states)
     grown = float(np.abs(grown_lengths(states)).max(initial=0.0))

@@ -44,7 +44,7 @@ from stiffcal.store.index import OWN, DamagedStoreError
 if TYPE_CHECKING:
     from stiffcal.store import Snapshot, SourceFile, Store, Writing
 
-_COLUMNS = ("run", "table", "key", "n_states", "contents")
+_COLUMNS = ("run", "table", "key", "n_states", "text")
 _Id = tuple[str, str]
 """A run's name, and of a table of states its source; "" of logs."""
 CHECKPOINT_S = 120.0

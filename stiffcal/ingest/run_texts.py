@@ -6,6 +6,7 @@ else may have written is never read.
 
 from __future__ import annotations
 
+import base64
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,7 +19,9 @@ from stiffcal.ingest.run_tables import Widths, widths_of
 from stiffcal.reduction.clocks import SourceClockOffset
 from stiffcal.reduction.log_summary import ChannelRemark, LogSummary
 from stiffcal.reduction.results import UnusedData
+from stiffcal.reduction.sampled_readings import SampledReadings
 
+_VALUES, _SCATTER = np.dtype("<f8"), np.dtype("<f4")  # how far a reading scatters needs no more digits
 Described = Callable[[str], tuple[bool, Mapping[str, tuple[str, ...]], Mapping[str, str]]]
 """From a source to what the summaries of its logs share, `DataQuality.described`."""
 
@@ -46,6 +49,7 @@ def text_of(read: ReadRun) -> str:
             {signal: [low.tolist(), log.summary.high[signal].tolist()] for signal, low in log.summary.low.items()},
             [[remark.file, remark.text, remark.is_stuck] for remark in log.summary.channel_remarks],
             [[header.file, header.conflicts, header.remarks, header.at_once] for header in log.headers],
+            _packed(log.summary.readings),
         ]
         for log in read.logs
     ]
@@ -67,7 +71,7 @@ def stored_text(text: str, described: Described) -> StoredText:
     """
     logs, clocks, dropped, warnings, passes, widths, blocks = json.loads(text)
     read_logs = []
-    for source, file, n_rows, (interval, first_s, last_s, longest), extremes, remarks, headers in logs:
+    for source, file, n_rows, (interval, first_s, last_s, longest), extremes, remarks, headers, readings in logs:
         sampled, columns, elsewhere = described(source)
         summary = LogSummary(
             file,
@@ -82,6 +86,7 @@ def stored_text(text: str, described: Described) -> StoredText:
             {signal: np.array(ends[0], dtype=np.float64) for signal, ends in extremes.items()},
             {signal: np.array(ends[1], dtype=np.float64) for signal, ends in extremes.items()},
             tuple(ChannelRemark(*remark) for remark in remarks),
+            _unpacked(readings),
         )
         of_files = tuple(
             FileHeader(own, tuple(conflicts), tuple(texts), at_once) for own, conflicts, texts, at_once in headers
@@ -100,3 +105,26 @@ def stored_text(text: str, described: Described) -> StoredText:
     )
     means, scatter = (tuple((str(name), int(width)) for name, width in own) for own in widths)
     return StoredText(read, (means, scatter), tuple(blocks))
+
+
+def _packed(readings: SampledReadings | None) -> tuple[object, str, str] | None:
+    """Return readings as they are stored: numbers as bytes, which are read faster than digits."""
+    if readings is None:
+        return None
+    values, scatter = (
+        base64.b64encode(own.astype(dtype).tobytes()).decode("ascii")
+        for own, dtype in ((readings.values, _VALUES), (readings.scatter, _SCATTER))
+    )
+    return readings.layout, values, scatter
+
+
+def _unpacked(stored: tuple[list[tuple[str, int]], str, str] | None) -> SampledReadings | None:
+    if stored is None:
+        return None
+    layout, *texts = stored
+    width = sum(count for _, count in layout)
+    values, scatter = (
+        np.frombuffer(base64.b64decode(text), dtype).reshape(-1, width).astype(np.float64)
+        for text, dtype in zip(texts, (_VALUES, _SCATTER), strict=True)
+    )
+    return SampledReadings(tuple((name, count) for name, count in layout), values, scatter)

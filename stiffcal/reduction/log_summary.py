@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.reduction.sampled_readings import SampledReadings
 
 SATURATED = 20  # readings in a row at the very same extreme
 
@@ -49,6 +50,8 @@ class LogSummary:
     """Signal to the largest value of each channel, SI."""
     channel_remarks: tuple[ChannelRemark, ...] = ()
     """Gaps, channels that stand still next to moving ones, saturation."""
+    readings: SampledReadings | None = None
+    """Some of its readings; None where it holds none of what instruments measure."""
 
     def remarks(self) -> list[str]:
         """Return the warnings on the log and its channels."""

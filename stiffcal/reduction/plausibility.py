@@ -22,6 +22,7 @@ from stiffcal.reduction.coarse_clock import coarse_clock
 from stiffcal.reduction.frozen import FrozenChannels
 from stiffcal.reduction.log_summary import SATURATED, ChannelRemark, LogSummary, column_of_channel
 from stiffcal.reduction.reading_bounds import first_impossible
+from stiffcal.reduction.sampled_readings import ReadingSampler
 
 GAP = 10.0  # times the usual interval
 MOST_GAPS = 3  # that are listed one by one
@@ -49,6 +50,8 @@ class LogQuality:
     """Column to its unit, as the manifest states it."""
     by_the_wall: bool = False
     """True where times are dates, which may be local ones."""
+    sampler: ReadingSampler | None = None
+    """Takes readings by which the log is compared with others; None: it is compared with none."""
     n_rows: int = 0
     first_s: float = float("nan")
     last_s: float = float("nan")
@@ -81,6 +84,8 @@ class LogQuality:
         if number.size == 0:
             return
         self.n_rows += int(number.size)
+        if self.sampler is not None:
+            self.sampler.update(signals)
         if self.sampled:
             self._update_time(number, time)
         for name, values in signals.items():
@@ -227,6 +232,7 @@ class LogQuality:
             self.low,
             self.high,
             tuple(self._remarks()),
+            None if self.sampler is None else self.sampler.readings(),
         )
 
     def _remarks(self) -> list[ChannelRemark]:

@@ -144,7 +144,7 @@ def _originals(values: Floats, units: Floats, layout: Layout) -> dict[int, list[
     if len(values) < 2:
         return originals
     digits = units * last_digits(values / units)
-    printed = _printed(values, digits, layout)
+    printed = printed_digits(values, digits, layout)
     for own in _of_one_format(digits, layout):
         copy, original = _near_pairs(values, printed, own)
         agree = np.all(np.abs(values[copy] - values[original]) <= _HALF * printed[copy], axis=1)
@@ -207,7 +207,7 @@ def _near_pairs(values: Floats, printed: Floats, own: Integers) -> tuple[Integer
 
     Parameters
     ----------
-    values : (n, c) SI. printed : (n, c) as of `_printed`. own : (m,) the rows of the format.
+    values : (n, c) SI. printed : (n, c) as of `printed_digits`. own : (m,) the rows of the format.
     """
     none = np.zeros(0, dtype=np.int64)
     coarse = np.array(
@@ -263,10 +263,14 @@ def _near_others(scaled: Floats, is_own: Booleans) -> Booleans:
     return np.asarray((several & with_own)[group])
 
 
-def _printed(values: Floats, digits: Floats, layout: Layout) -> Floats:
+def printed_digits(values: Floats, digits: Floats, layout: Layout) -> Floats:
     """Return the size of the last digit that was printed of each reading (n, c), zeros at the end of it included.
 
     Readings of one signal are printed with the same number of decimals, or with the same number of digits.
+
+    Parameters
+    ----------
+    values : (n, c) readings. digits : (n, c) of each as `last_digits` gives it. layout : of the c columns.
     """
     known = np.where(digits > 0.0, digits, np.inf)
     length = np.where(digits > 0.0, np.floor(np.log10(np.maximum(np.abs(values) / known, 1.0))), 0.0)

@@ -130,7 +130,9 @@ def check_loaded(
                 proposals=propose_sources(campaign) or None,
             )
         more_to_come = bool(missing) or (quick and not any_table)
-        load_faults, warnings = check_load_states(states, campaign, registration is not None, more_to_come)
+        load_faults, warnings = check_load_states(
+            states, campaign, registration is not None, more_to_come, quality.copied_runs()
+        )
         faults += quality.stuck_channel_faults() + load_faults if load_faults else []
         if not faults:
             states = states if quick else reject_outliers(states)
@@ -166,8 +168,11 @@ def check_loaded(
         missing.append("no load states yet: measure a run")
     if non_load and not faults:
         unusable, remarks = non_load.check()
+        of_logs = quality.remarks() if gathered is None else []  # else they are among the warnings
         result = replace(
-            result, warnings=[*result.warnings, *remarks], runs=_with_non_load_runs(campaign, result.runs, non_load)
+            result,
+            warnings=[*result.warnings, *of_logs, *remarks],
+            runs=_with_non_load_runs(campaign, result.runs, non_load),
         )
         missing += unusable
     raise_faults(faults)

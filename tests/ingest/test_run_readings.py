@@ -170,7 +170,7 @@ def test_readings_in_a_store_that_somebody_else_wrote_are_not_believed(
     true = answers(folder)
     path = (folder / "store" / "current").resolve() / f"{name}.parquet"
     table = parquet.read_table(path)
-    column = table.column_names.index("mean wrench 0" if name == READ_STATES else "contents")
+    column = table.column_names.index("mean wrench 0" if name == READ_STATES else "text")
     old = table.column(column)
     forged = 2.0 * values_of(old) if name == READ_STATES else [text.as_py().replace("[", "[", 1) + " " for text in old]
     forge_table(folder, name, table.set_column(column, table.column_names[column], column_of(forged)))
