@@ -21,7 +21,6 @@ from stiffcal.reduction.log_summary import ChannelRemark, LogSummary
 from stiffcal.reduction.results import UnusedData
 from stiffcal.reduction.sampled_readings import SampledReadings
 
-_VALUES, _SCATTER = np.dtype("<f8"), np.dtype("<f4")  # how far a reading scatters needs no more digits
 Described = Callable[[str], tuple[bool, Mapping[str, tuple[str, ...]], Mapping[str, str]]]
 """From a source to what the summaries of its logs share, `DataQuality.described`."""
 
@@ -111,20 +110,21 @@ def _packed(readings: SampledReadings | None) -> tuple[object, str, str] | None:
     """Return readings as they are stored: numbers as bytes, which are read faster than digits."""
     if readings is None:
         return None
-    values, scatter = (
-        base64.b64encode(own.astype(dtype).tobytes()).decode("ascii")
-        for own, dtype in ((readings.values, _VALUES), (readings.scatter, _SCATTER))
-    )
-    return readings.layout, values, scatter
+    scatter = readings.scatter.astype(np.float32)  # which needs no more digits
+    return readings.layout, _text_of(readings.values.tobytes()), _text_of(scatter.tobytes())
+
+
+def _text_of(numbers: bytes) -> str:
+    return base64.b64encode(numbers).decode("ascii")
 
 
 def _unpacked(stored: tuple[list[tuple[str, int]], str, str] | None) -> SampledReadings | None:
     if stored is None:
         return None
-    layout, *texts = stored
+    layout, values, scatter = stored
     width = sum(count for _, count in layout)
-    values, scatter = (
-        np.frombuffer(base64.b64decode(text), dtype).reshape(-1, width).astype(np.float64)
-        for text, dtype in zip(texts, (_VALUES, _SCATTER), strict=True)
+    return SampledReadings(
+        tuple((name, count) for name, count in layout),
+        np.frombuffer(base64.b64decode(values), np.float64).reshape(-1, width),
+        np.frombuffer(base64.b64decode(scatter), np.float32).reshape(-1, width).astype(np.float64),
     )
-    return SampledReadings(tuple((name, count) for name, count in layout), values, scatter)

@@ -128,7 +128,7 @@ def _beyond_steps(scatter: Floats, values: Floats) -> Floats:
     """
     zero = _NO_STEP * np.abs(values).max(axis=1, keepdims=True)
     least = np.where(scatter > zero, scatter, np.inf).min(axis=1, keepdims=True)
-    return np.maximum(scatter - (1.0 + _EQUAL_STEPS) * least, 0.0)
+    return np.asarray(np.maximum(scatter - (1.0 + _EQUAL_STEPS) * least, 0.0))
 
 
 def _printed(values: Floats, layout: Layout) -> Floats:

@@ -82,6 +82,11 @@ def test_digits_that_are_counted_from_the_first() -> None:
     assert len(found_in("wrench", a=first, b=short)) == 1
 
 
+def test_readings_that_are_rounded_to_zero() -> None:
+    first = np.round(0.2 * np.random.default_rng(1).standard_normal((1, ROWS)), 4)
+    assert len(found_in("joints.current", a=first, b=np.round(first, 1))) == 1
+
+
 def test_copies_of_one_run_are_one_entry() -> None:
     first, other = measured(3, 0.2, 1), measured(3, 0.2, 2)
     found = found_in("wrench", a=first, b=np.round(first, 1), c=other, d=first, e=np.round(other, 2))
