@@ -100,7 +100,7 @@ def _equal_pairs(readings: Sequence[SampledReadings], chance: float) -> Iterator
 
 
 def _candidates(values: Floats, printed: Floats) -> Iterator[tuple[int, Integers]]:
-    """Yield of each log the later ones that may agree with it, by the mean of the channel that tells most apart.
+    """Yield of each log the others that may agree with it by the means of the channels, each pair once.
 
     Parameters
     ----------
@@ -113,8 +113,10 @@ def _candidates(values: Floats, printed: Floats) -> Iterator[tuple[int, Integers
     sorted_means = means[order, channel]
     last = np.searchsorted(sorted_means, sorted_means + largest[channel], side="right")
     for place, stop in enumerate(last):
-        if stop > place + 1:
-            yield int(order[place]), order[place + 1 : stop]
+        one, others = order[place], order[place + 1 : stop]
+        others = others[np.all(np.abs(means[others] - means[one]) <= largest, axis=1)]
+        if others.size:
+            yield int(one), others
 
 
 def _beyond_steps(scatter: Floats, values: Floats) -> Floats:
