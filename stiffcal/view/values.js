@@ -14,6 +14,8 @@
 
   // lengths and angles in the units of the page; of a stiffness that is N·m/rad and the like
   const scaleOf = (unit) => ({ m: S.units.length, rad: S.units.angle })[unit] || { factor: 1, unit };
+  // "fit 1" keeps its number in a narrow column
+  const onOneLine = (name) => name.replace(/^fit (?=\d)/, "fit\u00a0");
   function words(entry) {
     if (!entry) return "not in the model";
     const { factor } = scaleOf(entry.unit),
@@ -65,7 +67,9 @@
           named = unit && unit !== "1" ? `${name} [${unit}]` : name;
         return earlier ? [named, words(a), words(b), change(a, b)] : [named, words(b)];
       });
-      const head = earlier ? ["parameter", `before: ${earlier.short}`, `after: ${model.short}`, "change"] : ["parameter", model.short];
+      const head = earlier
+        ? ["parameter", `before: ${onOneLine(earlier.short)}`, `after: ${onOneLine(model.short)}`, "change"]
+        : ["parameter", model.short];
       const linear =
         " A candidate is a linear refit about the present fit: ± holds for the chosen shape; what is chosen among a few values has " +
         "none, and makes the others' ± too narrow.";
