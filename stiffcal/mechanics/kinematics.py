@@ -45,7 +45,10 @@ class StackedFrame:
 
     def turned_about_z(self, angle: Floats) -> StackedFrame:
         """Return the frames turned about their own z axes by ``angle`` (n,), rad."""
-        cosine, sine = np.cos(angle), np.sin(angle)
+        return self.turned_about_z_by(np.cos(angle), np.sin(angle))
+
+    def turned_about_z_by(self, cosine: Floats, sine: Floats) -> StackedFrame:
+        """Return the frames turned about their own z axes by angles of which cosine and sine (n,) are known."""
         x, y = self.rotation[:, 0], self.rotation[:, 1]
         rotation = np.empty_like(self.rotation)
         rotation[:, 0] = x * cosine + y * sine

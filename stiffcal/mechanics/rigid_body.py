@@ -47,8 +47,9 @@ def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, accelerat
     n, count = angles.shape
     result = np.zeros((n, count, PER_LINK * count))
     turns: list[Floats] = []
-    for k, (turn, wrench) in enumerate(_moving_links(chain, angles, velocity, acceleration)):
+    for k, (turn, *motion) in enumerate(_moving_links(chain, angles, velocity, acceleration)):
         turns.append(turn)
+        wrench = _link_wrench(*motion)
         columns = slice(PER_LINK * k, PER_LINK * (k + 1))
         for j in range(k, -1, -1):
             result[:, j, columns] = wrench[:, 5]
@@ -59,10 +60,10 @@ def inertial_regressor(chain: Chain, angles: Floats, velocity: Floats, accelerat
 def rigid_torque(chain: Chain, angles: Floats, velocity: Floats, acceleration: Floats) -> Floats:
     """Return (n, J) torques of a chain of point masses as the robot file gives them, N·m; see `inertial_regressor`."""
     links = []
-    for k, (turn, wrench) in enumerate(_moving_links(chain, angles, velocity, acceleration)):
-        mass, (x, y, z) = chain.link_mass[k], chain.link_com[k]
-        spread = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y]
-        links.append((turn, wrench @ (mass * np.array([[1.0, x, y, z, *spread]]).T)))
+    for k, (turn, lift, spin, change) in enumerate(_moving_links(chain, angles, velocity, acceleration)):
+        centre = chain.link_com[k]
+        force = chain.link_mass[k] * (lift + np.cross(change, centre) + np.cross(spin, np.cross(spin, centre)))
+        links.append((turn, np.concatenate([force, np.cross(centre, force)], axis=1)[:, :, None]))
     result, carried = np.zeros_like(angles), np.zeros((len(angles), 6, 1))
     for j in range(chain.n_joints - 1, -1, -1):
         turn, wrench = links[j]
@@ -74,8 +75,8 @@ def rigid_torque(chain: Chain, angles: Floats, velocity: Floats, acceleration: F
 
 def _moving_links(
     chain: Chain, angles: Floats, velocity: Floats, acceleration: Floats
-) -> Iterator[tuple[Floats, Floats]]:
-    """Yield each link's turn against the one inboard (n, 3, 3), and its `_link_wrench`.
+) -> Iterator[tuple[Floats, Floats, Floats, Floats]]:
+    """Yield each link's turn against the one inboard (n, 3, 3), and its motion as `_link_wrench` takes it.
 
     Arguments as those of `inertial_regressor`.
     """
@@ -92,7 +93,7 @@ def _moving_links(
         change = change + np.cross(spin, axis)
         change[:, 2] += acceleration[:, k]
         spin = spin + axis
-        yield turn, _link_wrench(lift, spin, change)
+        yield turn, lift, spin, change
 
 
 def _carried(wrench: Floats, turn: Floats, place: Floats) -> Floats:

@@ -79,11 +79,11 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
     raise ArithmeticError(f"no angle of the spring exists for a torque of {largest:.3g} N·m")
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def _table(curve: tuple[float, float, float], exponent: int) -> tuple[float, float, Floats, Floats, Floats]:
     """Return the monotonic range, angles and their torques (t,) to ± 2 to the power of ``exponent``, and rad/(N·m).
 
-    A fit asks for the same curve in every sweep of the balance.
+    A fit asks for the same curves in every sweep of the balance: six joints, each for torques of many sizes.
     """
     low, high = monotonic_range(curve)
     largest = float(np.ldexp(1.0, exponent))

@@ -28,14 +28,18 @@ class DeformedChain:
     """
 
 
-def deformed_chain(chain: Chain, angles: Floats, small: Floats | None) -> DeformedChain:
+def deformed_chain(
+    chain: Chain, angles: Floats, small: Floats | None, turns: tuple[Floats, Floats] | None = None
+) -> DeformedChain:
     """Place every body and node of the chain whose nodes are displaced by ``small``.
 
     Parameters
     ----------
     angles : (J, n) model angles, rad.
     small : (2J + 2, 6, n) node displacements in node axes, or None for the rigid chain.
+    turns : (J, n) each, cosines and sines of the angles, where many shapes have the same; None: computed here.
     """
+    cosine, sine = turns or (np.cos(angles), np.sin(angles))
     beams = {beam.joint: beam.end for beam in chain.beams.values()}
     frame = base_frame(angles.shape[1])
     nodes, origins, bodies = [], [], []
@@ -49,7 +53,11 @@ def deformed_chain(chain: Chain, angles: Floats, small: Floats | None) -> Deform
     frame = displace(frame, 0)
     bodies.append(frame)
     for k in range(1, chain.n_joints + 1):
-        frame = frame.moved(chain.fixed[k - 1]).moved_by_joint(angles[k - 1], k in chain.prismatic_joints)
+        fixed = frame.moved(chain.fixed[k - 1])
+        if k in chain.prismatic_joints:
+            frame = fixed.shifted_along_z(angles[k - 1])
+        else:
+            frame = fixed.turned_about_z_by(cosine[k - 1], sine[k - 1])
         bearing = float(chain.bearing[k - 1])
         frame = _shift_along_z(displace(_shift_along_z(frame, bearing), 2 * k - 1), -bearing)
         bodies.append(frame)

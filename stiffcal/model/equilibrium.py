@@ -176,9 +176,10 @@ def find_rest(
     n = inputs.angles.shape[1]
     # The papers' linear form takes every wrench on the rigid chain: a start would sag it under its weight.
     small = start if robot.deformed else None
+    turns = np.cos(inputs.angles), np.sin(inputs.angles)
     previous = np.inf
     for sweep in range(1, MAX_SWEEPS + 1):
-        shape = deformed_chain(chain, inputs.angles, small)
+        shape = deformed_chain(chain, inputs.angles, small, turns)
         wrench = node_wrenches(chain, shape, inputs)
         joint_turn = (
             inputs.angles if small is None else inputs.angles + small[joint_nodes(chain), chain.drive_components]
@@ -195,7 +196,8 @@ def find_rest(
         # Sweeps contract evenly: what the next one would still change is this change times the last ratio.
         ratio = change / previous if 0.0 < previous < np.inf else 1.0
         if change <= tolerance or (ratio < EVEN_CONTRACTION and ratio * change <= tolerance):
-            return Rest(deformed_chain(chain, inputs.angles, small), wrench, small, terms, inputs, sweep, weight)
+            shape = deformed_chain(chain, inputs.angles, small, turns)
+            return Rest(shape, wrench, small, terms, inputs, sweep, weight)
         if not np.isfinite(change) or (sweep > 20 and change > 2.0 * previous):
             break
         previous = change
