@@ -7,6 +7,7 @@ C = Σ ΔX Wᵀ (Σ W Wᵀ)⁻¹, and its inverse, has no such bias and is given
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,14 +78,16 @@ def cartesian_stiffnesses(states: LoadStates, chain: Chain) -> tuple[CartesianSt
     """Return the poses in which wrench and displacement of the tool are both full; none where no run is."""
     if states.deflection_given or not states.setup.moments_measured or not states.has_orientation:
         return ()
+    measured = (
+        states.used
+        & np.isfinite(states.rotation[:, 0]).all(axis=(1, 2))
+        & np.isfinite(states.wrench).all(axis=1)
+        & np.isfinite(states.position[:, 0]).all(axis=1)
+    )
+    measured_in_runs = [members[measured[members]] for members in run_members(states.run)]
+    whole_runs = [kept for kept in measured_in_runs if len(kept) >= FEWEST]
     stiffnesses = []
-    for members in run_members(states.run):
-        kept = members[states.used[members] & np.isfinite(states.rotation[members, 0]).all(axis=(1, 2))]
-        whole = np.concatenate([states.wrench[kept], states.position[kept, 0]], axis=1)
-        kept = kept[np.isfinite(whole).all(axis=1)]
-        if len(kept) < FEWEST:
-            continue
-        displacement, wrench = _at_target(states, chain, kept)
+    for kept, displacement, wrench in _at_target(states, chain, whole_runs):
         if not displacement.any():
             continue
         full = (
@@ -111,21 +114,26 @@ def cartesian_stiffnesses(states: LoadStates, chain: Chain) -> tuple[CartesianSt
     return tuple(stiffnesses)
 
 
-def _at_target(states: LoadStates, chain: Chain, kept: NDArray[np.int64]) -> tuple[Floats, Floats]:
-    """Return displacements and wrenches (n, 6) of one run about the target, base axes, less their means."""
-    angles = np.broadcast_to(chain.model_angles(states.joints[kept]).mean(axis=0), (len(kept), chain.n_joints))
-    _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
-    point, _ = attached_poses(chain, angles, states.setup.wrench_point)
-    target, _ = attached_poses(chain, angles, states.setup.targets[0])
-    force = np.einsum("nij,nj->ni", axes, states.wrench[kept, :3])
-    moment = np.einsum("nij,nj->ni", axes, states.wrench[kept, 3:]) + np.cross(point - target, force)
-    turn = states.rotation[kept, 0] @ states.rotation[kept[0], 0].T
-    displacement = np.concatenate(
-        [states.position[kept, 0] - states.position[kept[0], 0], vector_from_rotation(turn)], axis=1
-    )
-    wrench = np.concatenate([force, moment], axis=1)
-    # the run's offset: the reference reading is as noisy as the others
-    return displacement - displacement.mean(axis=0), wrench - wrench.mean(axis=0)
+def _at_target(
+    states: LoadStates, chain: Chain, whole_runs: Sequence[NDArray[np.int64]]
+) -> Iterator[tuple[NDArray[np.int64], Floats, Floats]]:
+    """Yield each run's states (n,), displacements and wrenches (n, 6) about the target, base axes, less their means."""
+    if not whole_runs:
+        return
+    joints = np.stack([states.joints[kept].mean(axis=0) for kept in whole_runs])
+    angles, setup = chain.model_angles(joints), states.setup
+    _, axes = attached_poses(chain, angles, setup.wrench_axes)
+    arms = attached_poses(chain, angles, setup.wrench_point)[0] - attached_poses(chain, angles, setup.targets[0])[0]
+    for kept, axis, arm in zip(whole_runs, axes, arms, strict=True):
+        force = states.wrench[kept, :3] @ axis.T
+        moment = states.wrench[kept, 3:] @ axis.T + np.cross(arm, force)
+        turn = states.rotation[kept, 0] @ states.rotation[kept[0], 0].T
+        displacement = np.concatenate(
+            [states.position[kept, 0] - states.position[kept[0], 0], vector_from_rotation(turn)], axis=1
+        )
+        wrench = np.concatenate([force, moment], axis=1)
+        # the run's offset: the reference reading is as noisy as the others
+        yield kept, displacement - displacement.mean(axis=0), wrench - wrench.mean(axis=0)
 
 
 def _fullness(values: Floats, scale: Floats) -> float:

@@ -135,7 +135,9 @@ def find_suspects(
     progress("comparing each run with the others", None)
     index = selection.index
     chosen = states.select(index)
-    search = _Search(chosen, robot, settings, selection.most, present if len(chosen) == len(states) else None)
+    # a fit of more states of the same runs will do; one that other experiments take part in will not
+    compares_all = len(np.unique(chosen.run)) == len(np.unique(states.run))
+    search = _Search(chosen, robot, settings, selection.most, present if compares_all else None)
     suspects = [suspect for suspect in search.suspects() if selection.admits(suspect.kind)]
     if not suspects:
         return Suspicion(not_checked=selection.not_checked)
