@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.judge import LackOfFit
+from stiffcal.diagnosis.lack_of_fit import LackOfFit
 from stiffcal.diagnosis.scan import ROUNDING, Scan
 from stiffcal.diagnosis.thresholds import (
     RESAMPLINGS,

@@ -17,7 +17,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.heldout_error import with_values_of
-from stiffcal.diagnosis.judge import relative_std
+from stiffcal.diagnosis.lack_of_fit import relative_std
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import AgreementWithPlaces
 from stiffcal.diagnosis.thresholds import PLACES_ERRORS

@@ -182,7 +182,7 @@ def errors_by_experiment(scan: LoadScan, trial: Trial) -> list[ErrorInExperiment
 def with_values_of(scan: LoadScan, trial: Trial) -> CompliantRobot:
     """Return the model with the candidate, both with the values that the scan found with all poses."""
     fit = scan.fit
-    from stiffcal.diagnosis.judge import fitted_values
+    from stiffcal.diagnosis.lack_of_fit import fitted_values
 
     columns = fit.columns
     robot = with_estimates(fit.robot, columns, amplitudes(fit.robot, columns) + trial.score.solution[: len(columns)])

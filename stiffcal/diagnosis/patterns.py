@@ -18,7 +18,7 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.heldout_error import left_out_rms
-from stiffcal.diagnosis.judge import alike, fitted_values, judge
+from stiffcal.diagnosis.lack_of_fit import alike, fitted_values, judge
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.pattern_results import (
     CandidateParameter,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.judge import fitted_values
+from stiffcal.diagnosis.lack_of_fit import fitted_values
 from stiffcal.diagnosis.pattern_results import CandidateParameter
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
 from stiffcal.identification.document import finite

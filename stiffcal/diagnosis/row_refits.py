@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from stiffcal.diagnosis.judge import fitted_values
+from stiffcal.diagnosis.lack_of_fit import fitted_values
 from stiffcal.diagnosis.refit_values import RefitValue, refit_values
 from stiffcal.diagnosis.refits import Refit, RefitSummary, refit_with_all, refitted_candidates
 from stiffcal.diagnosis.results import DiagnoseResult

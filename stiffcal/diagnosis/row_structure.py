@@ -12,7 +12,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.folds import FoldProducts
-from stiffcal.diagnosis.judge import f_tail, rms_reduction
+from stiffcal.diagnosis.lack_of_fit import f_tail, rms_reduction
 from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scoring import score_variants

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.judge import f_tail
+from stiffcal.diagnosis.lack_of_fit import f_tail
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.heldout_error import errors_by_experiment, poses_helped, size_at_tool
 from stiffcal.diagnosis.heldout_results import ErrorInExperiment
-from stiffcal.diagnosis.judge import fitted_values
+from stiffcal.diagnosis.lack_of_fit import fitted_values
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy, PatternAlternative
 from stiffcal.diagnosis.results import AgreementWithPlaces, Explanation

@@ -6,7 +6,7 @@ in ``experiment = "clamped"`` of a run, with one `ExperimentKind` called ``KIND`
 nothing else has to be edited for the manifest, its JSON Schema, the default model and every command to know it.
 
 What a kind answers are plain values: results, rows, tables, sentences. Load states have rooms of their own below and
-above this one; of them and of poses without load the kind has the name alone.
+above this one; of them and of absolute places the kind has simulation, folds and words (`state_kind.py`) alone.
 """
 
 from __future__ import annotations

@@ -24,14 +24,14 @@ def reduce_blocks(evaluations: Iterable[Evaluation], data: Observations, whiteni
     factor, dof = TriangularFactor(), 0
     predicted = np.zeros_like(data.measured)
     for block in evaluations:
-        columns = block.rows
-        predicted[:, columns] = block.predicted
+        states = block.states
+        predicted[:, states] = block.predicted
         stack = np.empty((len(block.columns) + 1, *block.predicted.shape))
         stack[:-1] = block.columns
-        stack[-1] = np.where(data.measured_mask[:, columns], data.measured[:, columns] - block.predicted, 0.0)
-        local = whitening.subset(columns)
-        offsets = run_offsets(data, local, columns)
-        dof += int(np.count_nonzero(data.measured_mask[:, columns])) - offsets.n_free
+        stack[-1] = np.where(data.measured_mask[:, states], data.measured[:, states] - block.predicted, 0.0)
+        local = whitening.subset(states)
+        offsets = run_offsets(data, local, states)
+        dof += int(np.count_nonzero(data.measured_mask[:, states])) - offsets.n_free
         factor.add(offsets.rows(local.apply(stack)).reshape(len(stack), -1))
     triangle = factor.whole()
     p = len(triangle) - 1

@@ -64,8 +64,8 @@ FIT_TOLERANCE = 5e-9
 class Evaluation:
     """The model's prediction of a block of states."""
 
-    rows: slice
-    """Which states."""
+    states: slice
+    """Which of them."""
     predicted: Floats
     """(m, n) displacement, base axes; of gauges and rods their change."""
     columns: Floats
@@ -89,8 +89,8 @@ def evaluate(
     columns : the free parameters.
     with_sensitivity : also the derivative by the wrench.
     """
-    for rows in state_blocks(robot, data):
-        yield ModelAtRest.about(robot, data.subset(rows)).evaluated(rows, columns, with_sensitivity)
+    for states in state_blocks(robot, data):
+        yield ModelAtRest.about(robot, data.subset(states)).evaluated(states, columns, with_sensitivity)
 
 
 def state_blocks(robot: CompliantRobot, data: Observations) -> Iterator[slice]:
@@ -140,10 +140,10 @@ class ModelAtRest:
         rows = predicted_rows(robot, data, displacement, loaded, unloaded)
         return cls(robot, data, loaded, unloaded, displacement, rows, Tangents(robot, data, loaded, unloaded))
 
-    def evaluated(self, rows: slice, columns: Sequence[ParameterColumn], with_sensitivity: bool) -> Evaluation:
-        """Return what is read of these states, which are ``rows`` of all, with its derivatives; see `evaluate`."""
+    def evaluated(self, states: slice, columns: Sequence[ParameterColumn], with_sensitivity: bool) -> Evaluation:
+        """Return what is read of these states, which are ``states`` of all, with its derivatives; see `evaluate`."""
         sensitivity = self.tangents.reading_rows() if with_sensitivity else None
-        return Evaluation(rows, self.predicted, self.columns(columns), sensitivity)
+        return Evaluation(states, self.predicted, self.columns(columns), sensitivity)
 
     def columns(self, columns: Sequence[ParameterColumn]) -> Floats:
         """Return (p, m, n) derivatives of what the rows read by p free parameters."""

@@ -181,7 +181,7 @@ class Observations:
 
     @property
     def kind(self) -> Integers:
-        """(m,) TRANSLATION, ROTATION, GAUGE or LENGTH."""
+        """(m,) TRANSLATION, ROTATION, GAUGE, LENGTH or MOTOR."""
         return self.layout.kind
 
     @property

@@ -84,7 +84,7 @@ class RowLayout:
     """What the m rows are."""
 
     kind: Integers
-    """(m,) TRANSLATION, ROTATION, GAUGE or LENGTH."""
+    """(m,) TRANSLATION, ROTATION, GAUGE, LENGTH or MOTOR."""
     body: Integers
     """(m,) the target; of a rod, which of the set-up's links with rods."""
     component: Integers

@@ -12,8 +12,8 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.observation_shift import shift_slopes
 from stiffcal.identification.readings import Observations
+from stiffcal.identification.rest_tangent import RestTangent, crossed
 from stiffcal.identification.row_layout import ROTATION
-from stiffcal.identification.tangent import RestTangent, crossed
 from stiffcal.mechanics.kinematics import turn_between
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import NodeLoads, Term

@@ -104,13 +104,13 @@ def weighed_alike(
 
     def one_by_one() -> Iterator[Evaluation]:
         for block in blocks:
-            own = data.subset(block.rows)
+            own = data.subset(block.states)
             carried = None if block.sensitivity is None else along_the_sweep(block.sensitivity, own)
             local = whiten(noise, own, carried)
-            whitening.scale[:, block.rows] = local.scale
+            whitening.scale[:, block.states] = local.scale
             if whitening.lower is not None and local.lower is not None:
-                whitening.lower[:, :, block.rows] = local.lower
-            sensitivity[:, :, block.rows] = carried
+                whitening.lower[:, :, block.states] = local.lower
+            sensitivity[:, :, block.states] = carried
             yield block
 
     return Weights(weights.noise, noise, True, whitening, sensitivity), one_by_one()

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Literal
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.judge import family_p
+from stiffcal.diagnosis.lack_of_fit import family_p
 from stiffcal.diagnosis.ranking import effect_at, parameters_of, share_explained
 from stiffcal.diagnosis.results import (
     ExcludedSizeAt,

@@ -13,7 +13,7 @@ from stiffcal.arrays import Booleans
 from stiffcal.diagnosis.candidates import Candidate, list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces, held_to_places
-from stiffcal.diagnosis.judge import LackOfFit
+from stiffcal.diagnosis.lack_of_fit import LackOfFit
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.diagnosis.wrong_geometry import wrong_geometry

@@ -14,7 +14,7 @@ from stiffcal.diagnosis.heldout_error import (
     rms_after_choosing,
     size_at_tool,
 )
-from stiffcal.diagnosis.judge import against_noise
+from stiffcal.diagnosis.lack_of_fit import against_noise
 from stiffcal.diagnosis.patterns import find_pattern
 from stiffcal.diagnosis.ranking import effect_at
 from stiffcal.diagnosis.results import (

@@ -13,7 +13,7 @@ from functools import cached_property
 
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.explained import Explained, explained_share
-from stiffcal.diagnosis.judge import LackOfFit, lack_of_fit
+from stiffcal.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
 from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.judgement.excluded import ExcludedSize, excluded_sizes

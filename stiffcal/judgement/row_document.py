@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.judge import against_noise
+from stiffcal.diagnosis.lack_of_fit import against_noise
 from stiffcal.diagnosis.results import DiagnoseResult, Explanation, Finding, SearchPace, UntestableEffect
 from stiffcal.diagnosis.row_errors import left_out_rms, rms_after_choosing_rows, rms_of_rows, size_in_rows
 from stiffcal.diagnosis.row_structure import what_rows_follow

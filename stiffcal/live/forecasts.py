@@ -30,8 +30,8 @@ from stiffcal.model.summary import Where
 from stiffcal.validation.heldout import validation_folds
 from stiffcal.validation.validate import rms_of
 from stiffcal.view.content import ViewForecast, ViewModel
-from stiffcal.workflow.evidence import refit_columns, row_refit_columns
 from stiffcal.workflow.experiments import robot_to_fit, runs_with_fits
+from stiffcal.workflow.stored_curves import refit_columns, row_refit_columns
 from stiffcal.workflow.view_models import tables_of_states
 from stiffcal.workflow.view_rows import tables_of_rows
 

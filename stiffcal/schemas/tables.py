@@ -20,7 +20,7 @@ import numpy as np
 import pyarrow as pa
 
 from stiffcal.campaign.source import Source
-from stiffcal.diagnosis.evidence import EffectEvidence
+from stiffcal.diagnosis.effect_curves import EffectEvidence
 from stiffcal.diagnosis.refits import Refit, RefitSummary
 from stiffcal.experiments import all_kinds
 from stiffcal.identification.readings import Observations
@@ -49,7 +49,7 @@ from stiffcal.schemas.table_columns import (
     STATES,
 )
 from stiffcal.store import table_of
-from stiffcal.workflow.evidence import evidence_columns, refit_columns, row_refit_columns
+from stiffcal.workflow.stored_curves import evidence_columns, refit_columns, row_refit_columns
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}

@@ -15,7 +15,10 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.store.document_shape import result_from
 from stiffcal.wording import listing
 from stiffcal.workflow.diagnose_rows import diagnoses_of_rows
-from stiffcal.workflow.evidence import (
+from stiffcal.workflow.identify import up_to_date_fit
+from stiffcal.workflow.judged_states import diagnose_now, diagnosis_of
+from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_document, up_to_date_states
+from stiffcal.workflow.stored_curves import (
     DIAGNOSES,
     EVIDENCE,
     REFITS,
@@ -24,9 +27,6 @@ from stiffcal.workflow.evidence import (
     evidence_of,
     refit_columns,
 )
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.judged_states import diagnose_now, diagnosis_of
-from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_document, up_to_date_states
 from stiffcal.workflow.suspects import described, described_doubts, misplaced_in
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.store.trial import TrialResults
     from stiffcal.workflow.diagnose_rows import RowDiagnoses
-    from stiffcal.workflow.evidence import Columns
+    from stiffcal.workflow.stored_curves import Columns
 
 DIAGNOSE = "diagnose"
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from stiffcal.diagnosis.merging import PartialDiagnosis
-from stiffcal.workflow.evidence import row_refit_columns
 from stiffcal.workflow.experiments import measured_runs
 from stiffcal.workflow.steps import Ingested, RunContext
+from stiffcal.workflow.stored_curves import row_refit_columns
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Integers
     from stiffcal.diagnosis.refits import Refit, RefitSummary
-    from stiffcal.workflow.evidence import Columns
+    from stiffcal.workflow.stored_curves import Columns
 
 
 @dataclass

@@ -12,8 +12,8 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
 from stiffcal.measurements.varying import varies
 from stiffcal.store import values_of
-from stiffcal.workflow.evidence import EVIDENCE
 from stiffcal.workflow.steps import Ingested, RunContext, up_to_date_states
+from stiffcal.workflow.stored_curves import EVIDENCE
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect

@@ -13,8 +13,8 @@ from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
 from stiffcal.workflow.diagnose import current_diagnosis
-from stiffcal.workflow.evidence import DIAGNOSES, EVIDENCE
 from stiffcal.workflow.steps import Ingested, key_of_table, stored_document
+from stiffcal.workflow.stored_curves import DIAGNOSES, EVIDENCE
 
 
 def with_diagnosis(content: ReportContent, data: Ingested, identified: IdentifyResult) -> ReportContent:

@@ -14,7 +14,6 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
-from stiffcal.workflow.diagnosis_verdict import check_thresholds
 from stiffcal.workflow.identify import fit_now, up_to_date_fit_at_hand
 from stiffcal.workflow.steps import (
     HELDOUT_STATES,
@@ -31,6 +30,7 @@ from stiffcal.workflow.steps import (
     stored_validation,
     up_to_date_states,
 )
+from stiffcal.workflow.threshold_verdict import check_thresholds
 
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile

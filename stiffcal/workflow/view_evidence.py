@@ -11,8 +11,8 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.store import values_of
 from stiffcal.view.content import ViewEvidence, ViewVariable
-from stiffcal.workflow.evidence import EVIDENCE
 from stiffcal.workflow.steps import Ingested
+from stiffcal.workflow.stored_curves import EVIDENCE
 from stiffcal.workflow.view_models import place_words
 
 if TYPE_CHECKING:

@@ -22,7 +22,6 @@ from stiffcal.reduction.motion import gauge_directions
 from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained
 from stiffcal.workflow.diagnose import diagnosis_key
-from stiffcal.workflow.evidence import REFITS
 from stiffcal.workflow.history import stored_fits
 from stiffcal.workflow.refits_of_joints import is_of_one_joint, of_all_joints
 from stiffcal.workflow.steps import (
@@ -33,6 +32,7 @@ from stiffcal.workflow.steps import (
     key_of_table,
     stored_result,
 )
+from stiffcal.workflow.stored_curves import REFITS
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -11,8 +11,8 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.experiments.drawn_rows import DrawnRows
 from stiffcal.store import values_of
 from stiffcal.view.content import ViewContent, ViewEffect, ViewRun, ViewStates, ViewVariable
-from stiffcal.workflow.evidence import REFITS, ROW_REFITS
 from stiffcal.workflow.steps import Ingested
+from stiffcal.workflow.stored_curves import REFITS, ROW_REFITS
 from stiffcal.workflow.view_change import LastAdded
 from stiffcal.workflow.view_models import ResidualTables, view_models
 from stiffcal.workflow.view_runs import rows_of_logs, with_raw_rows

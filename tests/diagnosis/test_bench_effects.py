@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.judge import family_p
+from stiffcal.diagnosis.lack_of_fit import family_p
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.identification.identify import identify_parameters

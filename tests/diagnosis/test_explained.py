@@ -11,7 +11,7 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.explained import Explained, explained_share, predictive_squares
 from stiffcal.diagnosis.folds import FoldProducts
-from stiffcal.diagnosis.judge import LackOfFit
+from stiffcal.diagnosis.lack_of_fit import LackOfFit
 from stiffcal.diagnosis.scan import Scan
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED

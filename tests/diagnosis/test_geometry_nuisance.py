@@ -10,7 +10,7 @@ import pytest
 from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.heldout_error import left_out_residual
-from stiffcal.diagnosis.judge import judge, lack_of_fit
+from stiffcal.diagnosis.lack_of_fit import judge, lack_of_fit
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.estimation.triangular import triangular_of_rows
 from stiffcal.identification.fit import Fit

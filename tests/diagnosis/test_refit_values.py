@@ -11,9 +11,9 @@ from stiffcal.diagnosis.refits import StoredRefits
 from stiffcal.store import values_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.evidence import REFITS
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext, stored_result, up_to_date_states
+from stiffcal.workflow.stored_curves import REFITS
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.usefixtures("few_known_effects")

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.judge import _not_reproduced, same_within_noise
+from stiffcal.diagnosis.lack_of_fit import _not_reproduced, same_within_noise
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.effects.joint_compliance import JointCompliance

@@ -12,7 +12,7 @@ from stiffcal.estimation import bounded_least_squares, solve
 from stiffcal.estimation.bounded_least_squares import least_squares_within
 from stiffcal.estimation.identifiability import check_identifiability
 from stiffcal.estimation.unknowns import Unknowns, free_columns
-from stiffcal.identification import dual_form, tangent, variance_components
+from stiffcal.identification import dual_form, rest_tangent, variance_components
 from stiffcal.identification.document import fit_warnings
 from stiffcal.identification.identify import Settings, fit_problem, identify_parameters
 from stiffcal.identification.observation import derivatives
@@ -46,8 +46,8 @@ def test_columns_that_do_not_settle_are_no_balance(monkeypatch: pytest.MonkeyPat
     data = fit_problem(played(truth), truth).data
     columns = free_columns(truth)
     assert np.isfinite(derivatives(truth, data, columns)).all()
-    monkeypatch.setattr(tangent, "MAX_SWEEPS", 1)
-    monkeypatch.setattr(tangent, "TOLERANCE", 1e-12)  # a first sweep contracts by a hundred
+    monkeypatch.setattr(rest_tangent, "MAX_SWEEPS", 1)
+    monkeypatch.setattr(rest_tangent, "TOLERANCE", 1e-12)  # a first sweep contracts by a hundred
     with pytest.raises(NoBalanceError):
         derivatives(truth, data, columns)
 

@@ -32,7 +32,8 @@ IMPORTED = (
     "stiffcal.simulation.simulate", "stiffcal.judgement.states", "stiffcal.validation.validate",
     "stiffcal.identification.identify", "stiffcal.propose.from_table", "stiffcal.propose.templates",
     "matplotlib.backends.backend_svg", "matplotlib.figure", "pyarrow.csv", "pyarrow.parquet", "typst", "h5py",
-    "rich.console", "rich.table", "rich.progress", "stiffcal.workflow.evidence", "stiffcal.identification.state_tables",
+    "rich.console", "rich.table", "rich.progress", "stiffcal.workflow.stored_curves",
+    "stiffcal.identification.state_tables",
 )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import ParameterColumn, free_columns
-from stiffcal.identification import observation, tangent
+from stiffcal.identification import observation, rest_tangent
 from stiffcal.identification.identify import fit_problem
 from stiffcal.identification.observation import Observations, derivatives, evaluate, predicted, rests
 from stiffcal.measurements.load_states import Attachment, LoadStates
@@ -41,7 +41,7 @@ EFFECTS = built_in_effects()
 def converged(monkeypatch: pytest.MonkeyPatch) -> None:
     """Find balances to rounding, so that differences of 1e-3 of a parameter compare to 1e-6."""
     monkeypatch.setattr(observation, "FIT_TOLERANCE", 1e-14)
-    monkeypatch.setattr(tangent, "TOLERANCE", 1e-9)
+    monkeypatch.setattr(rest_tangent, "TOLERANCE", 1e-9)
 
 
 def robot_with(effect: Effect, number: int, rng: np.random.Generator) -> CompliantRobot:

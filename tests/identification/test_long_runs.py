@@ -36,7 +36,7 @@ def test_a_run_of_springs_is_cut_and_predicted_alike(monkeypatch: pytest.MonkeyP
     data = one_run(robot)
     whole = predict_observations(robot, data)
     monkeypatch.setattr("stiffcal.model.equilibrium.BLOCK", 100)
-    assert [block.rows.stop - block.rows.start for block in evaluate(robot, data)][:-1] == [100] * (
+    assert [block.states.stop - block.states.start for block in evaluate(robot, data)][:-1] == [100] * (
         data.n_states // 100
     )
     # either way the balance is found to this turn of a joint, at the reach of the robot

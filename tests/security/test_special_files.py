@@ -23,8 +23,8 @@ from stiffcal.files import check_regular, open_regular, read_regular
 from stiffcal.limits import Limit
 from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.store.source_files import hash_sources
-from stiffcal.workflow.diagnosis_verdict import _read_model
 from stiffcal.workflow.init import init_campaign
+from stiffcal.workflow.threshold_verdict import _read_model
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system here")

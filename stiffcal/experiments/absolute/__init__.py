@@ -1,6 +1,7 @@
 """Absolute places: joint angles and where a target is in the tracker's frame, each pose once.
 
-The states are those of load campaigns, one run per row; what is predicted is the place itself, not a difference.
+The states are those of load campaigns, one run per row; logs go through `stiffcal.reduction` as theirs do. Measured and
+predicted are both counted from where the robot file has the target. What stands here is simulation and folds.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from stiffcal.model.summary import Where
 from stiffcal.workflow.steps import Ingested, key_of_table
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.evidence import EffectEvidence
+    from stiffcal.diagnosis.effect_curves import EffectEvidence
     from stiffcal.diagnosis.refits import Refit
     from stiffcal.identification.readings import Observations
     from stiffcal.judgement.diagnosed import DiagnosedStates
@@ -49,7 +49,7 @@ def evidence_of(data: Ingested, found: DiagnosedStates) -> tuple[Columns, list[E
     summaries : one per effect.
     """
     from stiffcal.campaign.model_file import default_model
-    from stiffcal.diagnosis.evidence import evidence_for
+    from stiffcal.diagnosis.effect_curves import evidence_for
     from stiffcal.model.campaign_effects import all_effects
 
     campaign = data.campaign

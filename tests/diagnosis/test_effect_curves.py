@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.evidence import EffectEvidence, evidence_for
+from stiffcal.diagnosis.effect_curves import EffectEvidence, evidence_for
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
