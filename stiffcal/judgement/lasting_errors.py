@@ -1,8 +1,12 @@
-"""Errors of a load that a law with memory keeps: friction holds at a turning point, and with it the error there.
+"""Errors of a load that many states share: of a sensor's zero, and those that a law with memory keeps.
 
-The play operator of dry friction stays where the load turned until it lags by the slip: all states up to there share
-the error of the load at the turning point. It is noise that repeats do not show, and follows the path as a law would.
-In a sweep the load turned between two states, which are means of readings: by as much the largest is too small.
+A sensor's zero is known as well as the reading with which it was zeroed, and all states of the run share that error.
+Where readings follow the load in a straight line, the run's free constant takes it; next to a play they shift along a
+line that is steep there and flat elsewhere, which repeats do not show and a law of the load would.
+
+Friction holds at a turning point, and with it the error there: the play operator stays where the load turned until it
+lags by the slip, and all states up to there share the error of the load at the turning point. In a sweep the load
+turned between two states, which are means of readings: by as much the largest is too small.
 """
 
 from __future__ import annotations
@@ -12,7 +16,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.noise import Noise
+from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
+from stiffcal.identification.noise import Noise, own_variance
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.row_layout import MOTOR
@@ -21,13 +26,13 @@ from stiffcal.model.drives import drive_torque
 
 
 def lasting_errors(state: Linearised, noise: Noise) -> Floats:
-    """Return (q, m, n) what one standard deviation of the load at each turning point makes.
+    """Return (q, m, n) what one standard deviation makes: of the load at each turning point, of a sensor's zero.
 
     Parameters
     ----------
     state : the robot at rest. noise : of the readings; where none of the wrench is known, nothing lasts.
     """
-    found = list(_errors(state, noise)) if noise.of_wrench else []
+    found = [*_errors(state, noise), *_of_zeros(state, noise)] if noise.of_wrench else []
     return np.array(found) if found else np.zeros((0, *state.data.measured.shape))
 
 
@@ -51,6 +56,25 @@ def _errors(state: Linearised, noise: Noise) -> Iterator[Floats]:
                 error = np.hypot(size[own[0]], between[own[0]])
                 column[:, own] = placed.amplitude(term.symbol) * slope * error * lever[:, own]
                 yield column
+
+
+def _of_zeros(state: Linearised, noise: Noise) -> Iterator[Floats]:
+    data = state.data
+    zeroed = np.flatnonzero(data.carries_offset)
+    if not len(zeroed):
+        return
+    slope, size = state.tangents.reading_rows(), noise.of_wrenches(data)
+    weight = np.where(data.measured_mask, 1.0 / np.sqrt(own_variance(noise, data)), 0.0)
+    # a sensor that was zeroed once has one zero in all runs
+    runs = [zeroed[data.run[zeroed] == run] for run in np.unique(data.run[zeroed])]
+    for own in runs if data.setup.tared == "run" else [zeroed]:
+        makes = slope[:, :, own] * np.median(size[:, own], axis=1)[:, None]
+        bends = (makes - makes.mean(axis=2, keepdims=True)) * weight[:, None, own]
+        _, values, axes = np.linalg.svd(bends.transpose(0, 2, 1).reshape(-1, 6), full_matrices=False)
+        for axis in axes[values > LEAST_SHOWN]:
+            column = np.zeros(data.measured.shape)
+            column[:, own] = np.einsum("k,mkn->mn", axis, makes)
+            yield column
 
 
 def _of_torque(torque: Floats, wrench: Floats, noise: Floats) -> Floats:

@@ -1,7 +1,9 @@
 """The nearest rivals of a set, each refitted on the balanced robot and weighed about its own fit.
 
 About the fit of one set the others are straight lines from there: by what they bend they would be less probable than
-they are, and thousands of readings make certainty of that.
+they are, and thousands of readings make certainty of that. About the rival's fit it is the set that is a straight line,
+and how the two compare lies between. What the levels of the two fits differ by beyond that says nothing of the sets:
+each moves the wrenches that are known worse than the readings to where its own model has them.
 """
 
 from __future__ import annotations
@@ -98,10 +100,14 @@ def with_rivals_refitted(
             again.add(key)
             continue
         try:
-            value = _about_its_own(weighed, key, ground_of(members), scale, set_otherwise)
+            there = ground_of(members)
+            value = _about_fit(weighed, key, key, there, scale, set_otherwise)
+            of_own = _about_fit(weighed, own, key, there, scale, set_otherwise)
         except (InputError, ArithmeticError, np.linalg.LinAlgError):
             continue
-        gains[old, other] = value - weighed.weigh(key)
+        about_own, about_rival = weighed.weigh(key) - weighed.weigh(own), value - of_own
+        between = np.clip(value - weighed.weigh(own), min(about_own, about_rival), max(about_own, about_rival))
+        gains[old, other] = float(between) - about_own
         refitted.add(model)
     # what the others gain in other shapes is theirs alone: one more effect may have stood for it on straight lines
     together = {_without(own, old): gains.pop((old, None), 0.0) for old, _ in far}
@@ -127,22 +133,26 @@ def _gain_of(key: Key, gains: Mapping[Rival, float]) -> float:
     return total
 
 
-def _about_its_own(
+def _about_fit(
     weighed: WeighedSets,
     key: Key,
+    fitted: Key,
     ground: G,
     scale: UsualSizes,
     set_otherwise: Callable[[G, SettingOff], MemberColumns | None],
 ) -> float:
-    """Return the log weight of a set about its own fit."""
+    """Return the log weight of a set about the fit of another: members that this one lacks keep their shapes."""
     placed = {f"{one.effect.name} {one.place.label}": one for one in ground.present}
     columns = []
     prior = sum(weighed.members[i].log_prior for i in key)
     for i in key:
         member = weighed.members[i]
         if member.candidate is not None:
-            # a spring may be part of a whole form of another law, which every hypothesis then has
             if (one := placed.get(member.name)) is None:
+                # a spring may be part of a whole form of another law, which every hypothesis then has
+                if i not in fitted:
+                    effect, place = member.candidate.effect, member.candidate.place
+                    columns.append(columns_of(ground, ground.state.regressor(effect, place, member.shape), scale))
                 continue
             prior += log_share_of(ground, member.candidate, one, scale) - member.log_share
             regressor = ground.state.regressor(one.effect, one.place, one.shape())
