@@ -233,19 +233,25 @@ def _sure(
 def _within(
     own: set[str], others: frozenset[str], sets: Mapping[Key, float], names: dict[Key, frozenset[str]]
 ) -> dict[str, float]:
-    """Return the probability of each of a group's members, the other groups as in the best set."""
-    found: dict[str, float] = defaultdict(float)
-    for key, value in sets.items():
-        inside = names[key] & own
-        if inside and names[key] - own == others:
-            for name in inside:
-                found[name] += value / len(inside)
-    total = sum(found.values())
-    if total <= 0.0:
-        found = _sums({key: names[key] & frozenset(own) for key in sets}, sets)
-        total = sum(found.values())
+    """Return the probability of each of a group's members, the other groups as in the best set.
+
+    Of the most probable one it is that of all sets that hold it: what may be there besides is nothing in its place. Of
+    the others it is that of sets without it.
+    """
+    given = {key: value for key, value in sets.items() if names[key] & own and names[key] - own == others}
+    if sum(given.values()) <= 0.0:
+        given = {key: value for key, value in sets.items() if names[key] & own}
+    total = sum(given.values())
     # without the discrepancy no set with any of them may be left
-    return {name: value / total for name, value in found.items()} if total > 0.0 else {}
+    if total <= 0.0:
+        return {}
+    inside = {key: names[key] & frozenset(own) for key in given}
+    held = _sums(inside, given)
+    # of equal ones the first by name, not by the order in which sets were weighed
+    first = max(sorted(held), key=lambda name: held[name])
+    found = _sums({key: here for key, here in inside.items() if first not in here}, given)
+    found[first] = held[first]
+    return {name: value / total for name, value in found.items()}
 
 
 @dataclass(frozen=True)

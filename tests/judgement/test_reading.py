@@ -20,6 +20,18 @@ def test_a_group_without_any_set_has_no_shares() -> None:
     assert _within({"creep j1"}, frozenset(), {(0,): 0.2, (1,): 0.8}, names) == {"creep j1": 1.0}
 
 
+def test_what_may_be_there_besides_is_nothing_in_its_place() -> None:
+    """Two of three sweeps of a bench were not certain of a play, as a drift next to it had one set in ten."""
+    names: dict[Key, frozenset[str]] = {
+        (0,): frozenset({"backlash j1"}),
+        (0, 1): frozenset({"backlash j1", "encoder-drift j1"}),
+        (1,): frozenset({"encoder-drift j1"}),
+    }
+    own = {"backlash j1", "encoder-drift j1"}
+    shares = _within(own, frozenset(), {(0,): 0.86, (0, 1): 0.1, (1,): 0.04}, names)
+    assert shares == pytest.approx({"backlash j1": 0.96, "encoder-drift j1": 0.04})
+
+
 @pytest.mark.parametrize("drifts", [False, True])
 def test_what_dies_away_within_some_readings_is_noise_unless_it_is_larger(drifts: bool) -> None:
     """A compliance that waves as the load cycles left a curve of half its size certain, and nothing unexplained."""
