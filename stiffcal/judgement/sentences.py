@@ -73,6 +73,12 @@ def _nothing_named(found: Diagnosed, against: str) -> str:
             "No effect is missing: the remaining error depends on no variable; the noise is probably larger than "
             f"stated ({against})."
         )
+    if found.reading.adequate and _left_out_is_worse(found):
+        return (
+            f"Nothing is missing that these {found.measured_in} show: the fit leaves no more than noise. What was left "
+            f"out of it is predicted worse ({against}), as the rest determines the model too little; measure more "
+            f"{found.more}."
+        )
     if found.reading.adequate:
         return f"Nothing is missing: the error is that of the instruments ({against})."
     p = probability_in_words(found.reading.p_nothing)
@@ -80,6 +86,11 @@ def _nothing_named(found: Diagnosed, against: str) -> str:
         f"No effect is found; whether the model is good enough cannot be judged with these {found.measured_in}: that "
         f"nothing of half the noise or more is missing has a probability of {p} ({against}); measure more {found.more}."
     )
+
+
+def _left_out_is_worse(found: Diagnosed) -> bool:
+    """Return whether errors of what is left out of the fit add more to the noise than the noise itself."""
+    return found.before is not None and found.before.ratio**2 - 1.0 > 1.0
 
 
 def _unexplained(found: Diagnosed, structure: Sequence[ResidualDependence]) -> str:
