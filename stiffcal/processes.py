@@ -34,6 +34,8 @@ STOP_S = 5.0
 _LOOK_S = 1.0
 # Of standard error so much is kept, bytes.
 _LAST_BYTES = 4000
+# One that waits for its next request, and gets none for so long, ends, s: a notebook may stay open for days.
+IDLE_S = 60.0
 # A longer message is no message of ours, bytes.
 MOST_BYTES = 1 << 30
 _LENGTH = struct.Struct(">Q")
@@ -155,6 +157,10 @@ class ChildProcess:
             self._process.terminate()
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(STOP_S)
+        self.kill()
+
+    def kill(self) -> None:
+        """End the process and all of its group at once: nothing that it holds has to be put in order."""
         if sys.platform != "win32":
             with suppress(OSError):
                 os.killpg(self._process.pid, signal.SIGKILL)
@@ -216,10 +222,19 @@ class Channel:
         self._received: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         _thread(self._listen, requests)
 
-    def requests(self) -> Iterator[bytes]:
-        """Yield messages as they come. There is no end: the process ends when nobody can send any more."""
+    def requests(self, idle_s: float | None = None) -> Iterator[bytes]:
+        """Yield messages as they come. There is no end: the process ends when nobody can send any more.
+
+        Parameters
+        ----------
+        idle_s : it ends, too, when none came for so long, s; None: it waits.
+        """
         while True:
-            yield self._received.get()
+            try:
+                message = self._received.get(timeout=idle_s)
+            except queue.Empty:
+                os._exit(0)
+            yield message
 
     def send(self, message: bytes) -> None:
         """Send a message; threads may do so at once.
@@ -274,8 +289,12 @@ def _limit(memory_bytes: int | None, processor_s: int | None) -> None:
         return
     import resource
 
-    for kind, most in ((resource.RLIMIT_DATA, memory_bytes), (resource.RLIMIT_CPU, processor_s)):
+    # what a limit ends leaves no picture of its memory in the user's folder
+    limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_DATA: memory_bytes, resource.RLIMIT_CPU: processor_s}
+    for kind, most in limits.items():
         if most is not None:
+            hard = resource.getrlimit(kind)[1]
+            most = most if hard == resource.RLIM_INFINITY else min(most, hard)
             resource.setrlimit(kind, (most, most))
 
 

@@ -80,6 +80,7 @@ LONG = (
     "identification/test_moved_base.py", "live/test_command.py", "live/test_server.py", "live/test_watching.py",
     "next_steps", "planning/test_efficiency.py", "rates", "reduction/test_consistency.py",
     "reduction/test_place_faults.py", "reduction/test_place_faults_of_tables.py", "report/test_figures.py",
+    "security/test_hostile_endpoints.py",
     "security/test_imports.py", "security/test_limits.py", "security/test_names.py", "security/test_plugin_ends.py",
     "security/test_readers.py", "security/test_remote_stores.py", "security/test_stored_shapes.py",
     "security/test_stores.py", "security/test_streams.py", "store/test_remote.py", "store/test_two_at_once.py",

@@ -12,7 +12,6 @@ import math
 import os
 import sys
 import tempfile
-import threading
 import time
 import traceback
 from contextlib import closing
@@ -31,10 +30,8 @@ from stiffcal.bounded_work.messages import (
 )
 from stiffcal.errors import InputError
 from stiffcal.files import refusal
-from stiffcal.processes import Channel
+from stiffcal.processes import IDLE_S, Channel
 
-IDLE_S = 60.0
-"""A process that is asked for nothing so long ends, s: a notebook may stay open for days."""
 SENT_PER_S = 10e6
 """Bytes of answers for which a second is allowed: a tenth of what a slow computer unpacks."""
 
@@ -43,13 +40,7 @@ def serve(channel: Channel) -> None:
     """Do what is asked for, until nobody asks any more."""
     # An allocator of the library's own would take gigabytes of addresses at once.
     os.environ["ARROW_DEFAULT_MEMORY_POOL"] = "system"
-    requests = channel.requests()
-    while True:
-        idle = threading.Timer(IDLE_S, os._exit, [0])
-        idle.daemon = True
-        idle.start()
-        message = next(requests)
-        idle.cancel()
+    for message in channel.requests(IDLE_S):
         channel.send(_last_answer(channel, Request.of(message)))
 
 
@@ -91,7 +82,6 @@ class _Limits:
 
     def __enter__(self) -> _Limits:
         if sys.platform != "win32":
-            _set_soft(resource.RLIMIT_CORE, 0)
             _set_soft(resource.RLIMIT_FSIZE, self._allowance.unpacked)
         if sys.platform == "linux":
             _set_soft(resource.RLIMIT_DATA, _data_bytes() + self._allowance.memory)

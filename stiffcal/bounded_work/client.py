@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import atexit
-import os
 import signal
 import tempfile
-import threading
-import time
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from stiffcal.bounded_work.child import IDLE_S, serve
+from stiffcal.bounded_work.child import serve
 from stiffcal.bounded_work.messages import (
     END,
     FAULT,
@@ -24,6 +20,7 @@ from stiffcal.bounded_work.messages import (
     faults_of,
     parts_of,
 )
+from stiffcal.bounded_work.waiting import WaitingChildren
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import MIB, PIECE, RATIO, SECONDS, most_unpacked, unpacked_exceeded
@@ -124,46 +121,4 @@ def _allowance(size: int) -> Allowance:
     )
 
 
-class _Children:
-    """The processes that wait for work, each with the moment since when."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._owner = os.getpid()
-        self._waiting: list[tuple[float, ChildProcess]] = []
-
-    def take(self) -> ChildProcess:
-        """Return one that waits, or a new one."""
-        while (found := self._pop()) is not None:
-            since, child = found
-            if not child.has_ended and time.monotonic() - since < IDLE_S / 2:
-                return child
-            child.stop()
-        return ChildProcess(serve)
-
-    def start_early(self) -> None:
-        """Start a process that is needed soon, so that it starts while this one does something else."""
-        with self._lock:
-            needed = self._owner == os.getpid() and not self._waiting
-        if needed:
-            self.give_back(ChildProcess(serve))
-
-    def give_back(self, child: ChildProcess) -> None:
-        """Keep one that is ready for the next work."""
-        with self._lock:
-            self._waiting.append((time.monotonic(), child))
-
-    def stop_all(self) -> None:
-        """End all that wait."""
-        while (found := self._pop()) is not None:
-            found[1].stop()
-
-    def _pop(self) -> tuple[float, ChildProcess] | None:
-        with self._lock:
-            if self._owner != os.getpid():  # split off from another process, whose they are
-                self._owner, self._waiting = os.getpid(), []
-            return self._waiting.pop() if self._waiting else None
-
-
-CHILDREN = _Children()
-atexit.register(CHILDREN.stop_all)
+CHILDREN = WaitingChildren(serve)

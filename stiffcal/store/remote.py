@@ -1,4 +1,4 @@
-"""A store in an object store (``s3://bucket/prefix``), through Arrow's file systems.
+"""A store in an object store (``s3://bucket/prefix``).
 
 Layout, as of a folder: ``generations/ID/…``, and in ``current/`` an object ``NUMBER-TICKET-ID`` for the generation that
 holds: the last by its name counts. An object appears whole or not at all, so that putting this one, last of all, is the
@@ -31,9 +31,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.util import Finalize
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 from urllib.parse import unquote, urlsplit
 
+from stiffcal.bounded_work.object_store import LongerError, ObjectStore
 from stiffcal.documents import Document
 from stiffcal.errors import InputError, one_line
 from stiffcal.fault_codes import FaultCode
@@ -44,7 +45,6 @@ from stiffcal.store.index import INDEX, MOST_BYTES, REBUILD, DamagedStoreError
 LEASE_S = 60.0
 RENEW_S = 10.0
 POLL_S = 0.1
-CHUNK = 1 << 22
 ENTERING, TICKET = "entering-", "ticket-"
 _TICKET = re.compile(r"ticket-(\d{8,18})-[0-9a-f]+")
 _POINTER = re.compile(r"(\d{10})-(\d{8})-(.+)")
@@ -76,7 +76,8 @@ class Remote:
                 "the address contains no bucket",
                 "write s3://BUCKET/PREFIX",
             )
-        self._files = _file_system()
+        self._objects = ObjectStore(self._root)
+        self._switching_to = ""
         self.mirror = _mirror(address)
 
     def pull(self) -> None:
@@ -116,54 +117,45 @@ class Remote:
         path.parent.mkdir(parents=True, exist_ok=True)
         fresh = path.with_name(f".{path.name}-{secrets.token_hex(3)}")
         try:
-            with self._files.open_input_stream(self._at(name)) as source, fresh.open("wb") as target:
-                left = most_bytes
-                while chunk := source.read(CHUNK):
-                    left -= len(chunk)
-                    if left < 0:
-                        raise DamagedStoreError.at(
-                            FaultCode.STORE_DAMAGED,
-                            self.display_name,
-                            name,
-                            f"damaged (more than {most_bytes} bytes)",
-                            REBUILD,
-                        )
-                    target.write(chunk)
-        except DamagedStoreError:
-            fresh.unlink(missing_ok=True)
-            raise
+            self._objects.fetch(name, fresh, most_bytes)
+        except LongerError:
+            reason = f"damaged (more than {most_bytes} bytes)"
+            raise DamagedStoreError.at(FaultCode.STORE_DAMAGED, self.display_name, name, reason, REBUILD) from None
         except FileNotFoundError:
-            fresh.unlink(missing_ok=True)
             reason, mend = "it was replaced while it was read, or is damaged", "do this again"
             raise InputError.at(FaultCode.STORE_DAMAGED, self.display_name, name, reason, mend) from None
-        fresh.replace(path)
+        else:
+            fresh.replace(path)
+        finally:
+            fresh.unlink(missing_ok=True)
 
-    def publish(self, folder: Path, kept: dict[str, str], began_from: str | None, ticket: Ticket) -> None:
+    def publish(self, folder: Path, kept: dict[str, tuple[str, int]], began_from: str | None, ticket: Ticket) -> None:
         """Send a finished generation and make it the one that holds.
 
         Parameters
         ----------
         folder : of the mirror.
-        kept : files carried over unchanged, to the generation that holds them.
+        kept : files carried over unchanged, to the generation that holds them, and their bytes.
         began_from : the generation that held when it was begun.
         ticket : this writer's number.
         """
         place = f"{GENERATIONS}/{folder.name}"
-        for file, generation in kept.items():
+        for file, (generation, size) in kept.items():
             try:
-                self._files.copy_file(self._at(f"{GENERATIONS}/{generation}/{file}"), self._at(f"{place}/{file}"))
+                self._objects.copy(f"{GENERATIONS}/{generation}/{file}", f"{place}/{file}", size)
             except FileNotFoundError:
                 reason = "damaged (the object is gone)"
                 mend = "delete the store and run ingest again (its history goes too)"
                 raise InputError.at(FaultCode.STORE_DAMAGED, self.display_name, file, reason, mend) from None
         sent = sorted((path for path in folder.rglob("*") if path.is_file()), key=lambda path: path.name == INDEX)
         for path in sent:
-            self._send(path, f"{place}/{path.relative_to(folder).as_posix()}")
+            self._objects.send(path, f"{place}/{path.relative_to(folder).as_posix()}")
         before = self._pointers()
         if not ticket.holds() or (before[-1][2] if before else None) != began_from:
             self._give_up(place)
         number = int(before[-1][0]) + 1 if before else 1
         entry_name = f"{number:010d}-{ticket.number:08d}-{folder.name}"
+        self._switching_to = folder.name
         self._write(f"{CURRENT}/{entry_name}", folder.name.encode("ascii"))
         since = [pointer for pointer in self._pointers() if int(pointer[0]) >= number and pointer[2] != folder.name]
         if since:
@@ -182,9 +174,13 @@ class Remote:
         raise InputError.at(FaultCode.STORE_LOCKED, self.display_name, "", reason, "do this again")
 
     def withdraw(self, folder: Path) -> None:
-        """Remove what was sent of a generation that was given up."""
-        with suppress(OSError):
-            if self.generation() != folder.name:
+        """Remove what was sent of a generation that was given up.
+
+        What a switch was asked for stays, also where no answer came: the switch may come late. If it does not, the next
+        writer removes it.
+        """
+        if self._switching_to != folder.name:
+            with suppress(OSError):
                 self._remove(f"{GENERATIONS}/{folder.name}")
 
     def _remove_others(self, keep: set[str]) -> None:
@@ -196,10 +192,7 @@ class Remote:
 
     def names(self, folder: str) -> dict[str, int]:
         """Return the objects (and folders) in a folder, each with the time of its last change, ns."""
-        from pyarrow.fs import FileSelector
-
-        infos = self._files.get_file_info(FileSelector(self._at(folder), allow_not_found=True))
-        return {info.base_name: info.mtime_ns or 0 for info in infos}
+        return self._objects.names(folder)
 
     def put(self, name: str, content: Document) -> None:
         """Write a small object of JSON."""
@@ -208,14 +201,14 @@ class Remote:
     def get(self, name: str) -> Document:
         """Read a small object of JSON; empty where there is none."""
         try:
-            return dict(json.loads(self._read(name) or b"{}"))
-        except (ValueError, TypeError, RecursionError):
+            return dict(json.loads(self._objects.read(name)))
+        except (FileNotFoundError, LongerError, ValueError, TypeError, RecursionError):
             return {}
 
     def delete(self, name: str) -> None:
         """Remove an object, if it is there."""
         with suppress(FileNotFoundError):
-            self._files.delete_file(self._at(name))
+            self._objects.delete(name)
 
     @contextmanager
     def faults(self) -> Iterator[None]:
@@ -228,28 +221,12 @@ class Remote:
                 FaultCode.STORE_INACCESSIBLE, self.display_name, "", f"cannot be used: {message}", CHECK
             ) from None
 
-    def _at(self, name: str) -> str:
-        return f"{self._root}/{name}"
-
-    def _read(self, name: str) -> bytes | None:
-        try:
-            with self._files.open_input_stream(self._at(name)) as source:
-                return bytes(source.read())
-        except FileNotFoundError:
-            return None
-
     def _write(self, name: str, content: bytes) -> None:
-        with self._files.open_output_stream(self._at(name)) as target:
-            target.write(content)
-
-    def _send(self, path: Path, name: str) -> None:
-        with path.open("rb") as source, self._files.open_output_stream(self._at(name)) as target:
-            while chunk := source.read(CHUNK):
-                target.write(chunk)
+        self._objects.write(name, content)
 
     def _remove(self, folder: str) -> None:
         with suppress(FileNotFoundError):
-            self._files.delete_dir(self._at(folder))
+            self._objects.remove(folder)
 
 
 class Ticket:
@@ -333,26 +310,6 @@ def _wait(remote: Remote, ticket: Ticket, wait_s: float) -> None:
                 FaultCode.STORE_LOCKED, remote.display_name, "", f"another stiffcal{writer} is writing to it", mend
             )
         time.sleep(POLL_S)
-
-
-def _file_system() -> Any:
-    from pyarrow.fs import AwsStandardS3RetryStrategy, S3FileSystem
-
-    options: dict[str, Any] = {}
-    endpoint = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL")
-    if endpoint:
-        try:
-            pieces = urlsplit(endpoint if "://" in endpoint else f"https://{endpoint}")
-        except ValueError as error:
-            reason, mend = f"{one_line(endpoint)!r} is not an address ({error})", "write https://HOST:PORT"
-            raise InputError.at(FaultCode.OPTION_INVALID, "", "AWS_ENDPOINT_URL", reason, mend) from None
-        options |= {"endpoint_override": pieces.netloc, "scheme": pieces.scheme}
-    region = os.environ.get("AWS_REGION") or os.environ.get("AWS_DEFAULT_REGION")
-    if region:
-        options["region"] = region
-    return S3FileSystem(
-        connect_timeout=10, request_timeout=60, retry_strategy=AwsStandardS3RetryStrategy(max_attempts=3), **options
-    )
 
 
 def _mirror(address: str) -> Path:

@@ -160,7 +160,7 @@ class Writing:
         self.origin = OWN
         self.needed: Callable[[str], bool] = _nothing
         self._remote, self._ticket = store.remote, ticket
-        self._kept: dict[str, str] = {}
+        self._kept: dict[str, tuple[str, int]] = {}
         self._store = store.folder
         self._display_name = store.display_name
         self._command = command
@@ -263,7 +263,7 @@ class Writing:
             return
         file = file_of(name, ENDINGS[kind])
         if self._remote is not None:
-            self._kept[file] = self._old.folder.name
+            self._kept[file] = (self._old.folder.name, entry.bytes)
         else:
             source, target = self._old.folder / file, self.folder / file
             with store_faults(self._display_name):
