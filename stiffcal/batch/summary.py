@@ -12,12 +12,13 @@ from stiffcal.escapes import markdown, xml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_stream, is_of_the_system
 from stiffcal.measurements.rms import Rms
+from stiffcal.trust.output_kinds import JUNIT, MARKDOWN, OutputKind
 from stiffcal.trust.outputs import check_not_foreign, write_output
 
 VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
 
 
-def prepare_files(*files: Path, overwrite: bool = False) -> None:
+def prepare_files(markdown: Path | None, junit: Path | None, *, overwrite: bool = False) -> None:
     """Make the folders of files that are to be written after long work, and refuse now what cannot be one.
 
     Raises
@@ -25,7 +26,8 @@ def prepare_files(*files: Path, overwrite: bool = False) -> None:
     InputError : a file is a folder or a pipe, is named twice, holds something stiffcal did not write, or its folder
         cannot be made.
     """
-    for place, file in enumerate(files):
+    files = [(file, kind) for file, kind in ((markdown, MARKDOWN), (junit, JUNIT)) if file is not None]
+    for place, (file, kind) in enumerate(files):
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -36,13 +38,13 @@ def prepare_files(*files: Path, overwrite: bool = False) -> None:
         if file.is_dir():
             raise InputError.at(FaultCode.FILE_KIND, str(file), "", "this is a folder", "name a file in it")
         check_stream(file)
-        check_not_foreign(file, overwrite)
-        if not is_of_the_system(file) and file.resolve() in [other.resolve() for other in files[:place]]:
+        check_not_foreign(file, kind, overwrite)
+        if not is_of_the_system(file) and file.resolve() in [other.resolve() for other, _ in files[:place]]:
             reason = "two summaries cannot be in one file"
             raise InputError.at(FaultCode.OPTION_INVALID, str(file), "", reason, "name a file for each")
 
 
-def write_summary(text: str, output: Path, *, overwrite: bool = False) -> None:
+def write_summary(text: str, output: Path, kind: OutputKind, *, overwrite: bool = False) -> None:
     """Write a summary; a name of the running system (/dev/stdout) is written to as it is.
 
     Raises
@@ -52,7 +54,7 @@ def write_summary(text: str, output: Path, *, overwrite: bool = False) -> None:
     if output.exists() and is_of_the_system(output):
         output.write_text(text, encoding="utf-8")
     else:
-        write_output(output, text, overwrite)
+        write_output(output, text, kind, overwrite)
 
 
 def verdict_of(outcome: CampaignOutcome) -> str:

@@ -74,8 +74,9 @@ def batch(
     with answering(as_json) as answer:
         from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
         from stiffcal.batch.summary import junit_text, markdown_text, prepare_files, write_summary
+        from stiffcal.trust.output_kinds import JUNIT, MARKDOWN
 
-        prepare_files(*(file for file in (junit, markdown) if file is not None), overwrite=overwrite)
+        prepare_files(markdown, junit, overwrite=overwrite)
         printer = _BatchPrinter(answer)
         batch_options = BatchOptions(
             jobs,
@@ -95,9 +96,9 @@ def batch(
         except KeyboardInterrupt:
             answer.notify(printer.interrupted())
             raise
-        for file, text in ((junit, junit_text), (markdown, markdown_text)):
+        for file, kind, text in ((junit, JUNIT, junit_text), (markdown, MARKDOWN, markdown_text)):
             if file is not None:
-                write_summary(text(result), file, overwrite=overwrite)
+                write_summary(text(result), file, kind, overwrite=overwrite)
         answer.give(result, show_batch, _next(result, store))
     return OK if result.passed else NOT_HELD
 

@@ -20,7 +20,7 @@ from stiffcal.errors import InputError, one_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_stream, open_regular
 from stiffcal.masking import mask
-from stiffcal.trust.outputs import check_not_foreign
+from stiffcal.trust.outputs import holds_something, not_ours
 
 if TYPE_CHECKING:
     import logging
@@ -90,7 +90,8 @@ def _handlers(options: CommonOptions) -> list[logging.Handler]:
             raise InputError.at(FaultCode.OPTION_INVALID, "command line", LOG_FILE, reason, f"{LOG_FILE} stiffcal.log")
         try:
             check_stream(file)
-            check_not_foreign(file, options.overwrite, is_own=_is_log)
+            if not options.overwrite and holds_something(file) and not _is_log(file):
+                raise not_ours(file)
             handlers.append(logging.FileHandler(file, encoding="utf-8", errors="backslashreplace"))
         except OSError as error:
             reason = f"cannot be written ({error.strerror or error})"

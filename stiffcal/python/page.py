@@ -5,8 +5,8 @@ from __future__ import annotations
 import html
 from pathlib import Path
 
+from stiffcal.trust.output_kinds import PAGE
 from stiffcal.trust.outputs import check_output, write_output
-from stiffcal.workflow.view import PAGES
 
 SANDBOX = "allow-scripts allow-downloads"
 """What the page may do inside a notebook: run its own scripts and hand out files; nothing of the notebook's."""
@@ -37,8 +37,8 @@ class CampaignPage:
         ------
         InputError : the name does not end in .html, or the file cannot be written or holds something else.
         """
-        check_output(Path(file), PAGES, overwrite)
-        write_output(Path(file), self.html, overwrite)
+        check_output(Path(file), PAGE, overwrite)
+        write_output(Path(file), self.html, PAGE, overwrite)
 
     def _repr_html_(self) -> str:
         return (

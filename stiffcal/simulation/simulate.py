@@ -45,6 +45,7 @@ from stiffcal.simulation.scene import draw_acts, robot_with_values, rods_on_link
 from stiffcal.simulation.settings import FILE_NAME, SimulationSettings, TrueRobot
 from stiffcal.simulation.true_motion import PlannedRun, RestSolver, TrueRun, solve_true_runs
 from stiffcal.simulation.truth import TRUTH_FILE, truth_document
+from stiffcal.trust.output_kinds import CAMPAIGN_FILE, LOG, MODEL, TRUTH
 from stiffcal.trust.outputs import check_copy, check_not_foreign, write_copy, write_output, written
 
 
@@ -109,7 +110,7 @@ def simulate_campaign(
     _check_goals(out, campaign, [log.name for log in planned], overwrite=overwrite)
     with _only_whole(out):
         # First: it distinguishes a folder that a killed process left half-made from one that holds something else.
-        write_output(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n", overwrite)
+        write_output(out / TRUTH_FILE, json.dumps(truth, indent=1) + "\n", TRUTH, overwrite)
         for number, log in enumerate(planned):
             progress(f"writing {log.name}", 0.6 + 0.4 * number / len(planned))
             _write_file(out / log.name, log, overwrite=overwrite)
@@ -227,15 +228,15 @@ def _check_out(out: Path, source: Path) -> None:
 
 def _check_goals(out: Path, campaign: Campaign, logs: Sequence[str], *, overwrite: bool) -> None:
     """Raise where a file to write is there already and is neither a simulation's nor what it will be."""
-    for name in (TRUTH_FILE, *logs):
+    for name, kind in ((TRUTH_FILE, TRUTH), *((log, LOG) for log in logs)):
         check_inside(out, name)
-        check_not_foreign(out / name, overwrite)
+        check_not_foreign(out / name, kind, overwrite)
     if out.resolve() != campaign.folder.resolve():
         for name in _document_names(campaign):
             check_inside(out, name)
-            check_copy(campaign.folder / name, out / name, overwrite)
+            check_copy(campaign.folder / name, out / name, CAMPAIGN_FILE, overwrite)
         if campaign.model_written:
-            check_not_foreign(out / MODEL_FILE, overwrite)
+            check_not_foreign(out / MODEL_FILE, MODEL, overwrite)
 
 
 @contextmanager
@@ -318,7 +319,7 @@ def _write_file(path: Path, log: _LogFile, *, overwrite: bool) -> None:
     log_format = source.format_for(log.name) or "csv"
     check_format(log_format, path.name)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with written(path, overwrite) as temporary:
+    with written(path, LOG, overwrite) as temporary:
         write_log(temporary, log_format, columns, dialect, group)
 
 
@@ -335,12 +336,12 @@ def _copy_documents(campaign: Campaign, out: Path, hidden: Sequence[str], *, ove
     names = _document_names(campaign)
     content = toml_text(campaign.model_path, MODEL_FILE) if campaign.model_written else None
     if content is not None:
-        write_output(out / MODEL_FILE, without_values(content, hidden), overwrite)
+        write_output(out / MODEL_FILE, without_values(content, hidden), MODEL, overwrite)
     for name in names:
         check_inside(out, name)
         check_regular(campaign.folder / name, name)
         (out / name).parent.mkdir(parents=True, exist_ok=True)
-        write_copy(campaign.folder / name, out / name, overwrite)
+        write_copy(campaign.folder / name, out / name, CAMPAIGN_FILE, overwrite)
     return [Path(name).as_posix() for name in (*names, *([MODEL_FILE] if content is not None else []))]
 
 

@@ -14,7 +14,8 @@ from stiffcal.compensation.table_columns import AXES
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
-from stiffcal.trust.outputs import PICTURES, TABLES, check_output, written
+from stiffcal.trust.output_kinds import CORRECTION, PATH_PICTURE
+from stiffcal.trust.outputs import check_output, written
 from stiffcal.wording import lines_in_words
 from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
@@ -90,9 +91,9 @@ def compensate_campaign(
     from stiffcal.model.equilibrium import NoBalanceError
 
     context = context or RunContext()
-    for file, endings in ((output, TABLES), (picture, PICTURES)):
+    for file, kind in ((output, CORRECTION), (picture, PATH_PICTURE)):
         if file is not None:
-            check_output(file, endings, context.overwrite)
+            check_output(file, kind, context.overwrite)
     campaign = load_campaign(Path(folder), check_files=False)
     fitted = fitted_robot(campaign, context)
     setup, target = fitted.aimed_at(options.target)
@@ -135,12 +136,12 @@ def compensate_campaign(
     if output is not None:
         from stiffcal.workflow.export import write_table
 
-        write_table(_table(campaign.chain, result, path), output, overwrite=context.overwrite)
+        write_table(_table(campaign.chain, result, path), output, CORRECTION, overwrite=context.overwrite)
     if picture is not None:
         from stiffcal.report.figures.canvas import save_figure
         from stiffcal.report.figures.path_error import draw_path_error
 
-        with written(picture, context.overwrite) as temporary:
+        with written(picture, PATH_PICTURE, context.overwrite) as temporary:
             save_figure(draw_path_error(_path_error(fitted, path, result, options.normal)), temporary)
     return result
 

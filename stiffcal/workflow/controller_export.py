@@ -14,6 +14,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.trust.output_kinds import EXPORT
 from stiffcal.trust.outputs import check_not_foreign, write_output
 from stiffcal.wording import place
 from stiffcal.workflow.compensation_path import pose_of_words, tool_of_words
@@ -78,7 +79,7 @@ def write_controller_code(
 
     options = options or ControllerOptions()
     if output.suffix.lower() == ".c":
-        check_not_foreign(output.with_name(header_name(output.stem)), context.overwrite)
+        check_not_foreign(output.with_name(header_name(output.stem)), EXPORT, context.overwrite)
     campaign = load_campaign(folder, check_files=False)
     if output.suffix.lower() == ".st":
         reason = "the Structured Text turns all joints"
@@ -89,12 +90,12 @@ def write_controller_code(
     verdict = model_verdict(folder, context, fitted)
     head = list(head_lines(fitted, setup, target, model, verdict))
     if output.suffix.lower() == ".st":
-        write_output(output, st_source(model, head, output.stem), context.overwrite)
+        write_output(output, st_source(model, head, output.stem), EXPORT, context.overwrite)
         what = "Structured Text"
     else:
         source, header = c_source(model, head, output.stem)
-        write_output(output, source, context.overwrite)
-        write_output(output.with_name(header_name(output.stem)), header, context.overwrite)
+        write_output(output, source, EXPORT, context.overwrite)
+        write_output(output.with_name(header_name(output.stem)), header, EXPORT, context.overwrite)
         what = f"C99, with {header_name(output.stem)}"
     holds = (
         f"the compensation of {fitted.source} as {what} "

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from stiffcal.trust.output_kinds import PAGE, REPORT
+from stiffcal.trust.output_kinds import README as EXPLANATION
 from stiffcal.trust.outputs import check_not_foreign, write_output
 from stiffcal.workflow.improve import improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
@@ -47,9 +49,9 @@ def run_demo(
         f"copying the example to {folder} and simulating its raw logs: the simulated robot has an effect that "
         f"model.toml lacks"
     )
-    for name in (README, REPORT_FILE, VIEW_FILE):
-        check_not_foreign(folder / name, context.overwrite)
+    for name, kind in ((README, EXPLANATION), (REPORT_FILE, REPORT), (VIEW_FILE, PAGE)):
+        check_not_foreign(folder / name, kind, context.overwrite)
     simulate_campaign(EXAMPLE, folder, None, context.progress, overwrite=context.overwrite)
-    write_output(folder / README, (EXAMPLE / README).read_bytes(), context.overwrite)
+    write_output(folder / README, (EXAMPLE / README).read_bytes(), EXPLANATION, context.overwrite)
     improve_campaign(folder, context, notify_step=notify_step)
     return replace(run_campaign(folder, context), folder=str(folder))

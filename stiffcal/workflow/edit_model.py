@@ -17,6 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
 from stiffcal.limits import TOML
+from stiffcal.trust.output_kinds import MODEL
 from stiffcal.trust.outputs import note_written
 from stiffcal.workflow.command_results import EditResult
 from stiffcal.workflow.history import can_be_restored, model_of, stored_fits
@@ -63,7 +64,7 @@ def edit_model(
     kept = _is_kept(campaign, context or RunContext())
     changes = _edit(campaign, campaign.folder, action, effect, _Wanted(where or {}, everywhere, curved, start or {}))
     if kept:
-        note_written(campaign.folder / MODEL_FILE)
+        note_written(campaign.folder / MODEL_FILE, MODEL)
     model = load_campaign(campaign.folder, check_files=False).model
     return EditResult(warnings=[], changes=changes, model=model_of(model))
 

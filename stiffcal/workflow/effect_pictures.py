@@ -25,7 +25,8 @@ from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Pl
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.plugin_code import PluginCode
 from stiffcal.report.content import EffectPicture
-from stiffcal.trust.outputs import PICTURES, check_output, written
+from stiffcal.trust.output_kinds import EFFECT_PICTURE
+from stiffcal.trust.outputs import check_output, written
 from stiffcal.workflow.effect_clamped_pictures import clamped_picture
 from stiffcal.workflow.effect_motion_pictures import torque_picture
 from stiffcal.workflow.effect_sketch import sketch
@@ -136,12 +137,12 @@ def draw_effect(name: str, file: Path, plugins: PluginCode | None = None, *, ove
     from stiffcal.report.figures.canvas import save_figure
     from stiffcal.report.figures.effect_picture import draw_effect_picture
 
-    check_output(file, PICTURES, overwrite)
+    check_output(file, EFFECT_PICTURE, overwrite)
     picture = _picture_of(name, plugins)
     if picture is None:
         mend = f"leave -o out: stiffcal effects {name} explains where it acts"
         raise InputError.at(FaultCode.DATA_MISSING, "command line", "-o", f"{name} has no load-deformation curve", mend)
-    with written(file, overwrite) as temporary:
+    with written(file, EFFECT_PICTURE, overwrite) as temporary:
         save_figure(draw_effect_picture(picture), temporary)
     return picture.caption
 

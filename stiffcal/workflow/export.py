@@ -13,7 +13,8 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.revision import REVISION
-from stiffcal.trust.outputs import TABLES, chosen_output, write_output, written
+from stiffcal.trust.output_kinds import EXPORT, TABLES, OutputKind
+from stiffcal.trust.outputs import chosen_output, write_output, written
 from stiffcal.workflow.command_results import ExportResult
 from stiffcal.workflow.identify import up_to_date_fit_at_hand
 from stiffcal.workflow.steps import HELDOUT_STATES, Ingested, RunContext, up_to_date_states
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from stiffcal.mechanics.joint_rows import Convention
     from stiffcal.workflow.controller_export import ControllerOptions
 
-MODELS, CODE = (".json", ".urdf", ".toml", ".xml"), (".c", ".st")
+CODE = (".c", ".st")
 
 
 STATES_FILE = "states.csv"
@@ -97,7 +98,7 @@ def export_campaign(
     InputError : the input is wrong, the file's ending is none of these, or it holds something stiffcal did not write.
     """
     context = context or RunContext()
-    output = chosen_output(output, Path(folder) / STATES_FILE, (*TABLES, *MODELS, *CODE), context.overwrite)
+    output = chosen_output(output, Path(folder) / STATES_FILE, EXPORT, context.overwrite)
     ending = output.suffix.lower()
     if ending in CODE:
         from stiffcal.workflow.controller_export import write_controller_code
@@ -115,13 +116,13 @@ def export_campaign(
     if ending in TABLES:
         up_to_date_validation(data, identified, context, fit)
         table = states_with_residuals(data) if len(data.states) else _readings(data)
-        write_table(table, output, raw_text=raw_text, overwrite=context.overwrite)
+        write_table(table, output, EXPORT, raw_text=raw_text, overwrite=context.overwrite)
         holds = f"{table.num_rows} readings with measured, predicted and residual"
         if len(data.states):
             holds = f"{table.num_rows} load states with measured, predicted and residual (held-out poses)"
     elif ending == ".json":
         text = json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n"
-        write_output(output, text, context.overwrite)
+        write_output(output, text, EXPORT, context.overwrite)
         holds = f"the model of fit {identified.fit_id} with uncertainty"
     else:
         holds, warnings = _write_robot(data, identified, output, rows or RowOptions(), context)
@@ -137,14 +138,14 @@ def _write_robot(
         from stiffcal.workflow.fitted_robot import known_from_below
         from stiffcal.workflow.urdf_export import urdf_text
 
-        write_output(output, urdf_text(data.campaign, identified, setup), context.overwrite)
+        write_output(output, urdf_text(data.campaign, identified, setup), EXPORT, context.overwrite)
         holds = f"the robot as URDF with the geometry and the joint stiffness of fit {identified.fit_id}"
         return holds, list(known_from_below(identified))
     from stiffcal.results.geometry_words import CONVENTIONS
     from stiffcal.workflow.robot_export import robot_rows_text
 
     rows = robot_rows_text(data.campaign, identified, setup, options.convention, strict=options.strict)
-    write_output(output, rows.text, context.overwrite)
+    write_output(output, rows.text, EXPORT, context.overwrite)
     beta = "without β" if options.strict else "with β where axes are nearly parallel"
     holds = f"the robot with the geometry of fit {identified.fit_id} as rows of {CONVENTIONS[rows.convention]}, {beta}"
     return holds, rows.warnings
@@ -184,13 +185,18 @@ def _readings(data: Ingested) -> pa.Table:
 
 
 def write_table(
-    table: pa.Table | Mapping[str, Any], output: Path, *, raw_text: bool = False, overwrite: bool = False
+    table: pa.Table | Mapping[str, Any],
+    output: Path,
+    kind: OutputKind,
+    *,
+    raw_text: bool = False,
+    overwrite: bool = False,
 ) -> None:
     """Write a table as CSV, workbook or Parquet, by the file's ending.
 
     Parameters
     ----------
-    table : columns by name. output : the file.
+    table : columns by name. output : the file. kind : of what it is.
     raw_text : CSV only: leave texts as they are, also those that a spreadsheet takes for formulas.
     overwrite : also a file that holds something stiffcal did not write.
 
@@ -205,7 +211,7 @@ def write_table(
     whole = table if isinstance(table, pa.Table) else table_of(dict(table))
     if output.suffix.lower() == ENDING:
         check_size(str(output), whole.num_rows, whole.num_columns)
-    with written(output, overwrite) as temporary:
+    with written(output, kind, overwrite) as temporary:
         if output.suffix.lower() == ".parquet":
             import pyarrow.parquet as parquet
 

@@ -16,7 +16,8 @@ from stiffcal.model.summary import EffectInModel, ModelSummary
 from stiffcal.results.history_results import HistoryEntry, HistoryResult, StoredFit
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
-from stiffcal.trust.outputs import check_not_foreign, was_written, write_output
+from stiffcal.trust.output_kinds import MODEL
+from stiffcal.trust.outputs import holds_something, not_ours, was_written, write_output
 from stiffcal.workflow.identify import NO_HISTORY
 from stiffcal.workflow.steps import HISTORY, IDENTIFY, RunContext, open_store, stored_document, stored_result
 
@@ -122,9 +123,10 @@ def restore_model(
     if fit.origin == FOREIGN:
         _check_foreign(campaign, fit, confirm)
     path = campaign.folder / MODEL_FILE
-    check_not_foreign(path, context.overwrite, lambda file: can_be_restored(file, fits.values()))
+    if not context.overwrite and holds_something(path) and not can_be_restored(path, fits.values()):
+        raise not_ours(path)
     if fit.model_text:
-        write_output(path, fit.model_text, overwrite=True)
+        write_output(path, fit.model_text, MODEL, overwrite=True)
     else:
         path.unlink(missing_ok=True)
     return f"model.toml is restored from fit {fit_id}"
@@ -138,7 +140,7 @@ def can_be_restored(model: Path, fits: Iterable[StoredFit]) -> bool:
     model : the model file; True where there is none.
     fits : of the campaign's history.
     """
-    if not model.exists() or was_written(model):
+    if not model.exists() or was_written(model, MODEL):
         return True
     text = read_regular(model, MODEL_FILE, limit=TOML).decode("utf-8", "replace")
     return any(fit.model_text == text for fit in fits if fit.origin != FOREIGN)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
+from stiffcal.trust.output_kinds import PAGE, REPORT, OutputKind
 from stiffcal.trust.outputs import check_not_foreign
 from stiffcal.workflow.report import REPORT_FILE, report_campaign
 from stiffcal.workflow.view import VIEW_FILE, view_campaign
@@ -23,8 +24,8 @@ def check_pages(folder: Path, context: RunContext) -> None:
     ------
     InputError : DIR/view.html or DIR/report.pdf holds something stiffcal did not write.
     """
-    for name in (VIEW_FILE, REPORT_FILE):
-        check_not_foreign(Path(folder) / name, context.overwrite)
+    for name, kind in ((VIEW_FILE, PAGE), (REPORT_FILE, REPORT)):
+        check_not_foreign(Path(folder) / name, kind, context.overwrite)
 
 
 def with_pages(result: ImproveResult, folder: Path, context: RunContext) -> ImproveResult:
@@ -44,15 +45,15 @@ def with_pages(result: ImproveResult, folder: Path, context: RunContext) -> Impr
         return result
     warnings = list(result.warnings)
 
-    def is_free(name: str) -> bool:
+    def is_free(name: str, kind: OutputKind) -> bool:
         try:
-            check_not_foreign(Path(folder) / name, context.overwrite)
+            check_not_foreign(Path(folder) / name, kind, context.overwrite)
         except InputError as error:
             fault = error.faults[0]
             warnings.append(f"{fault.file} is not written anew: {fault.reason}; {fault.mend}")
             return False
         return True
 
-    page = view_campaign(folder, context).file if is_free(VIEW_FILE) else None
-    report = report_campaign(folder, context).file if is_free(REPORT_FILE) else None
+    page = view_campaign(folder, context).file if is_free(VIEW_FILE, PAGE) else None
+    report = report_campaign(folder, context).file if is_free(REPORT_FILE, REPORT) else None
     return replace(result, warnings=warnings, view=page, report=report)

@@ -17,7 +17,8 @@ from stiffcal.campaign.sizes import HEAVIEST_KG, LONGEST_M
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.trust.outputs import PICTURES, TABLES, check_output, written
+from stiffcal.trust.output_kinds import MAP_PICTURE, MAP_TABLE
+from stiffcal.trust.outputs import check_output, written
 from stiffcal.workflow.compensation_path import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.steps import RunContext
@@ -89,9 +90,9 @@ def map_campaign(
     from stiffcal.model.equilibrium import NoBalanceError
 
     context = context or RunContext()
-    for file, endings in ((picture, PICTURES), (table, TABLES)):
+    for file, kind in ((picture, MAP_PICTURE), (table, MAP_TABLE)):
         if file is not None:
-            check_output(file, endings, context.overwrite)
+            check_output(file, kind, context.overwrite)
     campaign = load_campaign(Path(folder), check_files=False)
     refuse_prismatic(
         campaign.chain.prismatic_names,
@@ -141,12 +142,12 @@ def map_campaign(
     if table is not None:
         from stiffcal.workflow.export import write_table
 
-        write_table(_table(result), table, overwrite=context.overwrite)
+        write_table(_table(result), table, MAP_TABLE, overwrite=context.overwrite)
     if picture is not None:
         from stiffcal.report.figures.canvas import save_figure
         from stiffcal.report.figures.workspace import draw_workspace
 
-        with written(picture, context.overwrite) as temporary:
+        with written(picture, MAP_PICTURE, context.overwrite) as temporary:
             save_figure(draw_workspace(result), temporary)
     return result
 

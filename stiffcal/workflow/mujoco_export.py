@@ -11,6 +11,7 @@ import numpy as np
 from stiffcal import __version__
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.prismatic_checks import refuse_prismatic
+from stiffcal.trust.output_kinds import EXPORT
 from stiffcal.trust.outputs import write_output
 from stiffcal.workflow.controller_export import ModelVerdict, model_verdict
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
@@ -47,7 +48,7 @@ def write_mujoco(folder: Path, context: RunContext, output: Path) -> WrittenRobo
     verdict = model_verdict(folder, context, fitted)
     name = fitted.campaign.chain.name or fitted.campaign.name
     model = mujoco_model(fitted.robot, fitted.setup, list(_head(fitted, verdict)), name)
-    write_output(output, model.text, context.overwrite)
+    write_output(output, model.text, EXPORT, context.overwrite)
     warnings = [*fitted.warnings, *fitted.known_from_below, *([] if verdict.complete else [verdict.text])]
     warnings += [f"without counterpart in MuJoCo, left out: {entry}" for entry in model.without_counterpart]
     return WrittenRobot(f"the robot of {fitted.source} for MuJoCo, with its springs", warnings)

@@ -12,6 +12,7 @@ from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile, load_plan
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.trust.output_kinds import PROGRAM, RUN_SHEET
 from stiffcal.trust.outputs import check_output
 from stiffcal.workflow.plan_answer import answer_of, separations_of
 from stiffcal.workflow.plan_candidates import Candidates, candidates_of, with_ways
@@ -30,9 +31,8 @@ from stiffcal.workflow.plan_model import (
 from stiffcal.workflow.plan_program import check_program, write_program
 from stiffcal.workflow.plan_remedies import remedies_of
 from stiffcal.workflow.plan_rivals import NamedRival, named_rival, rival_models, rivals_of_diagnosis
-from stiffcal.workflow.plan_sheet import CSV, PDF, write_sheet
+from stiffcal.workflow.plan_sheet import write_sheet
 from stiffcal.workflow.steps import RunContext, with_trial_model
-from stiffcal.workflow.workbook import ENDING
 
 if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
@@ -92,9 +92,9 @@ def plan_campaign(folder: Path, context: RunContext | None = None, request: Plan
     plan = with_force(campaign, plan, request.force)
     if request.program is not None:
         check_program(request.program, campaign, kind_of(campaign, plan))
-        check_output(request.program, overwrite=context.overwrite)
+        check_output(request.program, PROGRAM, context.overwrite)
     if request.sheet is not None:
-        check_output(request.sheet, (CSV, ENDING, PDF), context.overwrite)
+        check_output(request.sheet, RUN_SHEET, context.overwrite)
     goals = wanted_goals(request.purpose, bool(request.rivals))
     model = planned_model(campaign, plan, context)
     result, candidates = _planned(campaign, plan, model, goals, request, context)

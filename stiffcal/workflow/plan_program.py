@@ -11,6 +11,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.trust.output_kinds import PROGRAM
 from stiffcal.trust.outputs import write_output
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def write_program(file: Path, campaign: Campaign, plan: PlanResult, cell: Cell, 
         steps += [Move(joints) for joints in (*run.approach, run.joints)]
         steps.append(Halt(f"{run.id}: load, unload, start" if run.wrench.any() else f"{run.id}: measure, start"))
     text = program_text(language, file.stem, _head(campaign, plan, cell), steps)
-    write_output(file, text.encode("ascii"), overwrite)
+    write_output(file, text.encode("ascii"), PROGRAM, overwrite)
 
 
 def load_text(wrench: Floats) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from stiffcal.documents import Vector
 from stiffcal.escapes import csv_cell
+from stiffcal.trust.output_kinds import RUN_SHEET
 from stiffcal.trust.outputs import written
 from stiffcal.workflow.workbook import ENDING, write_workbook
 
@@ -31,7 +32,7 @@ def write_sheet(file: Path, campaign: Campaign, plan: PlanResult, *, overwrite: 
     ------
     InputError : the file cannot be written, or holds something stiffcal did not write.
     """
-    with written(file, overwrite) as temporary:
+    with written(file, RUN_SHEET, overwrite) as temporary:
         if file.suffix.lower() == CSV:
             write_run_sheet(temporary, plan, _logs(campaign))
             return

@@ -11,7 +11,8 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.experiments import ExperimentKind, all_kinds
 from stiffcal.fault_codes import FaultCode
-from stiffcal.trust.outputs import PICTURES, chosen_output, written
+from stiffcal.trust.output_kinds import PLOT
+from stiffcal.trust.outputs import chosen_output, written
 from stiffcal.workflow.command_results import PlotResult
 from stiffcal.workflow.experiments import runs_with_fits
 from stiffcal.workflow.identify import up_to_date_fit_at_hand
@@ -60,7 +61,7 @@ def plot_campaign(
     InputError : there is no such run, nothing to draw against, or the file cannot be written or holds something else.
     """
     context = context or RunContext()
-    file = chosen_output(output, Path(folder) / PLOT_FILE, PICTURES, context.overwrite)
+    file = chosen_output(output, Path(folder) / PLOT_FILE, PLOT, context.overwrite)
     data = up_to_date_states(folder, context)
     names = [info.name for info in data.states.runs]
     if against is None:
@@ -75,7 +76,7 @@ def plot_campaign(
     kind = _kind_to_draw(data, against, run)
     picture = None if kind is None else _kind_plot(kind, data, identified, run, against)
     if picture is not None:
-        with written(file, context.overwrite) as temporary:
+        with written(file, PLOT, context.overwrite) as temporary:
             save_figure(picture[0], temporary)
         return PlotResult(warnings=[], file=str(file), drawn=picture[1])
     if len(data.states) == 0:
@@ -103,7 +104,7 @@ def plot_campaign(
         noise = None if validation.noise is None else validation.noise.translation
         figure = draw_residual_against(states, [covariate], noise)
         drawn = f"residual against {covariate.name}" + (f" in run {run}" if run else "")
-    with written(file, context.overwrite) as temporary:
+    with written(file, PLOT, context.overwrite) as temporary:
         save_figure(figure, temporary)
     return PlotResult(warnings=[], file=str(file), drawn=drawn)
 

@@ -19,7 +19,8 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.limits import BALANCES
-from stiffcal.trust.outputs import TABLES, check_output
+from stiffcal.trust.output_kinds import PREDICTION
+from stiffcal.trust.outputs import check_output
 from stiffcal.workflow.compensation_path import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.steps import LOAD_PATHS, RunContext, open_store
@@ -84,7 +85,7 @@ def predict_campaign(
         mend = "give either --poses FILE or --load-path F;F"
         raise InputError.at(code, "command line", "--poses", reason, mend)
     if output is not None:
-        check_output(output, TABLES, context.overwrite)
+        check_output(output, PREDICTION, context.overwrite)
     campaign = load_campaign(Path(folder), check_files=False)
     loads, corners = _requested_loads(campaign, poses, load_path)
     fitted = fitted_robot(campaign, context)
@@ -122,7 +123,7 @@ def predict_campaign(
     if output is not None:
         from stiffcal.workflow.export import write_table
 
-        write_table(_table(result), output, overwrite=context.overwrite)
+        write_table(_table(result), output, PREDICTION, overwrite=context.overwrite)
     return result
 
 

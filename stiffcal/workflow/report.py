@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from stiffcal.trust.output_kinds import REPORT
 from stiffcal.trust.outputs import chosen_output, written
 from stiffcal.workflow.command_results import ReportResult
 from stiffcal.workflow.history import read_history
@@ -34,7 +35,7 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
         something stiffcal did not write.
     """
     context = context or RunContext()
-    file = chosen_output(output, Path(folder) / REPORT_FILE, (".pdf",), context.overwrite)
+    file = chosen_output(output, Path(folder) / REPORT_FILE, REPORT, context.overwrite)
     data = up_to_date_states(folder, context)
     identified, validation = up_to_date_results(data, context)
 
@@ -46,6 +47,6 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
     identified = replace(identified, origin=data.store.origin_of(IDENTIFY))
     content = report_content(data, identified, validation, read_history(folder, context))
     content = with_requests(content, data, context)
-    with written(file, context.overwrite) as temporary:
+    with written(file, REPORT, context.overwrite) as temporary:
         build_report(content, temporary, context.progress)
     return ReportResult(warnings=[], file=str(file), origin=identified.origin)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stiffcal.trust.output_kinds import PAGE, REPORT
 from stiffcal.trust.outputs import check_not_foreign
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign
@@ -29,8 +30,8 @@ def run_campaign(folder: Path, context: RunContext | None = None) -> RunResult:
     from stiffcal.workflow.check import check_campaign
 
     context = context or RunContext()
-    for name in (REPORT_FILE, VIEW_FILE):
-        check_not_foreign(Path(folder) / name, context.overwrite)
+    for name, kind in ((REPORT_FILE, REPORT), (VIEW_FILE, PAGE)):
+        check_not_foreign(Path(folder) / name, kind, context.overwrite)
     checked = check_campaign(folder, progress=context.progress)
     identified = identify_campaign(folder, context)
     validation = validate_campaign(folder, context)

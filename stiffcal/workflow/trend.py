@@ -18,7 +18,8 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.before_after import EstimatedParameter, EstimatedValue, estimated_parameters
 from stiffcal.store.origin import worst_of
-from stiffcal.trust.outputs import PICTURES, check_output, written
+from stiffcal.trust.output_kinds import TREND_PICTURE
+from stiffcal.trust.outputs import check_output, written
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.validation.control_chart import FEWEST_CAMPAIGNS, ControlChart, control_chart
 from stiffcal.validation.trend_result import (
@@ -97,7 +98,7 @@ def trend_campaigns(
     if max_change is not None and not 0.0 < max_change < math.inf:
         raise _wrong("--max-change", f"{max_change:g} is not a share", "give 0.1 for a tenth")
     if output is not None:
-        check_output(output, PICTURES, context.overwrite)
+        check_output(output, TREND_PICTURE, context.overwrite)
     loaded = [load_campaign(folder, check_files=False) for folder in folders]
     for folder, campaign in zip(folders[1:], loaded[1:], strict=True):
         require_one_robot([loaded[0].chain, campaign.chain], folders[0], folder)
@@ -123,7 +124,7 @@ def trend_campaigns(
         from stiffcal.report.figures.canvas import save_figure
         from stiffcal.report.figures.trend import draw_trend
 
-        with written(output, context.overwrite) as temporary:
+        with written(output, TREND_PICTURE, context.overwrite) as temporary:
             save_figure(draw_trend(result), temporary)
     return result
 

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import cast
 
 from stiffcal.documents import Origin
+from stiffcal.trust.output_kinds import PAGE
 from stiffcal.trust.outputs import chosen_output, write_output
 from stiffcal.workflow.command_results import ViewResult
 from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_results
 
-VIEW_FILE, PAGES = "view.html", (".html", ".htm")
+VIEW_FILE = "view.html"
 
 
 def view_campaign(
@@ -38,9 +39,9 @@ def view_campaign(
         something stiffcal did not write.
     """
     context = context or RunContext()
-    file = chosen_output(output, Path(folder) / VIEW_FILE, PAGES, context.overwrite)
+    file = chosen_output(output, Path(folder) / VIEW_FILE, PAGE, context.overwrite)
     page = page_of(folder, context, raw)
-    write_output(file, page.html, context.overwrite)
+    write_output(file, page.html, PAGE, context.overwrite)
     return ViewResult(
         warnings=page.warnings,
         file=str(file),

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from stiffcal.fault_codes import FaultCode
+from stiffcal.trust.output_kinds import CAMPAIGN_FILE, LOG
+from stiffcal.trust.outputs import note_written
 from tests.cli.test_every_option import CALLS, place, prepared, run
 
 __all__ = ["place", "prepared"]
@@ -59,7 +61,7 @@ WRITES = [
 
 
 @pytest.mark.parametrize(("words", "file"), WRITES, ids=[f"{words}: {file}" for words, file in WRITES])
-def test_what_somebody_else_wrote_is_left_alone(
+def test_what_somebody_else_wrote_or_a_command_as_something_else_is_left_alone(
     words: str, file: str, place: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = (place / file).read_bytes() if (place / file).exists() else b""
@@ -68,6 +70,8 @@ def test_what_somebody_else_wrote_is_left_alone(
         mine = before + b"# another drive\n"
     (place / file).parent.mkdir(parents=True, exist_ok=True)
     (place / file).write_bytes(mine)
+    for kind in (LOG, CAMPAIGN_FILE):
+        note_written(place / file, kind)
     folders = {path: sorted(path.iterdir()) for path in (place, place / "small", (place / file).parent)}
     assert run([*shlex.split(words), "--json"]) == 2
     document = json.loads(capsys.readouterr().out)

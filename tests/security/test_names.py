@@ -34,6 +34,7 @@ from stiffcal.escapes.file_name import with_short_name
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.report import fonts
 from stiffcal.report.typesetting import set_pages
+from stiffcal.trust.output_kinds import EXPORT
 from stiffcal.validation.results import ThresholdCheck
 from stiffcal.workflow.export import write_table
 from tests.escapes.test_escapes import V1, V2, assert_printable, read_html
@@ -252,7 +253,7 @@ def test_a_report_s_name_fits_into_a_file_system() -> None:
 
 
 def test_numbers_of_a_table_stay_numbers(tmp_path: Path) -> None:
-    write_table({"name": ["-1.5", "+A", "x"], "value": pa.array([-1.5, 2.0, 3.0])}, tmp_path / "t.csv")
+    write_table({"name": ["-1.5", "+A", "x"], "value": pa.array([-1.5, 2.0, 3.0])}, tmp_path / "t.csv", EXPORT)
     with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
         assert list(csv.reader(file))[1:] == [["-1.5", "-1.5"], ["'+A", "2"], ["x", "3"]]
 

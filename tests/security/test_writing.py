@@ -21,6 +21,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
 from stiffcal.propose.templates import write_template
+from stiffcal.trust.output_kinds import MARKDOWN
 from stiffcal.workflow import demo
 from stiffcal.workflow.init import init_campaign
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
@@ -81,9 +82,8 @@ def test_a_file_takes_no_place_of_the_running_system(place: str, monkeypatch: py
 
 @pytest.mark.parametrize("to", ["a file", "a pipe"])
 def test_a_summary_to_standard_output_goes_where_that_leads(tmp_path: Path, to: str) -> None:
-    code = (
-        "from pathlib import Path; from stiffcal.batch.summary import write_summary as w; w('all', Path('/dev/stdout'))"
-    )
+    code = "from pathlib import Path; from stiffcal.batch.summary import write_summary as w; "
+    code += "w('all', Path('/dev/stdout'), None)"
     before = Path("/dev/stdout").readlink()
     words = [sys.executable, "-c", f"import stiffcal.files as f; f.write_whole = None; {code}"]
     if to == "a file":
@@ -113,8 +113,8 @@ def test_no_summary_and_no_log_goes_to_a_pipe_in_a_folder(pipe: Path, linked: bo
         goal = pipe.with_name("link.xml")
         goal.symlink_to(pipe)
     tries: list[Callable[[], None]] = [
-        lambda: prepare_files(goal),
-        lambda: write_summary("all", goal),
+        lambda: prepare_files(goal, None),
+        lambda: write_summary("all", goal, MARKDOWN),
         lambda: _log_to(goal),
     ]
     for write in tries:

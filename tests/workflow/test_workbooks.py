@@ -17,6 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.from_table import draft_campaign
 from stiffcal.readers import WantedColumns, find_reader
+from stiffcal.trust.output_kinds import EXPORT
 from stiffcal.workflow.export import write_table
 from stiffcal.workflow.workbook import check_size
 from tests.laboratory.log_reading import read_columns
@@ -85,8 +86,8 @@ TABLE: dict[str, Any] = {
 
 
 def test_a_table_is_written_as_it_is_and_text_is_no_formula(tmp_path: Path) -> None:
-    write_table(pa.table(TABLE), tmp_path / "states.xlsx")
-    write_table(pa.table(TABLE), tmp_path / "again.xlsx")
+    write_table(pa.table(TABLE), tmp_path / "states.xlsx", EXPORT)
+    write_table(pa.table(TABLE), tmp_path / "again.xlsx", EXPORT)
     assert (tmp_path / "states.xlsx").read_bytes() == (tmp_path / "again.xlsx").read_bytes()
     head, *rows = CalamineWorkbook.from_path(tmp_path / "states.xlsx").get_sheet_by_index(0).to_python()
     assert head == list(TABLE)
