@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, Unpartnered, found_files, lacking_sources
 from stiffcal.campaign.manifest import Manifest, Run
-from stiffcal.campaign.name_checks import odd_character
+from stiffcal.campaign.name_checks import wrong_name
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.tracker_frames import instead_of
 from stiffcal.errors import Fault
@@ -71,7 +71,7 @@ def with_known_runs(manifest: Manifest, known: Mapping[str, Mapping[str, str]]) 
     files = {
         name: {source: file for source, file in named.items() if source in patterns}
         for name, named in known.items()
-        if odd_character(name) is None
+        if wrong_name(name) is None
     }
     instead = instead_of(manifest)
     runs = {
@@ -113,7 +113,7 @@ def _runs(manifest: Manifest, patterns: Mapping[str, FilePattern], found: FoundF
         runs.append(run if files is None else run.model_copy(update={"files": dict(files)}))
     kind = type(manifest).run_type
     for name, files in found.runs.items():
-        if natural_key(name) in by_key and odd_character(name) is None:
+        if natural_key(name) in by_key and wrong_name(name) is None:
             runs.append(kind(id=name, files=dict(files)))
     return tuple(sorted(runs, key=lambda run: (natural_key(run.id), run.id)))
 
@@ -141,7 +141,7 @@ def pattern_faults(manifest: Manifest, found: FoundFiles | None) -> list[Fault]:
         )
         faults.append(Fault(FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"sources.{entry.source}.file", reason, mend))
     for name in () if found is None else found.runs:
-        wrong = odd_character(name)
+        wrong = wrong_name(name)
         if wrong is not None:
             faults.append(Fault(FaultCode.NAME_INVALID, MANIFEST_FILE, "sources", *wrong))
     return faults

@@ -1,7 +1,8 @@
-"""Which characters a name that is used may hold: those that a reader of a name can see.
+"""Which characters a name that is used may hold, and how many: those that a reader of a name can see.
 
 A control character, a separator of lines or an override of the direction of writing makes a name look like another one,
-or like a line of its own. Names are refused with it, not repaired: the file may be an attack or be damaged.
+or like a line of its own. A name stands in every message about what it names, and a very long one would be all of it.
+Names are refused for either, not repaired: the file may be an attack or be damaged.
 """
 
 from __future__ import annotations
@@ -18,18 +19,35 @@ from stiffcal.fault_codes import FaultCode
 _SHOWN_ONLY = frozenset({"why"})
 # Keys of texts that are no names: a query may stand on several lines, a delimiter may be a tab.
 _ON_LINES = frozenset({"file", "files"})
+_CONDITIONS = frozenset({"rows"})
+LONGEST_NAME = 1000
+"""Characters: a topic of a bag with the field in it, or a path in HDF5, has some hundreds."""
 _NAMED = frozenset({"id", "name"})
 _EMPTY = ("the name is empty", "write a name of letters or digits")
 _BLANKS = {"\n", "\r", "\t"}
 CP1252 = 'it looks like Windows text read as latin-1: set csv = { encoding = "cp1252" } and write the letter itself'
 
 
-def odd_character(name: str, allowed: frozenset[str] | set[str] = frozenset()) -> tuple[str, str] | None:
+def wrong_name(name: str) -> tuple[str, str] | None:
     r"""Return why a name is refused and what to do, or None where it is not.
+
+    Examples
+    --------
+    >>> wrong_name("pose 1") is None, wrong_name("x" * 2000)
+    (True, ('the name "xxxxxxxxxxxxxxxxxxxx…" has 2000 characters', 'write a name of at most 1000, in the logs too'))
+    """
+    if len(name) > LONGEST_NAME:
+        mend = f"write a name of at most {LONGEST_NAME}, in the logs too"
+        return f'the name "{name[:20]}…" has {len(name)} characters', mend
+    return odd_character(name)
+
+
+def odd_character(text: str, allowed: frozenset[str] | set[str] = frozenset()) -> tuple[str, str] | None:
+    r"""Return why a text is refused where a name is expected, and what to do, or None where it is not.
 
     Parameters
     ----------
-    name : as it stands in a file.
+    text : as it stands in a file.
     allowed : characters that pass.
 
     Examples
@@ -39,7 +57,7 @@ def odd_character(name: str, allowed: frozenset[str] | set[str] = frozenset()) -
     >>> print(odd_character("pose\u202e1")[0])
     the name "pose\u202e1" contains U+202E, which changes the writing direction
     """
-    character = next((match[0] for match in refused().finditer(name) if match[0] not in allowed), None)
+    character = next((match[0] for match in refused().finditer(text) if match[0] not in allowed), None)
     if character is None:
         return None
     code = ord(character)
@@ -52,12 +70,12 @@ def odd_character(name: str, allowed: frozenset[str] | set[str] = frozenset()) -
         kind = "which changes the writing direction"
     elif code >= 0xD800:
         kind, mend = "which is not a character", "write the name in UTF-8"
-    return f'the name "{name}" contains U+{code:04X}, {kind}', mend
+    return f'the name "{text}" contains U+{code:04X}, {kind}', mend
 
 
 def check_name(name: str, file: str, place: str) -> None:
     """Raise `InputError` where a name that a log or URDF holds is refused."""
-    wrong = odd_character(name)
+    wrong = wrong_name(name)
     if wrong is not None:
         raise InputError.at(FaultCode.NAME_INVALID, file, place, *wrong)
 
@@ -75,15 +93,16 @@ def name_faults(document: dict[str, Any], file: str) -> Iterator[Fault]:
         place, value = waiting.pop()
         if isinstance(value, dict):
             for key, item in value.items():
-                wrong = odd_character(key) or (_EMPTY if _is_blank(key, item) else None)
+                wrong = wrong_name(key) or (_EMPTY if _is_blank(key, item) else None)
                 if wrong is not None:
                     yield Fault(FaultCode.NAME_INVALID, file, key_path((*place, key), document), *wrong)
                 elif key not in _SHOWN_ONLY:
                     waiting.append(((*place, key), item))
         elif isinstance(value, list):
             waiting += [((*place, index), item) for index, item in enumerate(value)]
-        elif isinstance(value, str) and not value.isprintable():
-            wrong = odd_character(value, _allowed(place))
+        elif isinstance(value, str) and (len(value) > LONGEST_NAME or not value.isprintable()):
+            may_be_long = (_ON_LINES | _CONDITIONS) & set(place[-2:])
+            wrong = odd_character(value, _allowed(place)) or (None if may_be_long else wrong_name(value))
             if wrong is not None:
                 yield Fault(FaultCode.NAME_INVALID, file, key_path(place, document), *wrong)
 

@@ -10,7 +10,7 @@ import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from stiffcal.campaign.name_checks import odd_character
+from stiffcal.campaign.name_checks import wrong_name
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Batch, WantedColumns
@@ -90,7 +90,7 @@ def with_run_names_checked(batches: Iterator[Batch], column: str | None, file: s
     known: set[str] = set()
     for batch in batches:
         for name in set(batch.texts.get(column, ())) - known:
-            wrong = odd_character(name)
+            wrong = wrong_name(name)
             if wrong is not None:
                 row = batch.first_row + batch.texts[column].index(name)
                 raise InputError.at(FaultCode.NAME_INVALID, file, f"data row {row}, column {column}", *wrong)
