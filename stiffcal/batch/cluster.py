@@ -7,9 +7,11 @@ of one campaign reaches another. A Dask worker that is killed takes its processe
 from __future__ import annotations
 
 import importlib
+import logging
 import threading
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +81,7 @@ def run_on_cluster(tasks: Sequence[BatchTask], address: str, finished: Callable[
         raise InputError.at(
             FaultCode.LIBRARY_MISSING, "command line", "--scheduler", "the package distributed is not installed", mend
         ) from None
-    with _connected(distributed, address) as client:
+    with _silent_log(), _connected(distributed, address) as client:
         threads = _threads(client, address)
         batch = uuid.uuid4().hex
         futures = {
@@ -88,7 +90,7 @@ def run_on_cluster(tasks: Sequence[BatchTask], address: str, finished: Callable[
         }
         try:
             for future in distributed.as_completed(futures):
-                outcome = _outcome_of_future(future, futures[future])
+                outcome = _outcome_of_future(future, futures[future], "" if client.status == "running" else address)
                 record_generation(futures[future], outcome.generations or [])
                 finished(outcome)
         except BaseException:
@@ -118,6 +120,20 @@ def record_generation(task: BatchTask, committed: Sequence[str]) -> None:
         return
     if digest in committed:
         remember(digest, "")
+
+
+@contextmanager
+def _silent_log() -> Iterator[None]:
+    """Keep from standard error what Dask writes there of a lost scheduler: the outcomes state it, in one line each."""
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] == "distributed"]
+    found = [(logger, logger.handlers) for logger in map(logging.getLogger, names) if logger.handlers]
+    for logger, _ in found:
+        logger.handlers = [logging.NullHandler()]
+    try:
+        yield
+    finally:
+        for logger, handlers in found:
+            logger.handlers = handlers
 
 
 def _connected(distributed: Any, address: str) -> Any:
@@ -151,8 +167,13 @@ def _threads(client: Any, address: str) -> int:
     return sum(client.nthreads().values())
 
 
-def _outcome_of_future(future: Any, task: BatchTask) -> CampaignOutcome:
-    """Return the outcome of a task; where Dask has given it up, why."""
+def _outcome_of_future(future: Any, task: BatchTask, lost_scheduler: str) -> CampaignOutcome:
+    """Return the outcome of a task; where Dask has given it up, why.
+
+    Parameters
+    ----------
+    lost_scheduler : the address of the scheduler, where it does not answer any more; else "".
+    """
     if future.status == "finished":
         outcome: CampaignOutcome = future.result()
         return outcome
@@ -162,5 +183,9 @@ def _outcome_of_future(future: Any, task: BatchTask) -> CampaignOutcome:
     reason = (
         "the cluster has dropped it" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
     )
+    if error is None and lost_scheduler:
+        reason = f"the scheduler at {lost_scheduler} answers no more"
+        mend = "start it and its workers, then run the batch again: what is done is not computed again"
+        return outcome_of(task, LOST, Fault(FaultCode.PROCESS_LOST, task.folder, "--scheduler", reason, mend))
     mend = "see the logs of the workers; stiffcal of the same version must be installed there"
     return outcome_of(task, LOST, Fault(FaultCode.PROCESS_LOST, task.folder, "--scheduler", reason, mend))

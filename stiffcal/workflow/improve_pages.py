@@ -54,6 +54,13 @@ def with_pages(result: ImproveResult, folder: Path, context: RunContext) -> Impr
             return False
         return True
 
-    page = view_campaign(folder, context).file if is_free(VIEW_FILE, PAGE) else None
-    report = report_campaign(folder, context).file if is_free(REPORT_FILE, REPORT) else None
-    return replace(result, warnings=warnings, view=page, report=report)
+    page = view_campaign(folder, context) if is_free(VIEW_FILE, PAGE) else None
+    report = report_campaign(folder, context) if is_free(REPORT_FILE, REPORT) else None
+    for written in (page, report):
+        warnings += written.warnings if written is not None else []
+    return replace(
+        result,
+        warnings=list(dict.fromkeys(warnings)),
+        view=None if page is None else page.file,
+        report=None if report is None else report.file,
+    )

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
-from stiffcal.batch.results import BatchTask, CampaignOutcome
+from stiffcal.batch.results import LOST, BatchTask, CampaignOutcome
 from stiffcal.batch.task import run_task
 from stiffcal.errors import InputError
 from stiffcal.extras import install_command
@@ -47,10 +47,10 @@ def started(*words: str) -> Iterator[subprocess.Popen[bytes]]:
             process.kill()
 
 
-@pytest.fixture(scope="module")
-def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """A scheduler's address."""
-    file = tmp_path_factory.mktemp("dask") / "scheduler.json"
+@contextmanager
+def started_scheduler(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+    """A scheduler, and its address."""
+    file = folder / "scheduler.json"
     words = ("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
     with started(*words) as process:
         end = time.monotonic() + LONGEST_S
@@ -59,7 +59,14 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
             assert process.poll() is None, "the scheduler ended before it wrote its address"
             assert time.monotonic() < end, "the scheduler never wrote its address"
             time.sleep(0.05)
-        yield json.loads(text)["address"]
+        yield process, json.loads(text)["address"]
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A scheduler's address."""
+    with started_scheduler(tmp_path_factory.mktemp("dask")) as (_, address):
+        yield address
 
 
 @contextmanager
@@ -110,6 +117,20 @@ def test_a_cluster_without_workers_or_without_a_scheduler(
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=re.escape(install_command("dask"))):
         batch_campaigns([tmp_path], BatchOptions(scheduler=scheduler))
+
+
+def test_a_killed_scheduler_is_a_line_for_each_campaign_that_was_not_done(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name in "abc":
+        write_small_campaign(tmp_path / "cells" / name, poses=2)
+    with started_scheduler(tmp_path) as (process, address), workers(address, 1):
+        options = BatchOptions(scheduler=address, report=False, finished=lambda *_: process.kill())
+        result = batch_campaigns([tmp_path / "cells"], options)
+    lost = [outcome for outcome in result.campaigns if outcome.state == LOST]
+    assert lost
+    assert all(outcome.error is not None and address in outcome.error.reason for outcome in lost)
+    assert capfd.readouterr().err == ""
 
 
 def test_folders_that_a_cluster_does_not_see(tmp_path: Path) -> None:

@@ -70,3 +70,13 @@ def test_what_stiffcal_did_not_write_stays(improved: tuple[Path, ImproveResult])
         check_pages(folder, RunContext())
     assert refused.value.code == "file-exists"
     assert with_pages(result, folder, RunContext(overwrite=True)).report is not None
+
+
+def test_what_is_wrong_with_the_page_is_a_warning(
+    improved: tuple[Path, ImproveResult], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, result = improved
+    monkeypatch.setattr("stiffcal.workflow.view_content.view_bodies", lambda campaign: ([], "part.stl: damaged"))
+    written = with_pages(result, folder, RunContext(overwrite=True))
+    assert [warning for warning in written.warnings if "part.stl: damaged" in warning]
+    assert len(written.warnings) == len(result.warnings) + 1
