@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import logging
 import re
 import shutil
 import signal
@@ -119,9 +121,10 @@ def test_a_cluster_without_workers_or_without_a_scheduler(
         batch_campaigns([tmp_path], BatchOptions(scheduler=scheduler))
 
 
-def test_a_killed_scheduler_is_a_line_for_each_campaign_that_was_not_done(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_killed_scheduler_is_a_line_for_each_campaign_that_was_not_done(tmp_path: Path) -> None:
+    logger, written = logging.getLogger("distributed.client"), io.StringIO()
+    handler = logging.StreamHandler(written)
+    logger.addHandler(handler)
     for name in "abc":
         write_small_campaign(tmp_path / "cells" / name, poses=2)
     with started_scheduler(tmp_path) as (process, address), workers(address, 1):
@@ -130,7 +133,8 @@ def test_a_killed_scheduler_is_a_line_for_each_campaign_that_was_not_done(
     lost = [outcome for outcome in result.campaigns if outcome.state == LOST]
     assert lost
     assert all(outcome.error is not None and address in outcome.error.reason for outcome in lost)
-    assert capfd.readouterr().err == ""
+    logger.removeHandler(handler)
+    assert written.getvalue() == ""
 
 
 def test_folders_that_a_cluster_does_not_see(tmp_path: Path) -> None:
