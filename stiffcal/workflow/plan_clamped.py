@@ -31,7 +31,8 @@ def clamped_runs(campaign: Campaign, plan: PlanFile, model: PlanModel, poses: Fl
 
     Raises
     ------
-    InputError : neither force nor moment is limited, or a fixture has another number of joints.
+    InputError : neither force nor moment is limited, or the moment alone limits a turn and is not; or a fixture has
+        another number of joints.
     """
     load = plan.load
     if load.force_N is None and load.moment_Nm is None:
@@ -51,6 +52,9 @@ def clamped_runs(campaign: Campaign, plan: PlanFile, model: PlanModel, poses: Fl
     for limit, size in ((load.force_N, force), (load.moment_Nm, moment)):
         if limit is not None:
             largest = np.minimum(largest, limit / np.maximum(size, 1e-12))
+    if load.moment_Nm is None and np.all(largest == MOST_TURN):
+        reason = "no force at the fixture limits how far a motor turns: the joints load it with moments alone"
+        raise InputError.at(FaultCode.KEY_MISSING, PLAN_FILE, "load.moment_Nm", reason, "add moment_Nm to [load]")
     turn = np.zeros((n, n_joints, len(cycle), n_joints))
     for joint in range(n_joints):
         turn[:, joint, :, joint] = largest[:, joint, None] * cycle

@@ -119,11 +119,13 @@ def kind_of(campaign: Campaign, plan: PlanFile) -> RunKind:
         return "load"
     if "absolute" in kinds:
         return "absolute"
-    if "clamped" in kinds and campaign.chain.n_joints > 1:
+    if "clamped" in kinds:
         return "clamped"
     here = " or ".join(sorted(kinds))
-    reason = f"all runs are {here} runs; plan supports load runs, absolute poses and clamped robots of several joints"
-    mend = 'write experiment = "load" in plan.toml to plan load runs of this robot'
+    reason = f"all runs are {here} runs; plan supports load runs, absolute poses and clamped robots"
+    # a joint on a bench of its own has no lever that a load at the flange could turn it by
+    possible = "load" if campaign.chain.n_joints > 1 else "clamped"
+    mend = f'write experiment = "{possible}" in plan.toml to plan {possible} runs of this robot'
     raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, "campaign.toml", "runs", reason, mend)
 
 

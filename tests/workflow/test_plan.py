@@ -380,13 +380,6 @@ def test_check_reads_the_folder_before_and_while_one_measures(irb4400: Path, tmp
     assert max(p.relative or np.inf for p in counted.parameters) < max(p.relative or np.inf for p in alone.parameters)
 
 
-def test_clamped_campaigns_are_refused() -> None:
-    with pytest.raises(InputError) as raised:
-        plan_campaign(CAMPAIGNS / "joints" / "01", request=PlanRequest(force=450.0))
-    assert (raised.value.code, raised.value.file) == (FaultCode.CONTENT_UNSUPPORTED, "campaign.toml")
-    assert "clamped" in raised.value.reason
-
-
 TWO_SLOPE = """schema = "stiffcal/model/1"
 [[effects]]
 type = "joint-compliance"

@@ -133,3 +133,19 @@ def test_no_program_drives_a_clamped_robot(folder: Path) -> None:
     with pytest.raises(InputError) as raised:
         plan_campaign(folder, request=PlanRequest(program=folder / "poses.src"))
     assert raised.value.code == FaultCode.OPTION_INVALID
+
+
+def test_a_joint_on_a_bench_of_its_own_is_planned_as_its_runs_are(tmp_path: Path) -> None:
+    folder = tmp_path / "bench"
+    shutil.copytree(CAMPAIGN.parent / "joints" / "01", folder, ignore=shutil.ignore_patterns("raw"))
+    head = 'schema = "stiffcal/plan-input/1"\nruns = 3\n'
+    noise = "[noise]\nmotor_angle_rad = 5e-6\nmoment_Nm = 0.1\n"
+    for load, missing in (("", "load.force_N"), ("[load]\nforce_N = 500.0\n", "load.moment_Nm")):
+        (folder / "plan.toml").write_text(head + load + noise, encoding="utf-8")
+        with pytest.raises(InputError) as refused:
+            plan_campaign(folder)
+        assert (refused.value.code, refused.value.place) == (FaultCode.KEY_MISSING, missing)
+    (folder / "plan.toml").write_text(f"{head}[load]\nmoment_Nm = 100.0\n{noise}", encoding="utf-8")
+    plan = plan_campaign(folder)
+    assert plan.experiment == "clamped"
+    assert [run.moved_joint for run in plan.runs] == [1, 1, 1]
