@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.reduction.copies_by_chance import MOST_PROBABLE, probability_of_as_many
 from stiffcal.reduction.log_summary import LogSummary
 from stiffcal.reduction.rounded_copies import Layout, last_digits, printed_digits
 from stiffcal.reduction.sampled_readings import SampledReadings
 
 _Key = tuple[str, str, str]
 """Source, file and run."""
-_CHANCE = 1e-3  # of a pair that is named in a campaign
 _HALF = 0.5 * (1.0 + 1e-6)
 _ROUNDING = 1e-12  # of floating-point numbers, relative
 _NO_STEP = 1e-9  # of a reading, relative: more digits than instruments have
@@ -48,7 +48,9 @@ def copied_runs(logs: Mapping[_Key, LogSummary]) -> list[CopiedRuns]:
     for key, log in logs.items():
         if log.sampled and log.readings is not None:
             alike.setdefault((key[0], log.readings.layout, log.n_rows), []).append(key)
-    chance = _CHANCE / max(sum(len(keys) * (len(keys) - 1) for keys in alike.values()), 1)  # of either log's noise
+    chance = MOST_PROBABLE / max(
+        sum(len(keys) * (len(keys) - 1) for keys in alike.values()), 1
+    )  # of either log's noise
     files: dict[tuple[str, ...], dict[str, None]] = {}
     for keys in alike.values():
         readings = [own for key in keys if (own := logs[key].readings) is not None]
@@ -94,8 +96,9 @@ def _equal_pairs(readings: Sequence[SampledReadings], chance: float) -> Iterator
         agree &= np.all(missing[others] == missing[one], axis=(1, 2))
         for k in np.flatnonzero(agree):
             other = int(others[k])
-            noisy = max(np.any(noise[log] > largest[k], axis=1).sum() for log in (one, other))
-            if _by_chance(int(noisy), len(values[one])) <= chance:
+            rows = len(values[one])
+            noisy = max(int(np.any(noise[log] > largest[k], axis=1).sum()) for log in (one, other))
+            if probability_of_as_many(rows, rows, rows - noisy, rows) <= chance:
                 yield one, other
 
 
@@ -151,15 +154,6 @@ def _printed(values: Floats, layout: Layout) -> Floats:
         printed[:, :, own] = np.maximum(printed[:, :, own], np.where(np.isfinite(finest), finest, 0.0))
         start += count
     return printed
-
-
-def _by_chance(noisy: int, rows: int) -> float:
-    """Return how probable it is that so many of the rows differ from their neighbours and none between the logs.
-
-    Where both are as frequent, it is that of drawing all of them from one half of twice as many rows.
-    """
-    taken = np.arange(noisy)
-    return float(np.prod((rows - taken) / (2 * rows - taken)))
 
 
 def _groups(n: int, pairs: Iterator[tuple[int, int]]) -> list[list[int]]:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.reduction.copies_by_chance import MOST_PROBABLE, probability_of_as_many
 
 Layout: TypeAlias = tuple[tuple[str, int], ...]
 """Signals of a row and their numbers of channels."""
@@ -32,7 +33,6 @@ _MOST_DIGITS, _LEAST_DIGITS = 10, -3  # behind the point: more than instruments 
 _WHOLE = 1e-6  # a number of last digits is whole within this: rounding of floating-point numbers of ten digits
 _NEIGHBOURS = 6  # rows next to a row that are compared with it
 _ROWS_AT_ONCE = 1 << 14  # of which pairs are compared, so that memory stays flat
-_CHANCE = 1e-3  # of so many copies in one table
 _LAST_DIGITS = range(1, 10)  # other than zero; readings end in each as often
 _HALF = 0.5 * (1.0 + 1e-6)
 _COARSE = 0.95  # quantile of a column's last digits within which copies are looked for
@@ -160,16 +160,14 @@ def _is_chance(copies: int, values: Floats, units: Floats, layout: Layout) -> bo
     Readings end in each other digit as often: with as many added to all, those that end in it look like copies, and
     rows that were rounded do not.
     """
-    from scipy.special import bdtrc
-
     step = _finest(values, units * last_digits(values / units))
-    by_chance = 0
+    rows, by_chance = len(values), 0
     for k in _LAST_DIGITS:
         by_chance += len(_originals(values + k * step, units, layout))
-        tried = np.array([k, _LAST_DIGITS[-1]])  # so far, and at the end where no more are found
-        so_far, at_best = bdtrc(copies - 1, copies + by_chance, 1.0 / (tried + 1)) <= _CHANCE * (1.0 + _WHOLE)
-        if so_far or not at_best:
-            return bool(not so_far)
+        if probability_of_as_many(copies, rows, by_chance, k * rows) <= MOST_PROBABLE:
+            return False
+        if probability_of_as_many(copies, rows, by_chance, _LAST_DIGITS[-1] * rows) > MOST_PROBABLE:
+            return True  # also where no more are found
     return True
 
 
