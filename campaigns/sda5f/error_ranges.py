@@ -1,7 +1,7 @@
 """How far a dumbbell of 0.153 kg moves the hand of the SDA5F, over all joint angles (paper 003, Fig. 4 and 5).
 
 Run it as ``python campaigns/sda5f/error_ranges.py``: it prints, for each arm, the largest position and orientation
-error (003, eq. 48 to 52) beside the printed ones.
+error (003, eq. 48 to 52) next to the printed ones.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.processes import ChildEndedError, ChildSilentError
 
 MEMORY = 512 << 20
-"""Of the process that speaks to the object store, bytes: an answer that is longer than what was asked for ends it."""
+"""Of the process that exchanges objects with the store, bytes: an answer longer than what was asked for ends it."""
 ANSWER_S = 18.0
 """Until an answer of few bytes is there, s: an object store far away takes one."""
 SLOWEST_PER_S = 100e3

@@ -29,7 +29,8 @@ def link_meshes(robot: RobotFile, folder: Path, robot_file: str) -> list[PlacedM
     """Return the meshes of the robot's links that lie in the campaign folder, base to tip; none without a URDF.
 
     Of a link that has visual meshes in formats that are not read, those for collisions are taken. What stands on the
-    base beside the chain (a fence, another arm) is left out; what joints carry (a cover, fingers) is drawn at its zero.
+    base next to the chain (a fence, another arm) is left out; what joints carry (a cover, fingers) is drawn at its
+    zero.
 
     Parameters
     ----------

@@ -51,8 +51,8 @@ def held_frames(robot: CompliantRobot, data: Observations, fixed: frozenset[str]
     """Return the full names of frame parameters that other frames make up for in the poses that were measured.
 
     A target that has one orientation in all of them may be shifted with the instrument. A convention as that of
-    registration: targets stay where the manifest has them. None where displacements count too, which see where a target
-    is.
+    registration: targets stay where the manifest has them. None where displacements count too, which depend on where a
+    target is.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ A link that is half a millimetre longer than the robot file has it changes the l
 fit answers with other compliances, B g for small errors g of the geometry: B is the least-squares solution with the
 slope of the prediction by g in place of the residual. With a prior of g the estimates' covariance grows by B Σ Bᵀ
 (Jaynes, Probability Theory, 2003, ch. 8, on nuisance parameters; systematic effects in GUM 2008, 5.2). The estimates
-themselves, the noise and the residuals stay as they are: what the geometry leaves in the residuals is seen.
+themselves, the noise and the residuals stay as they are: what the geometry leaves in the residuals remains there.
 
 Where a tracker measured absolute places, their misfit scales the prior, up and down.
 """

@@ -51,7 +51,7 @@ class BeamSection:
     def shear_share(self, length: float) -> tuple[float, float]:
         """Return the relative share by which shear raises a cantilever's deflection under an end force along x2 and x3.
 
-        3 EI/(GA_s L²); the Euler–Bernoulli beam leaves it out, and rods along the link cannot see it.
+        3 EI/(GA_s L²); the Euler–Bernoulli beam leaves it out, and no rod along the link can show it.
         """
         return 3.0 * self.EI3 / (self.shear_2 * length**2), 3.0 * self.EI2 / (self.shear_3 * length**2)
 

@@ -1,4 +1,4 @@
-"""What the rods of a campaign can and cannot see, for `check`: sensible before anything is measured."""
+"""What the rods of a campaign can and cannot determine, for `check`: sensible before anything is measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What rods on a link can and cannot see, and where one more would help most."""
+"""What rods on a link can and cannot determine, and where one more would help most."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ExtraRod:
 
 @dataclass(frozen=True)
 class RodObservability:
-    """What the rods on one link can and cannot see."""
+    """What the rods on one link can and cannot determine."""
 
     link: str
     """Its name."""

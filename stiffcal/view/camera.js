@@ -12,7 +12,7 @@
 
   /**
    * How points of space come onto the picture: parallel, as large as the box has room for.
-   * @param {{turn: number, tilt: number, zoom: number}} state @param {number[][]} points what is to be in sight, m
+   * @param {{turn: number, tilt: number, zoom: number}} state @param {number[][]} points what the picture has to show, m
    * @param {{x: number, y: number, w: number, h: number}} box @param {number} least m that the box shows at least, across and up
    * @returns {{project: (p: number[]) => number[], depth: (p: number[]) => number, pixels: number}} depth: larger is nearer; pixels: of a metre
    */

@@ -224,7 +224,7 @@
       }));
       const top = 10 + 16 * S.keys(g, { x: 14, w: width - 28 }, entries);
       const tips = drawn.map((letter) => plus(target, ...arrowsOf(letter))).filter((p) => p.every(Number.isFinite));
-      // clear of the axes in the corner, beside them or above, whichever leaves more room; names find theirs beside the joints
+      // clear of the axes in the corner, next to them or above, whichever leaves more room; names find theirs next to the joints
       const room = [
         { x: 76, y: top + 20, w: width - 136, h: height - top - 40 },
         { x: 24, y: top + 20, w: width - 84, h: height - top - 90 },

@@ -51,7 +51,7 @@
     }
 
     /**
-     * What is drawn of a pose: `reach`, points that are to be in sight besides the chain, and `draw`.
+     * What is drawn of a pose: `reach`, points that the picture has to show in addition to the chain, and `draw`.
      * @param {{moved: number[][], axes: number[][], run: any, state: number|null, scale: number}} pose moved: the chain
      */
     return function ({ moved, axes, run, state, scale }) {

@@ -1,5 +1,5 @@
 (function (S) {
-  /** The bar that stays in sight: the error, the candidates, the model's effects. */
+  /** The bar that does not scroll: the error, the candidates, the model's effects. */
   const bar = document.getElementById("tryout");
   const STANDING = {
     missing: "missing",

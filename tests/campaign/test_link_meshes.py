@@ -23,7 +23,7 @@ def shape(file: str, kind: str = "visual", origin: str = ORIGIN, scale: str = ""
 
 
 def write_urdf(path: Path, *shapes: str) -> Path:
-    """Write an arm of two joints whose links base, l1, l2 and, beside the chain, cover and fence have these shapes."""
+    """Write an arm of two joints whose links base, l1, l2 and, next to the chain, cover and fence have these shapes."""
     names = ("base", "l1", "l2", "cover", "fence")
     given = [*shapes, *[""] * (len(names) - len(shapes))]
     links = "".join(f"<link name='{name}'>{given[k]}</link>" for k, name in enumerate(names))

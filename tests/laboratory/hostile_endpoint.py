@@ -1,4 +1,4 @@
-"""An endpoint of S3 that hands on to an honest one what is asked, until a request of a given kind comes."""
+"""An endpoint of S3 that hands on to a true one what is asked, until a request of a given kind comes."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ def _copy(source: socket.socket, target: socket.socket) -> None:
 
 
 @contextmanager
-def hostile_endpoint(honest: str, begins: bytes, act: Act) -> Iterator[HostileEndpoint]:
+def hostile_endpoint(true: str, begins: bytes, act: Act) -> Iterator[HostileEndpoint]:
     """Hold an endpoint in front of the one at an address."""
-    endpoint = HostileEndpoint(int(honest.rpartition(":")[2]), begins, act)
+    endpoint = HostileEndpoint(int(true.rpartition(":")[2]), begins, act)
     try:
         yield endpoint
     finally:

@@ -1,4 +1,4 @@
-"""Offsets between devices: found from what both saw, to a few milliseconds, with an honest uncertainty."""
+"""Offsets between devices: found from what both recorded, to a few milliseconds, with an uncertainty that holds."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ def test_a_switch_without_an_answer_takes_nothing_back(
 ) -> None:
     """The switch may come late: what it names has to be there then."""
     fill(Store(address), 1.0)
-    honest = os.environ["AWS_ENDPOINT_URL"]
+    true = os.environ["AWS_ENDPOINT_URL"]
     held: list[str] = []
 
     def hold(asker: socket.socket, request: bytes) -> None:
@@ -116,12 +116,12 @@ def test_a_switch_without_an_answer_takes_nothing_back(
         act(asker, request)
 
     monkeypatch.setattr(object_store, "ANSWER_S", 2.0)
-    with hostile_endpoint(honest, POINTER, hold) as endpoint:
+    with hostile_endpoint(true, POINTER, hold) as endpoint:
         monkeypatch.setenv("AWS_ENDPOINT_URL", endpoint.address)
         with pytest.raises(InputError) as refused:
             fill(elsewhere(address), 2.0)
     assert refused.value.code == FaultCode.STORE_INACCESSIBLE
-    monkeypatch.setenv("AWS_ENDPOINT_URL", honest)
+    monkeypatch.setenv("AWS_ENDPOINT_URL", true)
     assert elsewhere(address).read_document("fit") == {"value": 1.0}
     bucket.put_object(Bucket=BUCKET, Key=held[0].partition("?")[0], Body=b"")
     assert elsewhere(address).read_document("fit") == {"value": 2.0}
