@@ -20,16 +20,17 @@ ROOT = Path(__file__).parents[2]
 MISSED = 3  # exit code; 1 is that of an exception
 
 # What each `main` gets in the smoke run: few seconds, but as many states, pairs and bytes as it takes to go the way of
-# the full size where that is another (fits that start on some runs, runs in blocks, logs in chunks).
+# the full size where that is another: a second block of angles or poses (4096), of runs (256, 500), of what is whitened;
+# fits that start on some of the poses (10 000); campaigns that are copies; a log of more blocks than are kept (655 s).
 SMOKE: dict[str, tuple[object, ...]] = {
-    "jacobian_speed": (2000, 1),
+    "jacobian_speed": (5000, 1),
     "fit_speed": (10_000, 1),
-    "step_speed": (300, 500, 1),
-    "cost": (120, 60, 400, "irb4400"),
-    "plan_cost": (30, 60, 0),
-    "absolute_cost": (40, 60, 0, (40, 60)),
-    "batch_speed": (1,),
-    "ingest_speed": (0.03, 1),
+    "step_speed": (600, 20_500, 1),
+    "cost": (5140, 60, 400, "irb4400"),
+    "plan_cost": (30, 600, 60),
+    "absolute_cost": (40, 60, 0, (40, 10_000)),
+    "batch_speed": (2,),
+    "ingest_speed": (0.03, 1, 500),
 }
 
 

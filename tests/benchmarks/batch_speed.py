@@ -32,15 +32,16 @@ MOST_MEMORY_GROWTH = 1.10
 
 
 def make_campaigns(folder: Path, count: int) -> None:
-    """Write the campaigns; ten are made, the others are copies with another name."""
+    """Write the campaigns; ten or half of them are made, the others are copies with another name."""
     from tests.laboratory.small_campaign import write_small_campaign
 
+    different = max(1, min(10, count // 2))
     for number in range(count):
         target = folder / f"cell-{number:03d}"
-        if number < 10:
+        if number < different:
             write_small_campaign(target, seed=number)
         else:
-            shutil.copytree(folder / f"cell-{number % 10:03d}", target)
+            shutil.copytree(folder / f"cell-{number % different:03d}", target)
 
 
 def run_apart(halves: Sequence[Path], stores: Path, report: bool) -> float:

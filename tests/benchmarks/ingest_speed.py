@@ -79,8 +79,8 @@ files = { ft = "ft.csv", tracker = "tracker.csv", controller = "controller.csv" 
 """
 
 
-def make_campaign(folder: Path, size: int) -> Path:
-    """Write a campaign whose force log has about `size` bytes; return that log."""
+def make_campaign(folder: Path, size: int, rate_hz: int) -> Path:
+    """Write a campaign whose force log has about `size` bytes, at so many rows in a second; return that log."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.mechanics.kinematics import body_poses
     from stiffcal.propose.templates import bundled_robot
@@ -91,11 +91,11 @@ def make_campaign(folder: Path, size: int) -> Path:
     chance = np.random.default_rng(7)
     loads = chance.normal(size=(N_LOADS, 6)) * [200, 200, 200, 30, 30, 30]
     loads[[0, -1]] = 0  # the first turn goes from the last load to the first: unloaded
-    rows = write_forces(folder / "ft.csv", loads, size, chance)
+    rows = write_forces(folder / "ft.csv", loads, size, rate_hz, chance)
     chain = load_campaign(folder, check_files=False).chain
     logged = np.deg2rad([JOINTS_DEG])
     position, rotation = (values[0, -1] for values in body_poses(chain, chain.model_angles(logged)))
-    time_s = np.arange(0, rows / RATE_HZ, 1 / TRACKER_HZ)
+    time_s = np.arange(0, rows / rate_hz, 1 / TRACKER_HZ)
     force = load_at(time_s, loads)[:, :3] @ rotation.T
     seen = position + rotation @ [0, 0, 0.1] + COMPLIANCE * force + 1e-5 * chance.normal(size=(len(time_s), 3))
     tracker, controller = folder / "tracker.csv", folder / "controller.csv"
@@ -113,13 +113,13 @@ def load_at(time_s: NDArray[np.float64], loads: NDArray[np.float64]) -> NDArray[
     return np.asarray(before + share * (now - before), dtype=np.float64)
 
 
-def write_forces(path: Path, loads: NDArray[np.float64], size: int, chance: np.random.Generator) -> int:
+def write_forces(path: Path, loads: NDArray[np.float64], size: int, rate_hz: int, chance: np.random.Generator) -> int:
     """Write the loads in turn, with sensor noise, four decimals; return the number of rows."""
     # The text of one turn is used again and again: writing numbers as text is slow, and no reader knows the difference.
-    per_turn = int(TURN_S * RATE_HZ)
+    per_turn = int(TURN_S * rate_hz)
     turns = []
     for turn in range(N_LOADS):
-        readings = load_at((np.arange(per_turn) + 0.5) / RATE_HZ + turn * TURN_S, loads)
+        readings = load_at((np.arange(per_turn) + 0.5) / rate_hz + turn * TURN_S, loads)
         readings += chance.normal(size=(per_turn, 6)) * [0.5, 0.5, 0.5, 0.05, 0.05, 0.05]
         turns.append(["," + ",".join([f"{value:.4f}" for value in line]) + "\n" for line in readings.tolist()])
     row = 0
@@ -127,7 +127,7 @@ def write_forces(path: Path, loads: NDArray[np.float64], size: int, chance: np.r
         file.write((",".join(COLUMNS) + "\n").encode())
         while file.tell() < size:
             texts = turns[row // per_turn % N_LOADS]
-            file.write("".join([f"{(row + k) / RATE_HZ:.4f}{text}" for k, text in enumerate(texts)]).encode())
+            file.write("".join([f"{(row + k) / rate_hz:.4f}{text}" for k, text in enumerate(texts)]).encode())
             row += len(texts)
     return row
 
@@ -201,18 +201,21 @@ def run_once(name: str, log: Path) -> None:
     print(json.dumps({**took, "memory": peak}))
 
 
-def main(gigabytes: float = 1.0, turns: int = 3) -> bool:
+def main(gigabytes: float = 1.0, turns: int = 3, rate_hz: int = RATE_HZ) -> bool:
     """Make the campaigns, measure in turns, print; return whether the limits are met."""
     folder = Path(tempfile.mkdtemp(prefix="ingest-speed-"))
     try:
-        return report(folder, int(gigabytes * 1e9), turns)
+        return report(folder, int(gigabytes * 1e9), turns, rate_hz)
     finally:
         shutil.rmtree(folder)
 
 
-def report(folder: Path, size: int, turns: int) -> bool:
+def report(folder: Path, size: int, turns: int, rate_hz: int) -> bool:
     """Make the campaigns, measure in turns, print; return whether the limits are met."""
-    log, double = make_campaign(folder / "single", size), make_campaign(folder / "double", 2 * size)
+    log, double = (
+        make_campaign(folder / name, bytes_of_log, rate_hz)
+        for name, bytes_of_log in (("single", size), ("double", 2 * size))
+    )
     print(f"a log of {log.stat().st_size / 1e9:.2f} GB, and one of twice the size; best of {turns} turns", flush=True)
     taken: dict[str, list[dict[str, float]]] = {name: [] for name in RUNS}
     for _ in range(turns):
