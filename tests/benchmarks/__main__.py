@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 MISSED = 3  # exit code; 1 is that of an exception
 
 # What each `main` gets in the smoke run: few seconds, but as many states, pairs and bytes as it takes to go the way of
-# the full size where that is another: a second block of angles or poses (4096), of runs (256, 500), of what is whitened;
+# the full size where that is another: a second block of angles or poses (4096), of runs (256, 500) or whitened rows;
 # fits that start on some of the poses (10 000); campaigns that are copies; a log of more blocks than are kept (655 s).
 SMOKE: dict[str, tuple[object, ...]] = {
     "jacobian_speed": (5000, 1),
