@@ -177,16 +177,13 @@ def collect_raw_states(
         chosen = []
     runs: list[ReadRun] = []
     for k, (run, sources) in enumerate(chosen):
-        if ingest_options.collected is not None:  # files that are still to be measured are no faults there
-            files, manifest_sources = log_files(campaign, run, sources), campaign.manifest.sources
-            sources = [name for name, file in files if is_there(campaign.folder, manifest_sources[name], file)]
-        if not sources:
-            continue
         within = partial(_within, progress, k / len(chosen), 1 / len(chosen))
         reduction = non_load.of_kind(run.experiment)
         try:
-            read = _earlier(run, sources, ingest_options, quality)
-            if read is None:
+            read = _earlier(run, sources, ingest_options, quality) if sources else None
+            if read is None and ingest_options.collected is not None:  # files still to be measured are no faults there
+                sources = _sources_there(campaign, run, sources)
+            if read is None and sources:
                 read = _read_run(campaign, run, sources, within, ingest_options, quality, reduction is not None)
             if read is None:
                 continue
@@ -203,6 +200,12 @@ def collect_raw_states(
     except InputError as error:
         ingest_options.fault(error)
     return (stacked(tables) if tables else None), [] if ingest_options.quick else runs
+
+
+def _sources_there(campaign: Campaign, run: Run, sources: Sequence[str]) -> list[str]:
+    """Return those sources of a run whose files are there."""
+    settings = campaign.manifest.sources
+    return [name for name, file in log_files(campaign, run, sources) if is_there(campaign.folder, settings[name], file)]
 
 
 @dataclass(frozen=True)

@@ -115,8 +115,8 @@ def _candidates(values: Floats, printed: Floats) -> Iterator[tuple[int, Integers
     order = np.argsort(means[:, channel], kind="stable")
     sorted_means = means[order, channel]
     last = np.searchsorted(sorted_means, sorted_means + largest[channel], side="right")
-    for place, stop in enumerate(last):
-        one, others = order[place], order[place + 1 : stop]
+    for place in np.flatnonzero(last > np.arange(1, len(last) + 1)):
+        one, others = order[place], order[place + 1 : last[place]]
         others = others[np.all(np.abs(means[others] - means[one]) <= largest, axis=1)]
         if others.size:
             yield int(one), others

@@ -12,7 +12,7 @@ from itertools import permutations
 
 import numpy as np
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.errors import Fault
 from stiffcal.estimation.bounded_least_squares import least_squares_within
 from stiffcal.fault_changes import FORCES_ALONE, ChangeKind, InputChange
@@ -66,19 +66,24 @@ def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats
     if states.deflection_given:
         translation, rotation = states.deflection[:, 0, :3].copy(), np.nan_to_num(states.deflection[:, 0, 3:])
     else:
+        references = _references(states)
+        force, moment = force - force[references], moment - moment[references]
+        turn = states.rotation[:, 0] @ states.rotation[references, 0].swapaxes(1, 2)
+        measured = np.isfinite(turn).all(axis=(1, 2))
+        measured &= ~np.isin(states.run, states.run[~measured])  # of a run all states or none
         rotation = np.zeros_like(force)
-        references = np.zeros(len(states), dtype=np.int64)
-        for members in members_of(states.run):
-            first = members[states.reference[members]]
-            reference = int(first[0]) if first.size else int(members[0])
-            references[members] = reference
-            force[members] -= force[reference].copy()
-            moment[members] -= moment[reference].copy()
-            turn = states.rotation[members, 0] @ states.rotation[reference, 0].T
-            if np.isfinite(turn).all():
-                rotation[members] = rotation_vector(turn)
+        rotation[measured] = rotation_vector(turn[measured])
         translation = motion_of(states, chain).since(references)
     return force, moment, np.nan_to_num(translation + np.cross(rotation, point - target)), rotation
+
+
+def _references(states: LoadStates) -> Integers:
+    """Return (n,) of each state its run's first reference, or first state where it has none."""
+    references = np.zeros(len(states), dtype=np.int64)
+    first = np.argsort(~states.reference, kind="stable")  # references before others, each in order
+    _, place, number = np.unique(states.run[first], return_index=True, return_inverse=True)
+    references[first] = first[place][number.ravel()]
+    return references
 
 
 def explained_by_joints(states: LoadStates, chain: Chain, flip: Floats | None = None, sign: float = 1.0) -> float:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -98,7 +99,7 @@ def check_loaded(
     with nullcontext() if quick else earlier_readings(campaign, place, run) as readings:
         options = ReadingOptions(readings=readings, collected=faults, only=run, quick=quick)
         gathered, reduced = collect_raw_states(campaign, progress, options, quality, non_load)
-    missing = _missing_files(campaign, run)
+    missing = _missing_files(campaign, run, {file for _, file, _ in quality.logs})
     faults = [fault for fault in faults if not _is_missing(fault)]
     if not quick and not faults:  # of the first lines of a log nothing need have changed
         faults = quality.constant_signal_faults()
@@ -243,13 +244,14 @@ def _is_missing(fault: Fault) -> bool:
     return fault.code is FaultCode.FILE_MISSING
 
 
-def _missing_files(campaign: Campaign, only: str | None) -> list[str]:
-    """Return one line for every file that is named and not there yet."""
+def _missing_files(campaign: Campaign, only: str | None, were_read: Collection[str]) -> list[str]:
+    """Return one line for every file that is named and not there yet; those that were read need no look."""
     sentences, sources = [], campaign.manifest.sources
     homeless: dict[str, int] = {}  # a folder that is not there is reported once, not for each of its files
 
     def absent(files: Iterable[str]) -> list[str]:
-        missing = [file for file in files if not os.path.exists(f"{campaign.folder}/{file}")]  # noqa: PTH110 — as `is_there`
+        # os.path.exists as in `is_there`
+        missing = [file for file in files if file not in were_read and not os.path.exists(f"{campaign.folder}/{file}")]  # noqa: PTH110
         for file in missing:
             parent = PurePosixPath(file).parent
             if not (campaign.folder / parent).is_dir():
@@ -301,11 +303,11 @@ def _file(name: str, source: Source, units: Mapping[str, str], log: LogSummary) 
                 signal=signal,
                 column=column,
                 unit=units.get(column, ""),
-                low_si=_number(low[k]),
-                high_si=_number(high[k]),
-                moved=bool(high[k] > low[k]),
+                low_si=_number(least),
+                high_si=_number(most),
+                moved=most > least,
             )
-            for k, column in enumerate(columns[: low.size])
+            for column, least, most in zip(columns, low.tolist(), high.tolist(), strict=False)
         ]
     return CheckedSource(
         source=name,
@@ -331,8 +333,6 @@ def _along(direction: Sequence[float], low: Any, high: Any) -> tuple[Any, Any]:
 
 def _number(value: Any) -> float | None:
     """Return a finite float, or None."""
-    import math
-
     return float(value) if value is not None and math.isfinite(value) else None
 
 
@@ -346,14 +346,15 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReadRun
     set_aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]
     loads = states.setup.targets and bool(np.any(states.wrench))
     work = work_of_runs(states, campaign.chain) if loads else np.full(len(states.runs), np.nan)
+    force = np.linalg.norm(states.wrench[:, :3], axis=1)
     return [
         CheckedRun(
             id=name,
             experiment=states.runs[int(states.run[own[0]])].experiment if own.size else "",
             n_states=int(states.used[own].sum()),
             set_aside=[set_aside[i] for i in own if set_aside[i]],
-            largest_force_N=_number(np.linalg.norm(states.wrench[own, :3], axis=1).max(initial=0.0)),
-            work_J=_number(np.sum(work[np.unique(states.run[own])])),
+            largest_force_N=_number(force[own].max(initial=0.0)),
+            work_J=_number(np.sum(work[sorted(set(states.run[own].tolist()))])),
             clock_ahead_s=dict(clocks.get(name, {})),
         )
         for name, own in states.members_by_name().items()
