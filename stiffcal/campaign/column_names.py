@@ -24,6 +24,7 @@ JOINT_STEMS = (
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
     *("aiposa", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
     *("軸", "関節", "関節角", "関節角度", "角度", "轴", "关节", "关节角", "关节角度"),
+    *("jointpositions", "jointangles", "jointpos", "actualjointpositions", "joints", "axes"),
 )
 MEASURED_AT = "headerstamp"
 """The time of a message of ROS, which the driver of the instrument has written."""
@@ -344,23 +345,3 @@ def _stems_and_axes(word: str) -> Iterable[tuple[str, int]]:
         rest = next((word[1 + len(own) :] for own in _DIRECTION if word.startswith(own, 1)), word[1:])
         if len(word) > _LEAST_AXIS_FIRST or not rest.isascii():  # one sign is a word of other scripts
             yield rest, XYZ.index(word[0])
-
-
-def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names that are numbered from 1 or 0 without a gap, three or more, with a stem that means joints.
-
-    Examples
-    --------
-    >>> numbered_joints(["t", "q2", "q1", "q3", "Fx"])
-    ('q1', 'q2', 'q3')
-    """
-    groups: dict[str, dict[int, str]] = {}
-    for name in names:
-        match = re.fullmatch(r"(\D*)0*(\d+)", plain_name(name))
-        if match is not None:
-            groups.setdefault(match[1], {})[int(match[2])] = name
-    for stem in JOINT_STEMS:
-        group = groups.get(stem, {})
-        if len(group) >= 3 and sorted(group) in (list(range(1, len(group) + 1)), list(range(len(group)))):
-            return tuple(group[number] for number in sorted(group))
-    return ()

@@ -13,9 +13,9 @@ from stiffcal.campaign.column_names import (
     component_of,
     components_of_arrays,
     header_parts,
-    numbered_joints,
     plain_name,
 )
+from stiffcal.campaign.joint_names import numbered_joints
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import unit

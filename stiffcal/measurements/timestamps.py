@@ -25,7 +25,7 @@ _LOCAL = re.compile(
     r"'?(?:(?P<first>\d{1,4})(?P<mark>[-./ ])(?P<second>\d{1,2}|[^\W\d_]{3,9}\.?)(?P=mark)"
     r"(?P<third>\d{4}|\d{1,2})(?:[ T,]+|$))?"
     r"(?:(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second_of>\d{2})(?:[.,:](?P<fraction>\d+))?)?"
-    r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?)?"
+    r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?)?"
 )
 # Other ways to write a date or a time of day; each is rewritten to one above.
 _CLOCK = r"(?P<clock>\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d{1,9})?)?(?: ?[AaPp]\.?[Mm]\.?)?)"
@@ -41,6 +41,7 @@ _OTHER_WAYS = tuple(
         ),
         (rf"(?P<year>\d{{4}})\. ?(?P<month>\d{{1,2}})\. ?(?P<day>\d{{1,2}})\. ?{_CLOCK}?", _YEAR_FIRST),  # Korean
         (rf"(?P<day>\d{{1,2}})\. ?{_MONTH} (?P<year>\d{{4}}),? ?{_CLOCK}?", _YEAR_LAST),
+        (rf"(?P<day>\d{{1,2}}) de {_MONTH} de (?P<year>\d{{4}}),? ?{_CLOCK}?", _YEAR_LAST),  # Spanish, Portuguese
         (rf"{_MONTH} (?P<day>\d{{1,2}}),? (?P<year>\d{{4}}),? ?{_CLOCK}?", _YEAR_LAST),
         (rf"[A-Za-z]{{3}} {_MONTH} {{1,2}}(?P<day>\d{{1,2}}) {_CLOCK} (?P<year>\d{{4}})", _YEAR_LAST),  # C, Unix
         (rf"{_DIGITS}{_CLOCK}", _YEAR_FIRST),
@@ -56,13 +57,25 @@ _HALVES = {"오전": "AM", "오후": "PM", "上午": "AM", "下午": "PM", "午�
 _HALF_FIRST = re.compile(
     rf"(?P<date>[^:]{{0,20}}?) ?(?P<half>{'|'.join(_HALVES)}) ?(?P<clock>\d{{1,2}}:[\d:.,]{{2,16}})"
 )
-# The first letters of months' names, as loggers in English, German, French, Spanish and Italian write them.
+# A day of the week before a date, or behind one in Chinese, Japanese and Korean: the date says it already.
+_WEEKDAY = re.compile(
+    r"(?:mon|tue|wed|thu|fri|sat|sun|mo|di|mi|do|fr|sa|so|lun|mar|mer|jeu|ven|sam|dim|mié|mie|jue|vie|sáb|sab|dom|gio)"
+    r"[^\W\d_]{0,8}\.?,? (?=\d)",
+    re.IGNORECASE,
+)
+_WEEKDAY_BEHIND = re.compile(
+    r"(?<=[日일]) ?(?:[(（][月火水木金土日월화수목금토일][)）]|[月火水木金土日]曜日?|[월화수목금토일]요일"
+    r"|(?:星期|周)[一二三四五六日天])"
+)
+_CLOCK_OF_SIGNS = re.compile(r"(\d{1,2})[时時시] ?(\d{2})[分분] ?(\d{2}(?:[.,]\d{1,9})?)[秒초]")
+# The first letters of months' names, as loggers in English, German, French, Spanish, Italian, Portuguese and Dutch
+# write them; four before three.
 _MONTHS = {
     name: number
     for number, names in enumerate(
         (
-            *("jan ene gen", "feb fév fev", "mar mär mrz", "apr avr abr", "mai may mag", "jun jui giu", "jul lug"),
-            *("aug aoû aou ago", "sep set", "oct okt ott", "nov", "dec dez déc dic"),
+            *("jan ene gen", "feb fév fev", "mar mär mrz mrt", "apr avr abr", "mai may mag mei", "jun juin giu"),
+            *("jul juil lug", "aug aoû aou ago", "sep set", "oct okt ott out", "nov", "dec dez déc dic"),
         ),
         start=1,
     )
@@ -79,7 +92,16 @@ def in_usual_form(text: str) -> str:
     ['2026-11-20 10:15:30', '20-Nov-2026 1:15 PM', '2026-11-20 10:15:30', 'x']
     >>> in_usual_form("2026. 11. 20. 오후 1:15:30")
     '2026-11-20 1:15:30 PM'
+    >>> in_usual_form("Fr 20.11.2026 10:15:30"), in_usual_form("2026年11月20日(金) 10時15分30秒")
+    ('20.11.2026 10:15:30', '2026-11-20 10:15:30')
     """
+    if (match := _WEEKDAY.match(text)) is not None:
+        date = in_usual_form(text[match.end() :])
+        found = _LOCAL.fullmatch(date)
+        if found is not None and found["first"] is not None:
+            return date
+    if not text.isascii():
+        text = _CLOCK_OF_SIGNS.sub(r"\1:\2:\3", _WEEKDAY_BEHIND.sub("", text))
     if (match := _HALF_FIRST.fullmatch(text)) is not None:
         text = f"{match['date']} {match['clock']} {_HALVES[match['half']]}".strip()
     for pattern, template in _OTHER_WAYS:
@@ -160,12 +182,12 @@ def _local_seconds(text: str, order: str, display_name: str, place: str) -> floa
     if match["half"] is not None:
         hour = hour % 12 + 12 * (match["half"][0] in "Pp")
     clock = 3600 * hour + 60 * int(match["minute"] or 0) + int(match["second_of"] or 0)
-    of_day = clock + float(f"0.{match['fraction'] or 0}")
+    of_day = clock + float(f"0.{match['fraction'] or 0}") - _zone_of(match["zone"] or "")
     if match["first"] is None:
         return of_day
     first, second, third = match["first"], match["second"], match["third"]
     if not second.isdigit():
-        month = _MONTHS.get(second.lower()[:3], 0)
+        month = _MONTHS.get(second.lower()[:4].rstrip("."), 0) or _MONTHS.get(second.lower()[:3], 0)
         year, day = (first, third) if len(first) == 4 else (third, first)
     elif len(first) == 4:
         year, month, day = first, int(second), third
@@ -180,6 +202,13 @@ def _local_seconds(text: str, order: str, display_name: str, place: str) -> floa
     except ValueError:
         raise _no_time(text, display_name, place) from None
     return (date - datetime(1970, 1, 1, tzinfo=UTC)).days * 86400 + of_day
+
+
+def _zone_of(text: str) -> int:
+    """Return how much later a zone's clock is than UTC's, s; 0 of a zone that is UTC, or none."""
+    if text[:1] not in ("+", "-"):
+        return 0
+    return int(f"{text[0]}1") * (3600 * int(text[1:3]) + 60 * int(text[-2:]))
 
 
 def _order_in(texts: Sequence[str], text: str, display_name: str, place: str) -> str:

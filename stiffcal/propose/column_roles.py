@@ -17,10 +17,10 @@ from stiffcal.campaign.column_names import (
     Reading,
     component_of,
     components_of_arrays,
-    numbered_joints,
     plain_name,
     words_of,
 )
+from stiffcal.campaign.joint_names import numbered_joints
 from stiffcal.propose.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of, single_target
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.quantities import unit
