@@ -23,7 +23,7 @@ from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.joint_columns import columns_of_joints
 from stiffcal.propose.lines import ProposedLine, as_text
 from stiffcal.propose.noise import with_noise_lines
-from stiffcal.propose.other_tables import table_of
+from stiffcal.propose.other_tables import TEXT, table_of
 from stiffcal.propose.robot import robot_lines
 from stiffcal.propose.table_lines import frame_lines, run_lines, source_lines
 from stiffcal.propose.table_purpose import check_purpose, serves_absolute
@@ -270,12 +270,12 @@ def _check_decided(table: SniffedTable, roles: Roles) -> None:
     if roles.joints is not None and (loads or roles.position is not None):
         return
     reason = "the table has no header line, and its values do not show what each column is"
-    mend = (
-        f"write a line of names at its top, with a name for each ? that is used: {missing_names(table.columns, roles)}"
-    )
+    is_text = table.log_format == TEXT
+    where = "write a line of names at its top" if is_text else "save it with a name for each column"
+    mend = f"{where}, with a name for each ? that is used: {missing_names(table.columns, roles)}"
     if roles.joints is None:
         mend += "; or name the robot, whose kinematics show which column is which: --robot, --urdf"
-    raise InputError.at(FaultCode.HEADER_MISSING, table.path.name, "line 1", reason, mend)
+    raise InputError.at(FaultCode.HEADER_MISSING, table.path.name, "line 1" if is_text else "", reason, mend)
 
 
 def _check_names(tables: Sequence[SniffedTable]) -> None:

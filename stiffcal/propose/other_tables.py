@@ -15,6 +15,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import holds_signals, recognise
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, column_of_times, sniff_table
+from stiffcal.propose.unnamed_columns import are_numbered
 from stiffcal.readers import Options, Reader, find_reader
 
 TEXT = "csv"
@@ -89,7 +90,8 @@ def other_table(reader: Reader, path: Path, display_name: str, options: Options 
     if not named:
         reason, mend = "it has no columns at its top", f"state where they lie: {reader.name} = {{ … }}"
         raise InputError.at(FaultCode.LOG_PART_MISSING, display_name, "", reason, mend)
-    unused = {column.header for column in recognise(named).unused}
+    # columns without names show what they are by their values alone
+    unused = set() if are_numbered(own) else {column.header for column in recognise(named).unused}
     used = [column.header for column in named if column.header not in unused]
     first = reader.first_rows(path, options, used, display_name)
     columns = []

@@ -164,3 +164,13 @@ def test_signals_of_one_log_are_cut_in_one_way_or_left_open() -> None:
     assert roles_by_values(columns_of(time, np.radians(joints)), None) == Roles(
         time=small.time, unused=tuple(columns_of(time, np.radians(joints))[1:])
     )
+
+
+@pytest.mark.parametrize("name", ["table.npy", "table.npz"])
+def test_arrays_without_names_go_by_their_values_as_text_does(tmp_path: Path, name: str) -> None:
+    write = np.save if name.endswith(".npy") else np.savez
+    write(tmp_path / name, np.column_stack(loaded()))
+    roles = draft_campaign([tmp_path / name], robot="kr125", tool=(0.0, 0.0, 0.2)).roles
+    assert roles is not None
+    assert numbers(roles.joints) == [1, 2, 3, 4, 5, 6]
+    assert numbers(roles.deflection) == [10, 11, 12]
