@@ -46,7 +46,7 @@ def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
 def _joint_name(name: str) -> str:
     """Return a name as `plain_name`, of a topic of joint states ("/joint_states/joint_1/position") what is its own."""
     words = [word for word in words_of(name)[0] if word != "states"]
-    return "".join(word for word, last in zip(words, ["", *words[:-1]], strict=True) if word != last or word.isdigit())
+    return "".join(word for word, last in zip(words, ["", *words], strict=False) if word != last or word.isdigit())
 
 
 def _are_joints(numbered: Mapping[int, str]) -> bool:

@@ -38,7 +38,7 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
     """
     counts = Counter(names)
     if all(count == 1 or not name for name, count in counts.items()):
-        return _with_names_above(names, above), {}
+        return names_with_those_above(names, above), {}
     repeated = [k for k, name in enumerate(names) if not name or counts[name] > 1 or name.lower() in _COMPONENTS]
     rows = [_spread(row, repeated, len(names)) for row in above]
     labels = [_label(row, repeated) in _NAME_LABELS for row in above]
@@ -58,7 +58,7 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
     return composed, units
 
 
-def _with_names_above(names: Sequence[str], above: Sequence[Sequence[str]]) -> list[str]:
+def names_with_those_above(names: Sequence[str], above: Sequence[Sequence[str]]) -> list[str]:
     """Return names with those of the row right above for columns that have none of their own (.trc: frame, time)."""
     last = list(above[-1]) if above else []
     taken = set(names)

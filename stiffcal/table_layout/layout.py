@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from stiffcal.campaign.column_names import bare_unit, header_parts, is_unit_row
 from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header, scope_columns, scope_units
 from stiffcal.table_layout.cells import is_gap, is_reading, marks_of
-from stiffcal.table_layout.composed_names import composed_names
+from stiffcal.table_layout.composed_names import composed_names, names_with_those_above
 from stiffcal.table_layout.key_lines import body_names, length_unit_of, marker_names, rate_of
 
 COMMENT_SIGNS = ("#", "%", "//", ";", "!")
@@ -23,6 +23,7 @@ NAMELESS = "column"
 
 # Of its columns a row of names fills so many, and of its cells so few are numbers.
 _FILLED, _FEW_NUMBERS = 0.8, 0.2
+_HALF = 0.5  # of the columns a row names that leaves the others to the row above
 _MOSTLY = 0.6
 
 
@@ -161,8 +162,15 @@ class _Kinds:
 
     def is_key_line(self, k: int) -> bool:
         """Return whether row k names what its numbers are, as lines above a table do ("Delta_X", 0.02, 0.02)."""
-        row = self._rows[k]
-        return bool(row) and bool(row[0]) and not self._begins_with_words and not self._readings[k][0]
+        first = next((c for c, cell in enumerate(self._rows[k]) if cell), None)
+        if first is None or self._readings[k][first]:
+            return False
+        # of a row that begins with empty cells the word stands where all data have numbers
+        return not self._begins_with_words if first == 0 else first < self.width and self.numeric[first]
+
+    def first_data(self) -> int | None:
+        """Return the first row that holds data and states nothing about the table; None where there is none."""
+        return next((k for k in range(len(self._rows)) if self.is_data(k) and not self.is_key_line(k)), None)
 
     def is_names(self, k: int) -> bool:
         """Return whether row k may hold names of the columns: it fills them, with words."""
@@ -176,6 +184,13 @@ class _Kinds:
         columns = [c for c in range(self.width) if self.used[c]] or list(range(self.width))
         if columns[0] == 0 and not row[0]:  # the column of a row's number has no name
             columns = columns[1:]
+        own = sum(1 for c in columns if c < len(row) and row[c])
+        # .trc: frame and time have their names in the row above
+        if k and own >= _HALF * len(columns):
+            words = [
+                "" if found else cell for cell, found in zip(self._rows[k - 1], self._readings[k - 1], strict=True)
+            ]
+            row = names_with_those_above(row, [words])
         return sum(1 for c in columns if c < len(row) and row[c]) >= _FILLED * len(columns)
 
 
@@ -234,7 +249,7 @@ def _is_better(rows: Sequence[Sequence[str]], k: int, block: int, width: int) ->
 
 def _nameless(rows: Sequence[Sequence[str]], kinds: _Kinds, wanted: Collection[str]) -> Layout:
     """Return the layout of a table without a row of names: a line may list its markers, else columns are numbered."""
-    first = next((k for k in range(len(rows)) if kinds.is_data(k)), None)
+    first = kinds.first_data()
     if first is None:  # no numbers at all: the first row that says something is what there is
         header = next((k for k, row in enumerate(rows) if any(row)), None)
         names = without_comment_sign(rows[header], 0) if header is not None else []
@@ -260,9 +275,9 @@ def _nameless(rows: Sequence[Sequence[str]], kinds: _Kinds, wanted: Collection[s
 def _of_bodies(rows: Sequence[Sequence[str]], kinds: _Kinds) -> Layout | None:
     """Return the layout of a table whose bodies a line above lists; None where none lists them."""
     width = max((c + 1 for c, used in enumerate(kinds.used) if used), default=0)
-    first = next((k for k in range(len(rows)) if kinds.is_data(k)), len(rows))
+    first = kinds.first_data()
     names = body_names(rows[:first], width)
-    if not names:
+    if first is None or not names:
         return None
     return Layout(
         columns=names,

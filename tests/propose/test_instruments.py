@@ -59,16 +59,39 @@ def vicon(markers: Sequence[str] = ("arm:tool",)) -> str:
     return "".join([*head, "\n,", *[",mm,mm,mm"] * len(markers), "\n"]) + lines_of(rows, ",")
 
 
-def trc() -> str:
-    head = "PathFileType\t4\t(X/Y/Z)\ttake.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\n"
-    head += "50.00\t50.00\t40\t2\tmm\t50.00\nFrame#\tTime\tprobe\t\t\tbase\t\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t\n\n"
-    return head + lines_of(next_to(np.arange(1, N + 1), TIME, PLACE, np.tile([10.0, 20.0, 30.0], (N, 1))), "\t")
+def motive_place() -> str:
+    head = "Format Version,1.23,Take Name,t1,Export Frame Rate,50.000000,Length Units,Millimeters\n\n"
+    head += ",Type,Rigid Body,Rigid Body,Rigid Body\n,Name,plate,plate,plate\n,ID,1,1,1\n"
+    head += ",,Position,Position,Position\nFrame,Time (Seconds),X,Y,Z\n"
+    return head + lines_of(next_to(np.arange(N), TIME, PLACE), ",")
+
+
+def trc(keys: int = 6) -> str:
+    return f"{trc_keys(keys, 2)}Frame#\tTime\tprobe\t\t\tbase\t\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t\n\n" + lines_of(
+        next_to(np.arange(1, N + 1), TIME, PLACE, np.tile([10.0, 20.0, 30.0], (N, 1))), "\t"
+    )
+
+
+def trc_keys(keys: int, markers: int) -> str:
+    names = ("DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units", "OrigDataRate", "OrigDataStartFrame")
+    values = ("50.00", "50.00", "40", str(markers), "mm", "50.00", "1")
+    return "PathFileType\t4\t(X/Y/Z)\ttake.trc\n" + "\t".join(names[:keys]) + "\n" + "\t".join(values[:keys]) + "\n"
+
+
+def trc_of_one(keys: int) -> str:
+    head = f"{trc_keys(keys, 1)}Frame#\tTime\tprobe\t\t\n\t\tX1\tY1\tZ1\n\n"
+    return head + lines_of(next_to(np.arange(1, N + 1), TIME, PLACE), "\t")
 
 
 def qualisys() -> str:
     head = "NO_OF_FRAMES\t40\nNO_OF_MARKERS\t2\nFREQUENCY\t50\nMARKER_NAMES\tprobe\tbase\n"
     head += "TRAJECTORY_TYPES\tMeasured\tMeasured\n"
     return head + lines_of(next_to(PLACE, np.tile([10.0, 20.0, 30.0], (N, 1))), "\t")
+
+
+def qualisys_of_one() -> str:
+    head = "NO_OF_FRAMES\t40\nNO_OF_MARKERS\t1\nFREQUENCY\t50\nTIME_STAMP\t2026-11-20, 10:15:30.123\t1234.5\n"
+    return head + "DATA_INCLUDED\t3D\nMARKER_NAMES\tprobe\n" + lines_of(next_to(PLACE), "\t")
 
 
 def qualisys_6d(others: Sequence[str], named: str, frames: bool) -> str:
@@ -166,8 +189,18 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
     "OptiTrack Motive": (motive, "take.csv", "utf-8", POSITION),
     "Vicon Nexus": (vicon, "trial.csv", "utf-8", POSITION),
     "Vicon Nexus, several markers": (lambda: vicon(("arm:tool", ",arm:a", ",arm:b")), "trial.csv", "utf-8", POSITION),
+    "OptiTrack Motive, one body's place": (motive_place, "take.csv", "utf-8", POSITION),
     "tracks by rows": (trc, "take.trc", "utf-8", POSITION),
+    "tracks by rows, one marker": (lambda: trc_of_one(7), "take.trc", "utf-8", POSITION),
+    "tracks by rows, one marker and five keys": (lambda: trc_of_one(5), "take.trc", "utf-8", POSITION),
     "Qualisys QTM": (qualisys, "take.tsv", "utf-8", POSITION),
+    "Qualisys QTM, one marker": (qualisys_of_one, "take.tsv", "utf-8", POSITION),
+    "a column named by a place": (
+        lambda: "t [s],Tool,X [mm],Y [mm],Z [mm]\n" + lines_of(next_to(TIME, ["449"] * N, PLACE), ","),
+        "tool.csv",
+        "utf-8",
+        POSITION,
+    ),
     "LabVIEW measurement file": (labview, "force.lvm", "utf-8", WRENCH),
     "LabVIEW without times": (lambda: labview([""] * N), "force.lvm", "cp1252", WRENCH),
     "Universal Robots RTDE recorder": (rtde, "robot_data.csv", "utf-8", ANGLES),
