@@ -23,7 +23,7 @@ from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.tracker_frames import tracker_frames
 from stiffcal.campaign.transforms import placement_matrix
-from stiffcal.errors import InputError
+from stiffcal.errors import Fault, InputError
 from stiffcal.estimation.distinguish import distinguish, held_for
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
@@ -34,6 +34,7 @@ from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector
 from stiffcal.reduction.met_places import WORST_M
 from stiffcal.reduction.registered_frames import AXES, Registration
 from stiffcal.reduction.registration_poses import different_poses, refuse_few_poses
+from stiffcal.reduction.run_apart import run_apart
 from stiffcal.reduction.still_components import still_words
 
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
@@ -80,7 +81,37 @@ def register_frames(
     refuse_few_poses(readings.select(mask & readings.used), states, names, trackers)
     n_poses = different_poses(states.joints)
     places_alone = bool(readings.absolute.all())
-    return _RegistrationProblem(manifest, chain, states, names, places_alone).solve(n_poses)
+    problem = _RegistrationProblem(manifest, chain, states, names, places_alone)
+    try:
+        return problem.solve(n_poses)
+    except InputError:
+        fault = None if places_alone else _run_apart(problem, n_poses)  # `place_faults` looks at single places
+        if fault is None:
+            raise
+        raise InputError(fault) from None
+
+
+def _run_apart(problem: _RegistrationProblem, n_poses: int) -> Fault | None:
+    """Return the fault of the one run whose joint angles and places contradict all others; None: there is no such."""
+
+    def solve(others: LoadStates) -> Registration:
+        own = _RegistrationProblem(problem.manifest, problem.chain, others, problem.names, problem.places_alone)
+        return own.solve(n_poses)
+
+    missed = problem.missed_m
+    found = run_apart(problem.states, missed, len(problem.free) + len(problem.held), solve)
+    if found is None:
+        return None
+    name, left = found
+    reason = (
+        "its joint angles and its positions contradict those of all other runs: with it they differ by "
+        f"{1e3 * missed:.3g} mm rms whatever the frames, without it by {1e3 * left:.2g} mm"
+    )
+    mend = (
+        "check that its joint angles and its positions belong together, or leave out its rows ([[exclude]]) or its logs"
+    )
+    file = _file_of_positions(problem.manifest)
+    return Fault(FaultCode.KINEMATICS_MISMATCH, file, f"run {name}", reason, mend)
 
 
 def _file_of_positions(manifest: Manifest) -> str:
@@ -316,15 +347,20 @@ class _RegistrationProblem:
         uncertainty = {name: np.full(6, np.nan) for name in self.names}
         for (name, k), value in zip(self.free, sigma * np.sqrt(np.sum(inverse**2, axis=1)), strict=True):
             uncertainty[name][k] = value
-        place, turn = self.residuals(self.frames)
+        _, turn = self.residuals(self.frames)
         rms_rad = float(np.sqrt(np.mean(np.sum(turn**2, axis=-1)))) if turn.size else float("nan")
-        rms_m = float(np.sqrt(np.mean(np.sum(place**2, axis=-1))))
         held = {name: tuple(AXES[axis] for of, axis in self.held if of == name) for name, _ in self.held}
-        return Registration(self.frames, uncertainty, rms_m, rms_rad, n_poses, held)
+        return Registration(self.frames, uncertainty, self.missed_m, rms_rad, n_poses, held)
+
+    @property
+    def missed_m(self) -> float:
+        """Rms distance between kinematics and readings with the present frames."""
+        place, _ = self.residuals(self.frames)
+        return float(np.sqrt(np.mean(np.sum(place**2, axis=-1))))
 
     def _refuse(self, reason: str) -> NoReturn:
-        place, turn = self.residuals(self.frames)
-        missed = float(np.sqrt(np.mean(np.sum(place**2, axis=-1))))
+        _, turn = self.residuals(self.frames)
+        missed = self.missed_m
         turned = float(np.sqrt(np.mean(np.sum(turn**2, axis=-1)))) if turn.size else 0.0
         if missed <= WORST_M and turned > WORST_RAD:
             raise InputError.at(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from stiffcal.campaign.frames import resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.manifest import Frame, Manifest
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.registration import in_instrument_axes, register_frames
 from tests.laboratory.hidden_campaigns import folder_of, reduced
@@ -54,3 +57,36 @@ def test_other_frames_are_refused() -> None:
     manifest = estimating(campaign.manifest, ("ft_sensor",))
     with pytest.raises(InputError, match="unloaded poses do not determine this frame"):
         register_frames(in_instrument_axes(states), manifest, campaign.chain, ("ft_sensor",))
+
+
+@pytest.mark.parametrize("wrong", ["forty degrees", "another run's"])
+def test_one_run_with_other_joint_angles_is_named(wrong: str) -> None:
+    campaign, states = load_campaign(folder_of("01")), reduced("01").states
+    joints, own = states.joints.copy(), states.run == 4
+    joints[own] = joints[own] + np.radians([0, 0, 5, 0, 0, 0]) if wrong == "forty degrees" else joints[states.run == 7][0]
+    names = ("tracker",)
+    with pytest.raises(InputError) as caught:
+        register_frames(
+            in_instrument_axes(replace(states, joints=joints)),
+            estimating(campaign.manifest, names),
+            campaign.chain,
+            names,
+        )
+    assert caught.value.code is FaultCode.KINEMATICS_MISMATCH
+    assert caught.value.place == f"run {states.runs[4].name}"
+
+
+def test_where_more_runs_are_wrong_none_is_named() -> None:
+    campaign, states = load_campaign(folder_of("01")), reduced("01").states
+    joints = states.joints.copy()
+    for run in (2, 4, 7):
+        joints[states.run == run, 1:3] += np.radians([20.0 * run, 5.0])
+    names = ("tracker",)
+    with pytest.raises(InputError) as caught:
+        register_frames(
+            in_instrument_axes(replace(states, joints=joints)),
+            estimating(campaign.manifest, names),
+            campaign.chain,
+            names,
+        )
+    assert not caught.value.place.startswith("run ")
