@@ -63,7 +63,10 @@ def test_other_frames_are_refused() -> None:
 def test_one_run_with_other_joint_angles_is_named(wrong: str) -> None:
     campaign, states = load_campaign(folder_of("01")), reduced("01").states
     joints, own = states.joints.copy(), states.run == 4
-    joints[own] = joints[own] + np.radians([0, 0, 5, 0, 0, 0]) if wrong == "forty degrees" else joints[states.run == 7][0]
+    if wrong == "forty degrees":
+        joints[own, 2] += np.radians(40.0)
+    else:
+        joints[own] = joints[states.run == 7][0]
     names = ("tracker",)
     with pytest.raises(InputError) as caught:
         register_frames(
