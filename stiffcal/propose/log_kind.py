@@ -15,6 +15,7 @@ from pathlib import Path
 from stiffcal.campaign.file_formats import format_of
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
+from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Role, Roles, recognise
@@ -27,7 +28,7 @@ from stiffcal.propose.signal_lines import signal_lines
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.time_lines import time_line
 from stiffcal.propose.unnamed_columns import are_numbered, missing_names, roles_by_values
-from stiffcal.readers import find_reader
+from stiffcal.readers import Reader, WantedColumns, find_reader
 
 FIRST_BYTES = 1 << 14
 
@@ -156,6 +157,8 @@ def log_kind(
     except InputError as error:
         fault = error.faults[0]
         return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
+    if reader.name != TEXT:
+        found = [replace(kind, why_not=kind.why_not or _unequal(reader, path, display_name, kind)) for kind in found]
     understood = [kind for kind in found if not kind.why_not]
     if not understood:
         return found[0]
@@ -163,6 +166,21 @@ def log_kind(
         replace(kind, name=name if name and len(understood) == 1 else source_name(kind.roles)) for kind in understood
     ]
     return replace(apart[0], further=tuple(apart[1:]))
+
+
+def _unequal(reader: Reader, path: Path, display_name: str, kind: LogKind) -> str:
+    """Return why the columns of a source are not read together: they are of unequal length; "" where they are not."""
+    roles = [role for role in vars(kind.roles).values() if isinstance(role, Role)]
+    time = (kind.roles.time,) if kind.roles.time is not None else ()
+    columns = tuple(dict.fromkeys(column.header for column in (*time, *(c for role in roles for c in role.columns))))
+    try:
+        next(iter(reader.read_batches(path, kind.options, WantedColumns(columns), display_name)), None)
+    except InputError as error:
+        fault = error.faults[0]
+        if fault.code is FaultCode.FILE_INCOMPLETE:
+            lengths = fault.reason.partition(":")[0]
+            return f"{fault.place}: {lengths}; save what was logged at other times in a file, or a group, of its own"
+    return ""
 
 
 def _kinds(

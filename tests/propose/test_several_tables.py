@@ -202,3 +202,10 @@ def test_a_workbook_in_place_of_a_text_is_a_log_of_the_same_device(tmp_path: Pat
     assert draft.runs == ("p1", "p2", "p3", "p4")
     assert 'file = "raw/{run}_force.*"' in draft.manifest
     assert draft.remarks == ()
+
+
+def test_columns_of_unequal_length_are_not_proposed_as_one_source(tmp_path: Path) -> None:
+    fast = np.repeat(FORCE, 2, axis=0)
+    np.savez(tmp_path / "log.npz", t=np.linspace(0.0, 1.9, 2 * N), force=fast, pos=PLACE)
+    kind = log_kind(tmp_path / "log.npz", "log.npz", FrameNames())
+    assert f"{N} rows" in kind.why_not
