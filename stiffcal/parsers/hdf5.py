@@ -59,6 +59,7 @@ class OpenHdf5(OpenLog):
     def __init__(self, columns: Columns, display_name: str, place: str) -> None:
         lengths = set(columns.lengths.values())
         self.columns, self.units = columns.names, columns.units
+        self.uneven = len(lengths) > 1
         self.n_rows = lengths.pop() if len(lengths) == 1 else None
         self.display_name, self.place = display_name, place
         self._columns = columns

@@ -24,7 +24,7 @@ class LogHeader:
 
     Attributes
     ----------
-    columns, units, n_rows, remarks : as `OpenLog` has them. options : as understood, found ones included.
+    columns, units, n_rows, remarks, uneven : as `OpenLog` has them. options : as understood, found ones included.
     """
 
     columns: tuple[str, ...]
@@ -32,6 +32,7 @@ class LogHeader:
     n_rows: int | None
     options: Mapping[str, object] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    uneven: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,7 @@ def header_of(head: Document) -> LogHeader:
         head["n_rows"],
         dict(head["options"]),
         tuple(map(str, head["remarks"])),
+        bool(head["uneven"]),
     )
 
 

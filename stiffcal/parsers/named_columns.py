@@ -31,6 +31,7 @@ class OpenColumns(OpenLog):
         lengths = {column.n_rows for column in columns.values()}
         self.columns = tuple(columns)
         self.units = {name: column.unit for name, column in columns.items() if column.unit}
+        self.uneven = len(lengths) > 1
         self.n_rows = lengths.pop() if len(lengths) == 1 else None
         self.display_name, self.place = display_name, place
         self._columns, self._elsewhere = columns, elsewhere

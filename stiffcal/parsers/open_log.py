@@ -28,6 +28,7 @@ class OpenLog(ABC):
     display_name : the log as messages name it. place : where in it the columns are.
     options : as understood, found ones included: the sheet that was chosen.
     remarks : what a person should know of the log, in words: rows that a spreadsheet hides.
+    uneven : whether its columns are known to be of different lengths.
     unpacked : bytes that reading it has unpacked so far or will, where its parser counts them.
     """
 
@@ -39,13 +40,14 @@ class OpenLog(ABC):
     unpacked: int = 0
     options: Mapping[str, object] = MappingProxyType({})
     remarks: tuple[str, ...] = ()
+    uneven: bool = False
 
     BATCH_ROWS: int = 1 << 16
     """Rows of a batch, at most."""
 
     def header(self) -> LogHeader:
         """Return what it states of itself."""
-        return LogHeader(self.columns, self.units, self.n_rows, dict(self.options), self.remarks)
+        return LogHeader(self.columns, self.units, self.n_rows, dict(self.options), self.remarks, self.uneven)
 
     def check(self, wanted: WantedColumns) -> None:
         """Raise an `InputError` for each wanted column that is not there."""

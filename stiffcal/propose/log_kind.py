@@ -151,14 +151,13 @@ def log_kind(
         reader = find_reader(path, found_format, display_name)
         tables = tables_of(reader, path, display_name)
         shown = text if reader.name == TEXT else ""
-        found = [
-            kind for table in tables for kind in _kinds(table, reader.name, device, names, joints_of, chain, shown)
-        ]
+        found = []
+        for table in tables:
+            kinds = _kinds(table, reader.name, device, names, joints_of, chain, shown)
+            found += [_even(reader, path, display_name, kind) for kind in kinds] if table.uneven else kinds
     except InputError as error:
         fault = error.faults[0]
         return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
-    if reader.name != TEXT:
-        found = [replace(kind, why_not=kind.why_not or _unequal(reader, path, display_name, kind)) for kind in found]
     understood = [kind for kind in found if not kind.why_not]
     if not understood:
         return found[0]
@@ -168,8 +167,8 @@ def log_kind(
     return replace(apart[0], further=tuple(apart[1:]))
 
 
-def _unequal(reader: Reader, path: Path, display_name: str, kind: LogKind) -> str:
-    """Return why the columns of a source are not read together: they are of unequal length; "" where they are not."""
+def _even(reader: Reader, path: Path, display_name: str, kind: LogKind) -> LogKind:
+    """Return the source, without its lines where its columns are of unequal length."""
     roles = [role for role in vars(kind.roles).values() if isinstance(role, Role)]
     time = (kind.roles.time,) if kind.roles.time is not None else ()
     columns = tuple(dict.fromkeys(column.header for column in (*time, *(c for role in roles for c in role.columns))))
@@ -179,8 +178,9 @@ def _unequal(reader: Reader, path: Path, display_name: str, kind: LogKind) -> st
         fault = error.faults[0]
         if fault.code is FaultCode.FILE_INCOMPLETE:
             lengths = fault.reason.partition(":")[0]
-            return f"{fault.place}: {lengths}; save what was logged at other times in a file, or a group, of its own"
-    return ""
+            mend = "save what was logged at other times in a file, or a group, of its own"
+            return replace(kind, why_not=kind.why_not or f"{fault.place}: {lengths}; {mend}")
+    return kind
 
 
 def _kinds(

@@ -106,7 +106,16 @@ def other_table(reader: Reader, path: Path, display_name: str, options: Options 
     stated = {key: value for key, value in understood.items() if isinstance(value, str | int | bool)}
     n_rows = header.n_rows if header.n_rows is not None else max(map(len, first.values()), default=0)
     repeated = tuple((name, f'{n} columns have the name "{name}"') for name, n in count.items() if name and n > 1)
-    return SniffedTable(path, tuple(columns), n_rows, stated, reader.name, left_out=repeated, remarks=header.remarks)
+    return SniffedTable(
+        path,
+        tuple(columns),
+        n_rows,
+        stated,
+        reader.name,
+        left_out=repeated,
+        remarks=header.remarks,
+        uneven=header.uneven,
+    )
 
 
 def _name_and_unit(header: str, units: Mapping[str, str]) -> tuple[str, str | None]:

@@ -72,6 +72,8 @@ class SniffedTable:
     """Columns that no manifest can name, each with the reason."""
     remarks: tuple[str, ...] = ()
     """What a person should know of the file, in words."""
+    uneven: bool = False
+    """Whether columns are known to be of different lengths, which no source holds together."""
 
     @property
     def options_text(self) -> str:

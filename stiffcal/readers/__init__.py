@@ -82,6 +82,8 @@ class Header:
     """The options as understood, detected ones included (a delimiter that was not given)."""
     remarks: tuple[str, ...] = ()
     """What a person should know of the log, in words: rows that a spreadsheet hides."""
+    uneven: bool = False
+    """Whether columns are known to be of different lengths."""
 
 
 class NoOptions(TomlTable):
@@ -214,7 +216,7 @@ class ParsedReader(Reader):
     ) -> Header:
         """Return the columns, and the units and number of rows that the file states."""
         found = self._file(path, options, display_name or str(path)).header(wanted)
-        return Header(found.columns, dict(found.units), found.n_rows, dict(found.options), found.remarks)
+        return Header(found.columns, dict(found.units), found.n_rows, dict(found.options), found.remarks, found.uneven)
 
     def read_batches(
         self, path: Path, options: Options, wanted: WantedColumns, display_name: str = ""
