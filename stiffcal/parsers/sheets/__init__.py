@@ -369,9 +369,10 @@ def _chosen(
 def _with_numbers(
     book: CalamineWorkbook, outlines: dict[str, Outline], hidden: Sequence[str], display_name: str
 ) -> list[Sheet]:
-    """Return the visible sheets that hold numbers."""
+    """Return the visible sheets that hold numbers; where none does, those whose texts are numbers."""
     sheets = [_sheet(book, name, outlines, display_name) for name in outlines if name not in hidden]
-    return [sheet for sheet in sheets if any(isinstance(cell, float) for row in sheet.rows for cell in row)]
+    found = [sheet for sheet in sheets if any(isinstance(cell, float) for row in sheet.rows for cell in row)]
+    return found or [sheet for sheet in sheets if layout_of_rows(sheet.texts()[:ROWS_FOR_LAYOUT]).holds_numbers]
 
 
 def _sheet(book: CalamineWorkbook, name: str, outlines: dict[str, Outline], display_name: str) -> Sheet:
