@@ -54,7 +54,7 @@ def test_numbers_that_are_stored_as_texts_are_numbers(tmp_path: Path, mark: str)
         ["t", "Fx"],
         *[[f"0.{k}".replace(".", mark), f"{k}.25".replace(".", mark)] for k in range(4)],
     ]
-    path = write_xlsx(tmp_path / "log.xlsx", {"notes": [["a"], ["door open"]], "log": rows})
+    path = write_xlsx(tmp_path / "log.xlsx", {"log": rows, "notes": [["door open"]]})
     found = read_columns(find_reader(path), path, {}, WantedColumns(("t", "Fx")))
     assert found["Fx"].tolist() == [0.25, 1.25, 2.25, 3.25]
 
