@@ -175,11 +175,9 @@ def _even(reader: Reader, path: Path, display_name: str, kind: LogKind) -> LogKi
     try:
         next(iter(reader.read_batches(path, kind.options, WantedColumns(columns), display_name)), None)
     except InputError as error:
-        fault = error.faults[0]
-        if fault.code is FaultCode.FILE_INCOMPLETE:
-            lengths = fault.reason.partition(":")[0]
-            mend = "save what was logged at other times in a file, or a group, of its own"
-            return replace(kind, why_not=kind.why_not or f"{fault.place}: {lengths}; {mend}")
+        if error.code is FaultCode.FILE_INCOMPLETE:
+            why = f"its columns have different lengths ({', '.join(columns[:12])}): save what was logged at other times"
+            return replace(kind, why_not=kind.why_not or f"{why} in a file, or a group, of its own")
     return kind
 
 

@@ -208,4 +208,4 @@ def test_columns_of_unequal_length_are_not_proposed_as_one_source(tmp_path: Path
     fast = np.repeat(FORCE, 2, axis=0)
     np.savez(tmp_path / "log.npz", t=np.linspace(0.0, 1.9, 2 * N), force=fast, pos=PLACE)
     kind = log_kind(tmp_path / "log.npz", "log.npz", FrameNames())
-    assert f"{N} rows" in kind.why_not
+    assert kind.why_not
