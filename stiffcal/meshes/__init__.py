@@ -1,1 +1,1 @@
-"""Meshes of a robot's links, for pictures: STL and OBJ files, read in a child process and simplified."""
+"""Shapes of a robot's links, for pictures: STL, OBJ, COLLADA and solids, read in a child process and simplified."""

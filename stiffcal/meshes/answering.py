@@ -1,4 +1,4 @@
-"""In the child process: the files of a robot's meshes become one simplified surface for each body that they show."""
+"""In the child process: the shapes of a robot become one simplified surface for each body that they show."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import numpy as np
 from stiffcal.bounded_work.messages import Document, joined
 from stiffcal.files import read_regular
 from stiffcal.limits import MESHES
-from stiffcal.meshes import obj, stl
+from stiffcal.meshes import collada, obj, stl
 from stiffcal.meshes.simplifying import simplified
-from stiffcal.meshes.surface import Surface
+from stiffcal.meshes.solids import SOLIDS
+from stiffcal.meshes.surface import Surface, together
 
-FORMATS = {".stl": stl.surface_of, ".obj": obj.surface_of}
+FORMATS = {".dae": collada.surface_of, ".obj": obj.surface_of, ".stl": stl.surface_of}
 """What reads a file, by its ending in small letters."""
 
 
@@ -25,18 +26,17 @@ def prepare(values: Document) -> None:
 def answers(values: Document) -> Generator[tuple[bytes, int], None, None]:
     """Yield one message with all bodies, and 0: nothing is unpacked."""
     most = values["most"]
-    files: dict[str, Surface] = {}
+    read: dict[str, Surface] = {}
     bodies: dict[int, list[Surface]] = {}
     reaches = []
-    for entry in values["meshes"]:
-        file = entry["file"]
-        if file not in files:
-            content = read_regular(Path(values["root"]) / file, file, limit=MESHES)
-            (files[file],) = simplified([FORMATS[Path(file).suffix.lower()](content, file)], most)
-        placed = files[file].placed(np.array(entry["place"]))
+    for entry in values["shapes"]:
+        source = entry["source"]
+        if source not in read:
+            read[source] = _surface(Path(values["root"]), source, most)
+        placed = read[source].placed(np.array(entry["place"]))
         reaches.append(float(np.abs(placed.points).max(initial=0.0)))
         bodies.setdefault(entry["body"], []).append(placed)
-    found = simplified([_together(surfaces) for surfaces in bodies.values()], most)
+    found = simplified([together(surfaces) for surfaces in bodies.values()], most)
     head = {
         "kind": "bodies",
         "bodies": [[body, len(one.points), len(one.triangles)] for body, one in zip(bodies, found, strict=True)],
@@ -46,9 +46,10 @@ def answers(values: Document) -> Generator[tuple[bytes, int], None, None]:
     yield joined(head, arrays), 0
 
 
-def _together(surfaces: list[Surface]) -> Surface:
-    starts = np.cumsum([0, *(len(one.points) for one in surfaces[:-1])])
-    return Surface(
-        np.concatenate([one.points for one in surfaces]),
-        np.concatenate([one.triangles + start for one, start in zip(surfaces, starts, strict=True)]),
-    )
+def _surface(root: Path, source: str, most: int) -> Surface:
+    """Return a solid by its name, or what a file holds, with at most so many triangles."""
+    if source in SOLIDS:
+        return SOLIDS[source]()
+    content = read_regular(root / source, source, limit=MESHES)
+    (found,) = simplified([FORMATS[Path(source).suffix.lower()](content, source)], most)
+    return found

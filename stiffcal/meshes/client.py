@@ -15,6 +15,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import MESHES
 from stiffcal.meshes import answering
+from stiffcal.meshes.solids import SOLIDS
 from stiffcal.meshes.surface import MEND, Surface
 
 READABLE = frozenset(answering.FORMATS)
@@ -24,43 +25,43 @@ LONGEST_M = 100.0
 
 
 @dataclass(frozen=True)
-class PlacedMesh:
-    """A mesh that shows a part of the robot."""
+class PlacedShape:
+    """A mesh or a solid that shows a part of the robot."""
 
     body: int
     """0 the base, k what joint k moves."""
-    file: str
-    """Its path from the campaign folder; checked, that it leads to no other place."""
+    source: str
+    """A mesh's path from the campaign folder, checked, that it leads to no other place; or the name of a solid."""
     place: Floats
-    """(4, 4) from coordinates of the file, scaled, to the frame of the body, m."""
+    """(4, 4) from coordinates of the source, scaled, to the frame of the body, m."""
 
 
-def read_bodies(folder: Path, meshes: Sequence[PlacedMesh], most: int, display_name: str) -> dict[int, Surface]:
-    """Return a surface for each body that has meshes, in the body's frame, m.
+def read_bodies(folder: Path, shapes: Sequence[PlacedShape], most: int, display_name: str) -> dict[int, Surface]:
+    """Return a surface for each body that has shapes, in the body's frame, m.
 
     Parameters
     ----------
-    folder : the campaign folder. meshes : one at least. most : triangles of all bodies together.
-    display_name : of the file that names the meshes, for faults of all of them.
+    folder : the campaign folder. shapes : one at least. most : triangles of all bodies together.
+    display_name : of the file that names the shapes, for faults of all of them.
 
     Raises
     ------
     InputError : a mesh is missing, damaged, too large, or in another unit than the robot.
     """
     size = 0
-    for file in {mesh.file for mesh in meshes}:
+    for file in {shape.source for shape in shapes} - SOLIDS.keys():
         with suppress(OSError):
             size += (folder / file).stat().st_size
     MESHES.check(size, display_name, "meshes")
     values = {
         "root": str(folder),
         "most": most,
-        "meshes": [{"body": mesh.body, "file": mesh.file, "place": mesh.place.tolist()} for mesh in meshes],
+        "shapes": [{"body": shape.body, "source": shape.source, "place": shape.place.tolist()} for shape in shapes],
     }
     ((head, rest),) = Work(answering.__name__, values, size, display_name, MEND, "meshes").answers()
-    for mesh, reach in zip(meshes, head["reaches"], strict=True):
+    for shape, reach in zip(shapes, head["reaches"], strict=True):
         if reach > LONGEST_M:
-            raise _too_long(mesh.file, reach)
+            raise _too_long(shape.source, reach, display_name)
     bodies, at = {}, 0
     for body, n_points, n_triangles in head["bodies"]:
         points = np.frombuffer(rest, "<f8", 3 * n_points, at).reshape(-1, 3)
@@ -71,7 +72,12 @@ def read_bodies(folder: Path, meshes: Sequence[PlacedMesh], most: int, display_n
     return {body: surface for body, surface in bodies.items() if len(surface.triangles)}
 
 
-def _too_long(file: str, reach: float) -> InputError:
-    reason = f"the mesh reaches {reach:.6g} m from the origin of its link"
-    mend = 'if it is in mm, write scale="0.001 0.001 0.001" in its <mesh> of the URDF'
-    return InputError.at(FaultCode.UNIT_IMPLAUSIBLE, file, "", reason, mend)
+def _too_long(source: str, reach: float, urdf: str) -> InputError:
+    is_solid = source in SOLIDS
+    reason = f"the {source if is_solid else 'mesh'} reaches {reach:.6g} m from the origin of its link"
+    mend = (
+        "write its size and its place in m"
+        if is_solid
+        else 'if it is in mm, write scale="0.001 0.001 0.001" in its <mesh> of the URDF'
+    )
+    return InputError.at(FaultCode.UNIT_IMPLAUSIBLE, urdf if is_solid else source, "", reason, mend)

@@ -24,7 +24,9 @@ def surface_of(content: bytes, display_name: str) -> Surface:
     if len(content) >= _HEAD and len(content) == _HEAD + _RECORD.itemsize * count:
         # by its length and not by its first word: binary files begin with "solid" too
         records = np.frombuffer(content, _RECORD, count, _HEAD)
-        return _soup(records["corners"].astype(np.float64).reshape(-1, 3), display_name)
+        with np.errstate(invalid="ignore"):  # a NaN that signals is refused as others are
+            corners = records["corners"].astype(np.float64)
+        return _soup(corners.reshape(-1, 3), display_name)
     if content[:5].lower() == b"solid" and b"\0" not in content[:_HEAD]:  # the count of a binary one has a zero byte
         return _text(content, display_name)
     stated = f"it states {count} triangles, and has bytes for {max(len(content) - _HEAD, 0) / _RECORD.itemsize:.6g}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,17 @@ class Surface:
     def placed(self, place: Floats) -> Surface:
         """Return it in another frame; `place`: (4, 4), scale included."""
         return Surface(self.points @ place[:3, :3].T + place[:3, 3], self.triangles)
+
+
+def together(surfaces: Sequence[Surface]) -> Surface:
+    """Return surfaces as one, in the frame that they share."""
+    points, triangles = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)]
+    start = 0
+    for one in surfaces:
+        points.append(one.points)
+        triangles.append(one.triangles + start)
+        start += len(one.points)
+    return Surface(np.concatenate(points), np.concatenate(triangles))
 
 
 def checked(points: Floats, triangles: Integers, display_name: str) -> Surface:

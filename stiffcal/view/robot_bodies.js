@@ -12,7 +12,7 @@
   /** What the bodies are, in words. */
   S.wordsOfBodies = (data) =>
     data.bodies.length
-      ? "Links are the meshes of the robot's URDF, simplified; drives are drawn through them and have no measures."
+      ? "Links are the shapes of the robot's URDF, simplified; drives are drawn through them and have no measures."
       : "Bodies have no measures: only their axes are the robot's.";
 
   /**

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.campaign.link_meshes import link_meshes
+from stiffcal.campaign.link_shapes import link_shapes
 from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import InputError
 from stiffcal.meshes.client import read_bodies
@@ -13,15 +13,15 @@ MOST_TRIANGLES = 6000
 
 
 def view_bodies(campaign: Campaign) -> tuple[list[ViewBody], str]:
-    """Return the bodies that the meshes of the robot's URDF show, and why there are none; "" where nothing is wrong.
+    """Return the bodies that the shapes of the robot's URDF show, and why there are none; "" where nothing is wrong.
 
-    Of meshes that cannot be used none is drawn: half a robot would look as if the rest were missing.
+    Where a mesh cannot be used none is drawn: half a robot would look as if the rest were missing.
     """
     try:
-        meshes = link_meshes(campaign.robot, campaign.folder, campaign.manifest.robot)
-        if not meshes:
+        shapes = link_shapes(campaign.robot, campaign.folder, campaign.manifest.robot)
+        if not shapes:
             return [], ""
-        found = read_bodies(campaign.folder, meshes, MOST_TRIANGLES, str(campaign.robot.urdf))
+        found = read_bodies(campaign.folder, shapes, MOST_TRIANGLES, str(campaign.robot.urdf))
     except InputError as error:
         return [], str(error.faults[0])
     return [

@@ -138,10 +138,10 @@ def feed_mesh(chance: random.Random, folder: Path) -> None:
     """Read and simplify a spoilt mesh, as the child process does."""
     from stiffcal.meshes.answering import FORMATS
     from stiffcal.meshes.simplifying import simplified
-    from tests.laboratory.mesh_robot import binary_stl, obj_text, text_stl, tube
+    from tests.laboratory.mesh_robot import binary_stl, dae_text, obj_text, text_stl, tube
 
     part = tube([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], (0.2, 0.1), 8)[:40]
-    ending, write = chance.choice(((".stl", binary_stl), (".stl", text_stl), (".obj", obj_text)))
+    ending, write = chance.choice(((".stl", binary_stl), (".stl", text_stl), (".obj", obj_text), (".dae", dae_text)))
     data = spoilt_bytes(chance, write(part))
     if chance.random() < 0.3:
         at = chance.randrange(len(data) + 1)

@@ -83,6 +83,38 @@ def obj_text(triangles: NDArray[np.float64]) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
+def dae_text(triangles: NDArray[np.float64], unit: float = 1.0, node: str = "", up: str = "Z_UP") -> bytes:
+    """Return a COLLADA of one geometry, its faces with normals next to the points.
+
+    Parameters
+    ----------
+    triangles : (T, 3, 3) in `unit`, m. node : elements of its node before the geometry.
+    """
+    numbers = " ".join(f"{number:.9g}" for number in triangles.ravel())
+    corners = " ".join(f"{k} 0" for k in range(3 * len(triangles)))
+    params = "".join(f'<param name="{name}" type="float"/>' for name in "XYZ")
+    accessor = '<accessor source="#{0}-array" count="{1}" stride="3">' + params + "</accessor>"
+
+    def source(name: str, text: str, count: int) -> str:
+        array = f'<float_array id="{name}-array" count="{3 * count}">{text}</float_array>'
+        technique = f"<technique_common>{accessor.format(name, count)}</technique_common>"
+        return f'<source id="{name}">{array}{technique}</source>'
+
+    return f"""<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="of its own" meter="{unit}"/><up_axis>{up}</up_axis></asset>
+<library_geometries><geometry id="part"><mesh>
+{source("at", numbers, 3 * len(triangles))}{source("normal", "0 0 1", 1)}
+<vertices id="corners"><input semantic="POSITION" source="#at"/></vertices>
+<triangles count="{len(triangles)}"><input semantic="VERTEX" source="#corners" offset="0"/>
+<input semantic="NORMAL" source="#normal" offset="1"/><p>{corners}</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="scene"><node id="whole">{node}<instance_geometry url="#part"/></node>
+</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#scene"/></scene>
+</COLLADA>
+""".encode()
+
+
 def urdf_text(package: str) -> str:
     """Return the robot of `robot_text` as a URDF whose links have meshes in mm, `package`/part0.STL and so on."""
     links, joints = [], []

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.meshes import obj, stl
+from stiffcal.meshes import collada, obj, stl
 from stiffcal.meshes.surface import Surface
-from tests.laboratory.mesh_robot import binary_stl, obj_text, text_stl, tube
+from tests.laboratory.mesh_robot import binary_stl, dae_text, obj_text, text_stl, tube
 
 TUBE = tube([0.0, 0.0, 0.1], [0.3, 0.0, 0.5], (0.1, 0.05))
 Reader = Callable[[bytes, str], Surface]
@@ -25,8 +25,12 @@ Reader = Callable[[bytes, str], Surface]
         (stl.surface_of, text_stl(TUBE), 1e-9),
         (stl.surface_of, text_stl(TUBE).replace(b"\n", b"\r\n").replace(b"vertex", b"VERTEX"), 1e-9),
         (obj.surface_of, obj_text(TUBE), 1e-9),
+        (collada.surface_of, dae_text(TUBE), 1e-9),
+        (collada.surface_of, dae_text(TUBE).replace(b"2005/11", b"2008/03"), 1e-9),
+        (collada.surface_of, dae_text(1000.0 * TUBE, unit=0.001), 1e-9),
+        (collada.surface_of, dae_text(TUBE, up="Y_UP"), 1e-9),
     ],
-    ids=["binary STL", "STL", "STL of Windows, in capitals", "OBJ"],
+    ids=["binary STL", "STL", "STL of Windows, in capitals", "OBJ", "COLLADA", "its version 1.5", "in mm", "with Y up"],
 )
 def test_every_format_gives_the_triangles_that_were_written(read: Reader, written: bytes, step: float) -> None:
     surface = read(written, "part")
@@ -64,6 +68,11 @@ def _with_number(number: float) -> bytes:
         (stl.surface_of, _with_number(np.inf), FaultCode.NUMBER_INVALID),
         (stl.surface_of, _with_number(np.nan), FaultCode.NUMBER_INVALID),
         (stl.surface_of, _with_number(3e38), FaultCode.NUMBER_INVALID),
+        (
+            stl.surface_of,
+            binary_stl(TUBE)[:-6] + b"\x00\x00\xa0\x7f\0\0",
+            FaultCode.NUMBER_INVALID,
+        ),  # a NaN that signals
         (obj.surface_of, b"", FaultCode.FILE_EMPTY),
         (obj.surface_of, b"v 1 2\n", FaultCode.FILE_DAMAGED),
         (obj.surface_of, b"v 1 2 3\nv 1 2 4\nv 1 3 4\nf 1 2 4\n", FaultCode.FILE_DAMAGED),

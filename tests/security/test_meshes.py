@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.link_meshes import link_meshes
+from stiffcal.campaign.link_shapes import link_shapes
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.meshes.client import PlacedMesh, read_bodies
-from tests.campaign.test_link_meshes import ROBOT, shape, write_urdf
+from stiffcal.meshes.client import PlacedShape, read_bodies
+from tests.campaign.test_link_shapes import ROBOT, shape, write_urdf
 from tests.laboratory.mesh_robot import binary_stl, tube
 
 STL = binary_stl(tube([0.0, 0.0, 0.0], [0.0, 0.0, 0.5], (0.1, 0.1)))
@@ -22,9 +22,9 @@ def codes(error: InputError) -> list[FaultCode]:
     return [fault.code for fault in error.faults]
 
 
-def meshes_of(folder: Path, name: str) -> list[PlacedMesh]:
+def meshes_of(folder: Path, name: str) -> list[PlacedShape]:
     write_urdf(folder / "arm.urdf", "", shape(name))
-    return link_meshes(ROBOT, folder, "robot.toml")
+    return link_shapes(ROBOT, folder, "robot.toml")
 
 
 @pytest.fixture
@@ -74,13 +74,13 @@ def test_a_link_out_of_the_folder_is_refused(folder: Path, link: str) -> None:
 def read(folder: Path, *files: str, place: np.ndarray | None = None) -> int:
     """Return the number of triangles of meshes on one link."""
     own = np.eye(4) if place is None else place
-    found = read_bodies(folder, [PlacedMesh(1, file, own) for file in files], 500, "arm.urdf")
+    found = read_bodies(folder, [PlacedShape(1, file, own) for file in files], 500, "arm.urdf")
     return sum(len(surface.triangles) for surface in found.values())
 
 
 def test_a_pipe_is_no_mesh_and_nobody_waits_for_it(folder: Path) -> None:
     os.mkfifo(folder / "part.stl")
-    assert [mesh.file for mesh in meshes_of(folder, "part.stl")] == ["part.stl"]
+    assert [mesh.source for mesh in meshes_of(folder, "part.stl")] == ["part.stl"]
     with pytest.raises(InputError) as caught:
         read(folder, "part.stl")
     assert codes(caught.value) == [FaultCode.FILE_KIND]
@@ -109,7 +109,7 @@ def test_a_robot_of_more_meshes_than_any_is_refused(folder: Path, monkeypatch: p
     monkeypatch.setenv("STIFFCAL_MAX_ENTRIES", "20")
     write_urdf(folder / "arm.urdf", 21 * shape("part.stl"))
     with pytest.raises(InputError, match="STIFFCAL_MAX_ENTRIES") as caught:
-        link_meshes(ROBOT, folder, "robot.toml")
+        link_shapes(ROBOT, folder, "robot.toml")
     assert codes(caught.value) == [FaultCode.SIZE_EXCEEDED]
 
 

@@ -1,4 +1,4 @@
-"""The meshes by which a URDF shows the robot's links, as far as they lie in the campaign folder."""
+"""The shapes by which a URDF shows the robot's links: solids, and meshes as far as they lie in the campaign folder."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from stiffcal.campaign.reach import escapes, leads_outside, link_fault
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.campaign.transforms import translation
 from stiffcal.campaign.urdf import read_urdf
-from stiffcal.campaign.urdf_elements import UrdfLink, UrdfMesh
+from stiffcal.campaign.urdf_elements import UrdfLink
 from stiffcal.campaign.urdf_riders import riding_links
+from stiffcal.campaign.urdf_shapes import UrdfShape
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import ENTRIES
 from stiffcal.mechanics.rotations import rotation_from_rpy
-from stiffcal.meshes.client import READABLE, PlacedMesh
+from stiffcal.meshes.client import READABLE, PlacedShape
 
 OF_PACKAGES = ("package", "model")
 """Schemes of addresses whose first part is the name of a folder somewhere: of ROS, and of Gazebo."""
 
 
-def link_meshes(robot: RobotFile, folder: Path, robot_file: str) -> list[PlacedMesh]:
-    """Return the meshes of the robot's links that lie in the campaign folder, base to tip; none without a URDF.
+def link_shapes(robot: RobotFile, folder: Path, robot_file: str) -> list[PlacedShape]:
+    """Return the shapes of the robot's links that can be drawn, base to tip; none without a URDF.
 
-    Of a link that has visual meshes in formats that are not read, those for collisions are taken. What stands on the
-    base next to the chain (a fence, another arm) is left out; what joints carry (a cover, fingers) is drawn at its
-    zero.
+    What stands on the base next to the chain (a fence, another arm) is left out; what joints carry (a cover, fingers) is
+    drawn at its zero.
 
     Parameters
     ----------
@@ -45,37 +45,49 @@ def link_meshes(robot: RobotFile, folder: Path, robot_file: str) -> list[PlacedM
     file = posixpath.normpath((PurePosixPath(robot_file.replace("\\", "/")).parent / robot.urdf).as_posix())
     urdf = read_urdf(folder / file, file, robot.base_link, robot.tip_link)
     of_chain = {urdf.base, *(joint.child for joint in urdf.path)}
-    found: list[PlacedMesh] = []
+    found: list[PlacedShape] = []
     for body, joint in enumerate((None, *urdf.moving)):
         for link, place in riding_links(urdf, joint):
             if body == 0 and link.name not in of_chain:
                 continue
-            for mesh, path in _drawn(link, folder, file):
-                xyz, rpy, scale = mesh.placement(file, f"link {link.name}, mesh")
+            for shape, source in _drawn(link, folder, file):
+                xyz, rpy, scale = shape.placement(file, f"link {link.name}")
                 own = translation(xyz)
                 own[:3, :3] = rotation_from_rpy(np.asarray(rpy)) * scale
-                found.append(PlacedMesh(body, path, place @ own))
+                found.append(PlacedShape(body, source, place @ own))
                 ENTRIES.check(len(found), file, "meshes")
     return found
 
 
-def _drawn(link: UrdfLink, folder: Path, urdf: str) -> list[tuple[UrdfMesh, str]]:
-    """Return the meshes of a link that can be drawn, with their paths from the campaign folder."""
+def _drawn(link: UrdfLink, folder: Path, urdf: str) -> list[tuple[UrdfShape, str]]:
+    """Return the shapes of a link that can be drawn, with what they are drawn from.
+
+    Those for collisions stand in where what the link looks like is not there whole: where a mesh is not in the folder,
+    or of a format that is not read.
+    """
     strange = ""
-    for meshes in (link.visuals, link.collisions):
-        found = [(mesh, path) for mesh in meshes if (path := _path_of(mesh, folder, urdf, link.name)) is not None]
-        unread = [path for _, path in found if PurePosixPath(path).suffix.lower() not in READABLE]
+    parts: list[tuple[UrdfShape, str]] = []
+    for shapes in (link.visuals, link.collisions):
+        sources = [(shape, _path_of(shape, folder, urdf, link.name) if shape.file else shape.kind) for shape in shapes]
+        found = [(shape, source) for shape, source in sources if source is not None]
+        unread = [source for shape, source in found if shape.file and _ending(source) not in READABLE]
         if found and not unread:
-            return found
+            if len(found) == len(sources):
+                return found
+            parts = parts or found
         strange = strange or "".join(unread[:1])
-    if strange:
+    if strange and not parts:
         reason = f"meshes are read in the formats {', '.join(sorted(READABLE))}"
         mend = "convert it, and name the new file in the URDF"
         raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, strange, "", reason, mend)
-    return []
+    return parts
 
 
-def _path_of(mesh: UrdfMesh, folder: Path, urdf: str, link: str) -> str | None:
+def _ending(path: str) -> str:
+    return PurePosixPath(path).suffix.lower()
+
+
+def _path_of(mesh: UrdfShape, folder: Path, urdf: str, link: str) -> str | None:
     """Return where a mesh lies, as a path from the campaign folder; None where it is not in there.
 
     Raises
