@@ -89,9 +89,9 @@ def effect_words(effect: EffectAt | ProposedEffect) -> str:
     return f"{effect.effect} ({places(effect.where)})"
 
 
-def look_alike_words(effect: LookAlike) -> str:
+def look_alike_words(of: ProposedEffect, effect: LookAlike) -> str:
     """Return a look-alike with its place and its probability."""
-    return f"{effect.effect} ({places(effect.where)}) {probability_in_words(effect.probability or 0.0)}"
+    return f"{effect.effect} ({places(effect.where)}) {probability_in_words(of.probability_of(effect) or 0.0)}"
 
 
 def show_diagnosis(
@@ -196,7 +196,7 @@ def _show_with_all_missing(console: AnswerConsole, result: DiagnoseResult) -> No
 def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:
     console.print(f"\nmissing: {effect_words(effect)}{_sure_words(effect)}", soft_wrap=True)
     if effect.alternatives:
-        names = ", ".join(look_alike_words(alternative) for alternative in effect.alternatives)
+        names = ", ".join(look_alike_words(effect, alternative) for alternative in effect.alternatives)
         console.print(f"  cannot be distinguished from: {names}", soft_wrap=True)
     finding = result.finding_of(effect)
     if finding is None or finding.evidence is None:
@@ -216,16 +216,16 @@ def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: Propos
 def _sure_words(effect: ProposedEffect) -> str:
     """Return how sure the diagnosis is of an effect."""
     certain = "certain" if effect.firm else "not certain: improve adds it when asked, or with --likely"
-    group, own = (probability_in_words(p or 0.0) for p in (effect.probability, effect.member_probability))
+    group, own = (probability_in_words(p or 0.0) for p in (effect.probability, effect.probability_of(effect)))
     if not effect.alternatives:
         return f": {group}, {certain}"
-    return f": {group} that it or one of those below is; of these it is this one with {own}, {certain}"
+    return f": {group} that it or one of those below is, {own} that it is, {certain}"
 
 
 def _show_in_model(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Print how sure it is that the effects of the model are there, and what looks the same."""
     for effect in result.in_model or ():
-        alike = ", ".join(look_alike_words(other) for other in effect.alternatives)
+        alike = ", ".join(look_alike_words(effect, other) for other in effect.alternatives)
         words = f"; cannot be distinguished from: {alike}" if alike else ""
         p = probability_in_words(effect.probability or 0.0)
         console.print(f"in the model: {effect_words(effect)}: {p}{words}", soft_wrap=True)

@@ -12,7 +12,7 @@ from stiffcal.wording import probability_in_words
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stiffcal.diagnosis.results import Finding, ProposedEffect
+    from stiffcal.diagnosis.results import Finding, LookAlike, ProposedEffect
     from stiffcal.model.summary import EffectAt
     from stiffcal.workflow.improve import Decision, EffectProposal
 
@@ -101,18 +101,28 @@ def _proposal_lines(proposal: EffectProposal) -> list[str]:
         lines += [f"  reason: {reason}"] if reason else []
         before, after = deviation(finding.heldout_rms_before), deviation(finding.heldout_rms_after)
         lines.append(f"  expected error in held-out poses: {before} now, {after} with it{_explained(finding)}")
-    proposed = getattr(proposal.effect, "probability", None)
-    if proposed is not None:
-        certain = "certain" if getattr(proposal.effect, "firm", False) else "not certain"
-        lines.append(f"  probability: {probability_in_words(proposed)}, {certain}")
-    alike = [_alike(effect) for effect in getattr(proposal.effect, "alternatives", [])]
+    from stiffcal.diagnosis.results import ProposedEffect
+
+    alike = []
+    if isinstance(proposal.effect, ProposedEffect):
+        lines += _probability_lines(proposal.effect)
+        alike = [_alike(proposal.effect, other) for other in proposal.effect.alternatives]
     lines.append(f"  look-alikes in these poses and loads: {', '.join(alike) or 'no other effect'}")
     return lines
 
 
-def _alike(effect: EffectAt) -> str:
+def _probability_lines(effect: ProposedEffect) -> list[str]:
+    own = effect.probability_of(effect)
+    if own is None or effect.probability is None:
+        return []
+    certain = "certain" if effect.firm else "not certain"
+    group = f", of it or a look-alike {probability_in_words(effect.probability)}" if effect.alternatives else ""
+    return [f"  probability: {probability_in_words(own)}, {certain}{group}"]
+
+
+def _alike(of: ProposedEffect, effect: LookAlike) -> str:
     """Return a look-alike with its probability, where one is stated."""
-    p = getattr(effect, "probability", None)
+    p = of.probability_of(effect)
     return _named(effect) if p is None else f"{_named(effect)} {probability_in_words(p)}"
 
 
@@ -136,7 +146,7 @@ def _detail_lines(proposal: EffectProposal) -> list[str]:
     return lines or ["  no further details"]
 
 
-def _named(effect: EffectAt | ProposedEffect) -> str:
+def _named(effect: EffectAt | ProposedEffect | LookAlike) -> str:
     return f"{effect.effect} ({places(effect.where)})"
 
 

@@ -49,6 +49,11 @@ class ProposedEffect:
     share no parameter, and can be added in one step.
     """
 
+    def probability_of(self, one: ProposedEffect | LookAlike) -> float | None:
+        """Return the probability that it is missing itself, or one of its look-alikes; None where none is stated."""
+        share = one.member_probability if isinstance(one, ProposedEffect) else one.probability
+        return None if self.probability is None or share is None else self.probability * share
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UndecidedEffect:

@@ -149,7 +149,7 @@ def named_effects(judged: Judged, reading: WhatIsMissing, catalogue: Mapping[str
     found = []
     for group in reading.groups:
         effects = [(name, share) for name, share in group.members if name in candidates]
-        if not effects or group.probability * sum(share for _, share in effects) < NAMED:
+        if not effects or group.effects < NAMED:
             # a mistake of the data is more probable: that is among the suspects
             continue
         (leader, share), *others = _what_the_model_has_first(effects, judged.model)

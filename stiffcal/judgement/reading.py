@@ -40,7 +40,9 @@ class AlikeEffects:
     probability: float
     """That some of them is missing."""
     members: tuple[tuple[str, float], ...]
-    """Name and probability of each, given that one of the group is missing; largest first."""
+    """Name and probability of each, given that some of the group is missing; largest first. Two of them may be."""
+    effects: float
+    """Probability that some of its effects is missing: the others are mistakes."""
     firm: bool
     """Whether the first of them is named without doubt."""
     size: float
@@ -139,13 +141,11 @@ def read_off(judged: Judged) -> WhatIsMissing:
         p = sum(value for key, value in sets.items() if names[key] & own)
         if p < NAMED:
             continue
-        others = frozenset(members[i].name for i in best) - own
-        shares = _within(own, others, sets, names)
-        plain = sum(value for key, value in straight.items() if names[key] & own)
-        plain_shares = _within(own, others, straight, names)
-        first = max(shares, key=lambda name: shares[name])
+        shares = _shares(own, sets, names)
+        # of equal ones the first by name, not by the order in which sets were weighed
+        first = max(sorted(shares), key=lambda name: shares[name])
         size = _size_of(judged, leader, sets, names)
-        sure = min(p, plain, shares[first], plain_shares.get(first, 0.0)) >= FIRM
+        sure = min(_sure(first, own, sets, names), _sure(first, own, straight, names)) >= FIRM
         settled = all(one.settled >= FIRM for one in judged.best if one.name == leader)
         firm = (
             sure
@@ -157,10 +157,11 @@ def read_off(judged: Judged) -> WhatIsMissing:
         )
         if firm:
             every = every or list(varied(judged))
-            firm = all(_sure(first, own, others, one, names) >= STILL_FIRM for one in every)
+            firm = all(_sure(first, own, one, names) >= STILL_FIRM for one in every)
         taken |= own
-        ranked = sorted(shares.items(), key=lambda item: -item[1])
-        groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), firm, size))
+        ranked = sorted(shares.items(), key=lambda item: (-item[1], item[0]))
+        effects = sum(value for key, value in sets.items() if names[key] & own & listed)
+        groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), min(effects, 1.0), firm, size))
     off = _sums({key: frozenset(one for i in key for one in members[i].off) for key in sets}, sets)
     shows = _left(judged, SHOWS)
     model = _present(judged, names)
@@ -220,38 +221,17 @@ def _alike(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key,
     return found
 
 
-def _sure(
-    name: str, own: set[str], others: frozenset[str], sets: Mapping[Key, float], names: dict[Key, frozenset[str]]
-) -> float:
+def _sure(name: str, own: set[str], sets: Mapping[Key, float], names: Mapping[Key, frozenset[str]]) -> float:
     """Return the probability of a group, or of a name in it where that is less."""
-    return min(
-        sum(value for key, value in sets.items() if names[key] & own),
-        _within(own, others, sets, names).get(name, 0.0),
-    )
+    return min(sum(value for key, value in sets.items() if names[key] & own), _shares(own, sets, names).get(name, 0.0))
 
 
-def _within(
-    own: set[str], others: frozenset[str], sets: Mapping[Key, float], names: dict[Key, frozenset[str]]
-) -> dict[str, float]:
-    """Return the probability of each of a group's members, the other groups as in the best set.
-
-    Of the most probable one it is that of all sets that hold it: what may be there besides is nothing in its place. Of
-    the others it is that of sets without it.
-    """
-    given = {key: value for key, value in sets.items() if names[key] & own and names[key] - own == others}
-    if sum(given.values()) <= 0.0:
-        given = {key: value for key, value in sets.items() if names[key] & own}
-    total = sum(given.values())
+def _shares(own: set[str], sets: Mapping[Key, float], names: Mapping[Key, frozenset[str]]) -> dict[str, float]:
+    """Return the probability of each of a group's members, given that some of the group is there."""
+    found = _sums({key: names[key] & frozenset(own) for key in sets}, sets)
+    whole = sum(value for key, value in sets.items() if names[key] & own)
     # without the discrepancy no set with any of them may be left
-    if total <= 0.0:
-        return {}
-    inside = {key: names[key] & frozenset(own) for key in given}
-    held = _sums(inside, given)
-    # of equal ones the first by name, not by the order in which sets were weighed
-    first = max(sorted(held), key=lambda name: held[name])
-    found = _sums({key: here for key, here in inside.items() if first not in here}, given)
-    found[first] = held[first]
-    return {name: value / total for name, value in found.items()}
+    return {name: min(value / whole, 1.0) for name, value in found.items()} if whole > 0.0 else {}
 
 
 @dataclass(frozen=True)

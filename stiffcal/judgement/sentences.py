@@ -55,8 +55,11 @@ def _in_words(one: FoundEffect) -> str:
     if not one.alternatives:
         return f"{name} ({group})"
     members = [(one.candidate, one.share), *one.alternatives]
-    shares = [f"{candidate_in_words(candidate)} {probability_in_words(share)}" for candidate, share in members]
-    return f"{group} one of these: {', '.join(shares)}"
+    each = [
+        f"{candidate_in_words(candidate)} {probability_in_words(one.group.probability * share)}"
+        for candidate, share in members
+    ]
+    return f"{group} one of these: {', '.join(each)}"
 
 
 def _nothing_named(found: Diagnosed, against: str) -> str:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.compensation.predict_result import PredictResult
-    from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike
+    from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect
     from stiffcal.documents import CommandResult, Document
     from stiffcal.measurements.columns import Values
     from stiffcal.model.summary import EffectAt
@@ -232,7 +232,7 @@ class ModelDiagnosis(CampaignAnswer):
                 {
                     "effect": proposed.effect,
                     "place": place_label(proposed.where),
-                    "alternatives": "; ".join(map(_look_alike, proposed.alternatives)),
+                    "alternatives": "; ".join(_look_alike(proposed, other) for other in proposed.alternatives),
                 }
                 for proposed in self.result.missing
             ),
@@ -302,8 +302,9 @@ def _candidates(effects: Sequence[EffectAt]) -> str:
     return "; ".join(f"{effect.effect} {place_label(effect.where)}" for effect in effects)
 
 
-def _look_alike(effect: LookAlike) -> str:
-    alike = "" if effect.probability is None else f" ({effect.probability:.3f})"
+def _look_alike(of: ProposedEffect, effect: LookAlike) -> str:
+    p = of.probability_of(effect)
+    alike = "" if p is None else f" ({p:.3f})"
     return f"{effect.effect} {place_label(effect.where)}{alike}"
 
 

@@ -72,7 +72,8 @@
         off = S.state.off;
       if (!off.length)
         return (
-          `Bars: error without the effect (${S.state.mode === "part" ? "its part taken out, drawn states" : "refitted, all states"}); ` +
+          `Bars, on a logarithmic scale: error without the effect ` +
+          `(${S.state.mode === "part" ? "its part taken out, drawn states" : "refitted, all states"}); ` +
           `in brackets its share of the predicted ${data.measure === "torque" ? "torque" : "deflection"}.`
         );
       if (S.state.mode === "refit")

@@ -45,17 +45,13 @@ def _name(effect: EffectAt | ProposedEffect | LookAlike | UndecidedEffect) -> st
 
 
 def _stated(diagnosis: DiagnoseResult) -> dict[str, float]:
-    """Return the probabilities of effects that the verdict names, by name.
-
-    The ranking has others: there an effect counts in whatever combination holds it.
-    """
-    found = {_name(one): one.share for one in diagnosis.undecided if one.share is not None}
+    """Return the probabilities of effects that the verdict names, by name: the ranking may lack some of them."""
+    found = {}
     for missing in diagnosis.missing:
-        members = [(missing.member_probability, _name(missing))]
-        members += [(one.probability, _name(one)) for one in missing.alternatives]
-        for share, name in members:
-            if missing.probability is not None and share is not None:
-                found[name] = missing.probability * share
+        members: list[ProposedEffect | LookAlike] = [missing, *missing.alternatives]
+        for one in members:
+            if (p := missing.probability_of(one)) is not None:
+                found[_name(one)] = p
     return found
 
 

@@ -41,7 +41,7 @@ from stiffcal.workflow.view_candidates import view_candidates
 from stiffcal.workflow.view_change import LastAdded, diagnosis_of_states
 from stiffcal.workflow.view_effects import view_effects
 from stiffcal.workflow.view_evidence import picked_evidence, view_evidence
-from stiffcal.workflow.view_models import place_words, tables_of_states, view_models
+from stiffcal.workflow.view_models import names_in, place_words, tables_of_states, view_models
 from stiffcal.workflow.view_motors import motor_states, moved_torque
 from stiffcal.workflow.view_rows import content_of_rows
 from stiffcal.workflow.view_runs import rows_of_logs, spans_of_sweeps, view_runs, with_raw_rows
@@ -176,14 +176,18 @@ def _measure(identified: IdentifyResult) -> Literal["translation", "motor_angle"
 
 
 def _places_of(missing: Sequence[ProposedEffect], robot: CompliantRobot) -> tuple[list[int], list[int], list[str]]:
-    """Return the joints, the links (by the joint that moves them) and the names of what is missing."""
+    """Return the joints, the links (by the joint that moves them) and the names of what a model still lacks."""
     joints: set[int] = set()
     links: set[int] = set()
     moved_by = robot.chain.joint_of_link
+    names, present = [], names_in(robot)
     for entry in missing:
+        name = f"{entry.effect} {place_words(entry.where)}"
+        if name in present:  # added since it was diagnosed
+            continue
+        names.append(name)
         joints |= {*(entry.where.joints or ()), *(joint for pair in entry.where.pairs or () for joint in pair)}
         links |= {moved_by[name] for name in entry.where.links or () if name in moved_by}
-    names = [f"{entry.effect} {place_words(entry.where)}" for entry in missing]
     return sorted(joints), sorted(links), names
 
 
@@ -213,7 +217,7 @@ def _with_states(
     tables = tables_of_states(data, measured.shape[1], own is not None)
     last = LastAdded.of(data, identified)
     evidence, followed = view_evidence(
-        data, diagnosis or diagnosis_of_states(data), variables, last.names, diagnosis is not None
+        data, diagnosis or diagnosis_of_states(data), variables, last.names, names_in(robot), diagnosis is not None
     )
     variables += followed
     evidence = [one for one in evidence if drawn.has_rotation or not one.turns] if own is None else []

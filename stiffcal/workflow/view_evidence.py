@@ -27,6 +27,7 @@ def view_evidence(
     diagnosis: DiagnoseResult | None,
     variables: Sequence[ViewVariable],
     added_last: Collection[str] = (),
+    present: Collection[str] = (),
     of_present: bool = True,
 ) -> tuple[list[ViewEvidence], list[ViewVariable]]:
     """Return the effects that are missing or were added last, and the variables that only they follow.
@@ -36,6 +37,7 @@ def view_evidence(
     data : the campaign with its states. diagnosis : of a fit to these states; None without one.
     variables : what residuals may follow, over all states.
     added_last : ``effect place`` of those that the present model holds and the fit before did not.
+    present : ``effect place`` of all that it holds: what was missing when it was diagnosed may be among them.
     of_present : whether the diagnosis is of the present fit: what it finds missing still is.
 
     Returns
@@ -70,7 +72,7 @@ def view_evidence(
         found.append(
             ViewEvidence(
                 name=name,
-                standing="missing" if is_missing else "added",
+                standing="missing" if is_missing and name not in present else "added",
                 variable=named[summary.driver],
                 turns=summary.component == "rotation",
                 along=direction,

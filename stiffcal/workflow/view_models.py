@@ -15,6 +15,7 @@ from stiffcal.diagnosis.refits import StoredRefits
 from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters, stiffness_unit
 from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
 from stiffcal.model.campaign_effects import all_effects
+from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect
 from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
@@ -237,6 +238,11 @@ def _refit_value(entry: RefitValue, catalogue: dict[str, Effect]) -> ViewValue:
         low=1.0 / high if high else None,
         high=1.0 / low if low else None,
     )
+
+
+def names_in(robot: CompliantRobot) -> set[str]:
+    """Return the effects of a model at their places, "effect place"."""
+    return {f"{placed.effect.name} {placed.place.label}" for placed in robot.placed}
 
 
 def place_words(where: Where) -> str:

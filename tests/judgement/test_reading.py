@@ -9,15 +9,24 @@ import numpy as np
 import pytest
 
 from stiffcal.judgement.numbers import SHOWS
-from stiffcal.judgement.reading import _left, _present, _within
+from stiffcal.judgement.reading import _left, _present, _shares
 from stiffcal.judgement.sets import Key
 
 
 def test_a_group_without_any_set_has_no_shares() -> None:
     """Without the discrepancy the sets with an effect may have no probability at all; that ended with exit 3."""
     names: dict[Key, frozenset[str]] = {(0,): frozenset({"creep j1"}), (1,): frozenset({"backlash j1"})}
-    assert _within({"creep j1"}, frozenset(), {(0,): 0.0, (1,): 1.0}, names) == {}
-    assert _within({"creep j1"}, frozenset(), {(0,): 0.2, (1,): 0.8}, names) == {"creep j1": 1.0}
+    assert _shares({"creep j1"}, {(0,): 0.0, (1,): 1.0}, names) == {}
+    assert _shares({"creep j1"}, {(0,): 0.2, (1,): 0.8}, names) == {"creep j1": 1.0}
+
+
+def test_an_effect_has_one_probability_in_its_group_and_by_itself() -> None:
+    """By the rule for conditional probabilities: one in all sets was named with 95 % next to one in few."""
+    sets: dict[Key, float] = {(0,): 0.5, (0, 1): 0.1, (1, 2): 0.2, (2,): 0.2}
+    names: dict[Key, frozenset[str]] = {key: frozenset("abc"[i] for i in key) for key in sets}
+    shares = _shares({"a", "b"}, sets, names)
+    assert shares == {"a": pytest.approx(0.6 / 0.8), "b": pytest.approx(0.3 / 0.8)}
+    assert _shares({"a", "b"}, {(0,): 0.9, (0, 1): 0.1}, names)["a"] == 1.0
 
 
 def test_what_may_be_there_besides_is_nothing_in_its_place() -> None:
@@ -28,8 +37,8 @@ def test_what_may_be_there_besides_is_nothing_in_its_place() -> None:
         (1,): frozenset({"encoder-drift j1"}),
     }
     own = {"backlash j1", "encoder-drift j1"}
-    shares = _within(own, frozenset(), {(0,): 0.86, (0, 1): 0.1, (1,): 0.04}, names)
-    assert shares == pytest.approx({"backlash j1": 0.96, "encoder-drift j1": 0.04})
+    shares = _shares(own, {(0,): 0.86, (0, 1): 0.1, (1,): 0.04}, names)
+    assert shares == pytest.approx({"backlash j1": 0.96, "encoder-drift j1": 0.14})
 
 
 @pytest.mark.parametrize("drifts", [False, True])

@@ -89,6 +89,9 @@ def test_an_effect_is_ticked_and_the_error_falls(live_page: tuple[Any, Path]) ->
     assert shown.locator("#error").inner_text() != text
     assert shown.evaluate("Array.from(stiffcal.ghost.move)") == before
     assert "stale" in shown.locator("#candidates").get_attribute("class")
+    # what has been added is called missing nowhere
+    assert shown.evaluate("[stiffcal.data.suspects, stiffcal.data.suspected]") == [[], []]
+    assert shown.evaluate("stiffcal.data.evidence.map((one) => one.standing)") == ["added"]
     assert any(model.startswith("tried") for model in shown.evaluate("stiffcal.data.models.map((model) => model.id)"))
     # what is grey can be read, and a button fits the scale to what is shown
     assert shown.evaluate("getComputedStyle(document.getElementById('candidates')).opacity") == "1"

@@ -145,14 +145,16 @@ def _excluded(sizes: Sequence[ExcludedSizeAt]) -> str:
 
 
 def _missing_words(effect: ProposedEffect) -> str:
-    names = [_look_alike_words(alternative) for alternative in effect.alternatives]
+    names = [_look_alike_words(effect, alternative) for alternative in effect.alternatives]
     alike = f"; cannot be distinguished in these poses and loads: {wording.listing(names, 6)}" if names else ""
     certain = "" if effect.firm else ", not certain"
-    return f"{wording.effect_at(effect)}: {probability_in_words(effect.probability or 0.0)}{certain}{alike}"
+    own = probability_in_words(effect.probability_of(effect) or 0.0)
+    group = f"; one of them: {probability_in_words(effect.probability or 0.0)}" if names else ""
+    return f"{wording.effect_at(effect)}: {own}{certain}{alike}{group}"
 
 
-def _look_alike_words(effect: LookAlike) -> str:
-    return f"{wording.effect_at(effect)} {probability_in_words(effect.probability or 0.0)}"
+def _look_alike_words(of: ProposedEffect, effect: LookAlike) -> str:
+    return f"{wording.effect_at(effect)} {probability_in_words(of.probability_of(effect) or 0.0)}"
 
 
 def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
