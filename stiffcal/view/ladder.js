@@ -11,11 +11,14 @@
       selectable = (model) => Boolean(model) && (none || S.isDrawable(model));
     let folded = true;
     const standing = new Map(data.candidates.map((entry) => [entry.name, entry.standing]));
-    /** Candidates that are only possible are shown as far as they leave least; rejected ones, and the others, on demand. */
+    /** Candidates that are only possible are shown as far as they leave least; rejected ones, fits of other readings and the rest on demand. */
     const possible = data.models.filter((model) => model.kind === "with" && standing.get(model.effect) === "possible");
     const leading = new Set([...possible].sort((a, b) => S.main(a.heldout_rms) - S.main(b.heldout_rms)).slice(0, MOST));
+    // a fit of other readings is no step on the way to the present one; while logs come there is one for each run
     const isFolded = (model) =>
-      model.kind === "with" && (standing.get(model.effect) === "rejected" || (possible.includes(model) && !leading.has(model)));
+      model.kind === "fit"
+        ? !selectable(model)
+        : model.kind === "with" && (standing.get(model.effect) === "rejected" || (possible.includes(model) && !leading.has(model)));
     const standingOf = (model) => (model.kind === "with" ? (VERDICT[standing.get(model.effect)] ?? "") : "");
     const nameOf = (model) =>
       model.kind === "fit" || model.is_forecast
@@ -44,7 +47,7 @@
       Math.max(...shown.filter((row) => row.id).map((row) => Math.max(row.value || 0, row.second || 0)), S.main(data.noise) || 0);
 
     const height = () => TOP + 10 + ROW * rows().length;
-    const unfold = S.check("all candidates", false, (on) => {
+    const unfold = S.check("all models", false, (on) => {
       folded = !on;
       S.redraw();
     });

@@ -65,6 +65,11 @@ def test_runs_appear_on_the_page_by_themselves(tmp_path: Path) -> None:
             until(page, "stiffcal.parts[0].n_states === 75 && !stiffcal.waitsFor")
             assert page.evaluate("window.same && stiffcal.parts[0].live.added[0]") == "bearing-tilt j2"
             assert page.evaluate("stiffcal.fault") == ""
+            # the fit of fewer runs is no rung of the ladder until it is asked for
+            rungs = "parseFloat(document.getElementById('ladder-canvas').style.height)"
+            few = page.evaluate(rungs)
+            page.get_by_label("all models").check()
+            until(page, f"{rungs} > {few}")
     finally:
         server._http.shutdown()
         thread.join()

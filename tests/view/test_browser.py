@@ -38,7 +38,7 @@ def test_a_model_of_the_ladder_shows_the_numbers_of_history(page: Any, content: 
     assert float(numbers.get_attribute("data-fit")) == pytest.approx(fits[0].fit_rms.translation, rel=1e-12)
     first = page.evaluate("Array.from(stiffcal.residual().move)")
     # a click on the row of the first candidate switches all panels
-    page.get_by_label("all candidates").check()
+    page.get_by_label("all models").check()
     settled(page)
     order = ["no model", *(model.id for model in content[0].models if model.kind != "without")]
     chosen = next(model.id for model in content[0].models if model.kind == "with")
