@@ -9,46 +9,66 @@
   S.savePicture = (name, canvas) => canvas.toBlob((blob) => save(`${name}.png`, blob));
   /** True while a picture is drawn for a file: what stands around it on the page is then drawn into it. */
   S.drawsFile = false;
-  const HEAD = 44,
-    TWICE = 2;
-  /** What a picture shows, of which model and campaign, and when it was saved. */
-  const headOf = (title) => [
-    title.replace(/^\d+[a-z]? /, ""),
-    `${S.data.robot}, campaign ${S.data.campaign}; ${S.modelById.get(S.state.model)?.label ?? ""}; ${new Date().toISOString().slice(0, 10)}`,
-  ];
+  const TWICE = 2,
+    TITLE = "600 14px system-ui, sans-serif",
+    BELOW = "12px system-ui, sans-serif",
+    LINE = 16;
+
+  /** A text in as many lines as the width needs. @param {CanvasRenderingContext2D} g @param {string} text @param {number} width */
+  function wrapped(g, text, width) {
+    const lines = [];
+    for (const word of text.split(" ")) {
+      const longer = lines.length ? `${lines[lines.length - 1]} ${word}` : word;
+      if (lines.length && g.measureText(longer).width <= width) lines[lines.length - 1] = longer;
+      else lines.push(word);
+    }
+    return lines.map((line) => S.shortened(g, line, width));
+  }
+  /** What stands above a picture: what it shows, of which model and campaign, and when it was saved. @param {string} title @param {number} width */
+  function headOf(title, width) {
+    const g = S.make("canvas").getContext("2d"),
+      { robot, campaign } = S.data,
+      below = `${robot}, campaign ${campaign}; ${S.modelById.get(S.state.model)?.label ?? ""}; ${new Date().toISOString().slice(0, 10)}`;
+    const linesOf = (font, text) => {
+      g.font = font;
+      return wrapped(g, S.visible(text), width - 16).map((line) => ({ font, line }));
+    };
+    const lines = [...linesOf(TITLE, title.replace(/^\d+[a-z]? /, "")), ...linesOf(BELOW, below)];
+    return { lines, height: 12 + LINE * lines.length };
+  }
 
   /** Save a panel's picture, twice as fine as on the screen, with a title. @param {string} id @param {string} title */
   S.savePng = function (id, title, draw, width, height) {
     const canvas = S.make("canvas"),
-      file = S.make("canvas", { width: TWICE * width, height: TWICE * (height + HEAD) }),
+      head = headOf(title, width),
+      file = S.make("canvas", { width: TWICE * width, height: TWICE * (height + head.height) }),
       g = file.getContext("2d");
     Object.defineProperties(canvas, { clientWidth: { value: width }, clientHeight: { value: height } });
     drawForFile(draw, canvas, TWICE);
     g.fillStyle = S.theme.ground;
     g.fillRect(0, 0, file.width, file.height);
-    g.drawImage(canvas, 0, TWICE * HEAD);
+    g.drawImage(canvas, 0, TWICE * head.height);
     g.scale(TWICE, TWICE);
-    writeHead(g, title, width);
+    writeHead(g, head);
     S.savePicture(id, file);
   };
-  function writeHead(g, title, width) {
-    const [first, second] = headOf(title);
+  function writeHead(g, { lines }) {
     g.textAlign = "left";
     g.textBaseline = "middle";
-    g.fillStyle = S.theme.ink;
-    g.font = "600 14px system-ui, sans-serif";
-    g.fillText(S.shortened(g, S.visible(first), width - 16), 8, 14);
-    g.fillStyle = S.theme.quiet;
-    g.font = "12px system-ui, sans-serif";
-    g.fillText(S.shortened(g, S.visible(second), width - 16), 8, 33);
+    lines.forEach(({ font, line }, k) => {
+      g.fillStyle = font === TITLE ? S.theme.ink : S.theme.quiet;
+      g.font = font;
+      g.fillText(line, 8, 14 + LINE * k);
+    });
   }
   /** Save a panel's picture as lines and texts. */
   S.saveSvg = function (id, title, draw, width, height) {
     const canvas = S.make("canvas"),
-      recorder = S.svgContext(width, height + HEAD);
+      head = headOf(title, width),
+      recorder = S.svgContext(width, height + head.height);
     Object.defineProperties(canvas, { clientWidth: { value: width }, clientHeight: { value: height }, getContext: { value: () => recorder } });
-    recorder.within(0, HEAD, () => drawForFile(draw, canvas, 1));
-    writeHead(recorder, title, width);
+    recorder.within(0, head.height, () => drawForFile(draw, canvas, 1));
+    writeHead(recorder, head);
     save(`${id}.svg`, new Blob([recorder.text()], { type: "image/svg+xml" }));
   };
   function drawForFile(draw, canvas, ratio) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,18 @@ def test_a_model_of_the_ladder_shows_the_numbers_of_history(page: Any, content: 
     assert page.evaluate("Array.from(stiffcal.residual().move)") != first
     stated = next(model for model in content[0].models if model.id == chosen).heldout_rms
     assert float(numbers.get_attribute("data-heldout")) == pytest.approx(stated.translation, rel=1e-12)
+
+
+def test_a_saved_picture_states_what_it_shows_of_which_model_and_when(page: Any) -> None:
+    name = ("of a long name " * 6).strip()
+    with page.expect_download() as saving:
+        page.evaluate("(name) => { stiffcal.data.robot = name; }", name)
+        page.locator("#robot").get_by_role("button", name="SVG").click()
+    words = " ".join(re.findall(r"<text[^>]*>([^<]*)</text>", Path(saving.value.path()).read_text("utf-8")))
+    campaign, model, day = page.evaluate(
+        "[stiffcal.data.campaign, stiffcal.modelById.get(stiffcal.state.model).label, new Date().toISOString()]"
+    )
+    assert f"Robot {name}, campaign {campaign}; {model}; {day[:10]}" in words
 
 
 def test_brushing_selects_in_all_panels_and_stands_in_the_address(page: Any, browser: Any) -> None:
