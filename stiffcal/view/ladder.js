@@ -11,19 +11,21 @@
       selectable = (model) => Boolean(model) && (none || S.isDrawable(model));
     let folded = true;
     const standing = new Map(data.candidates.map((entry) => [entry.name, entry.standing]));
+    /** What the diagnosis says of a refit with a candidate; of many rejected ones the page offers only some. */
+    const standingOf = (model) => standing.get(model.effect) ?? "rejected";
     /** Candidates that are only possible are shown as far as they leave least; rejected ones, fits of other readings and the rest on demand. */
-    const possible = data.models.filter((model) => model.kind === "with" && standing.get(model.effect) === "possible");
+    const possible = data.models.filter((model) => model.kind === "with" && standingOf(model) === "possible");
     const leading = new Set([...possible].sort((a, b) => S.main(a.heldout_rms) - S.main(b.heldout_rms)).slice(0, MOST));
     // a fit of other readings is no step on the way to the present one; while logs come there is one for each run
     const isFolded = (model) =>
       model.kind === "fit"
         ? !selectable(model)
-        : model.kind === "with" && (standing.get(model.effect) === "rejected" || (possible.includes(model) && !leading.has(model)));
-    const standingOf = (model) => (model.kind === "with" ? (VERDICT[standing.get(model.effect)] ?? "") : "");
+        : model.kind === "with" && (standingOf(model) === "rejected" || (possible.includes(model) && !leading.has(model)));
+    const verdictOn = (model) => (model.kind === "with" ? (VERDICT[standingOf(model)] ?? "") : "");
     const nameOf = (model) =>
       model.kind === "fit" || model.is_forecast
         ? model.label
-        : `${model.kind === "all" ? "all missing: " : "with "}${model.effect}${standingOf(model)}`;
+        : `${model.kind === "all" ? "all missing: " : "with "}${model.effect}${verdictOn(model)}`;
 
     function rowOf(model) {
       const heldout = S.main(model.heldout_rms),

@@ -52,6 +52,21 @@ def test_a_model_of_the_ladder_shows_the_numbers_of_history(page: Any, content: 
     assert float(numbers.get_attribute("data-heldout")) == pytest.approx(stated.translation, rel=1e-12)
 
 
+def test_a_candidate_that_the_page_does_not_offer_is_folded_as_a_rejected_one(
+    content: Any, browser: Any, tmp_path: Path
+) -> None:
+    """Of many rejected ones the page offers some; the others filled the ladder."""
+    path = tmp_path / "view.html"
+    path.write_text(build_page(replace(content[0], candidates=[])), encoding="utf-8")
+    page, complaints = opened(browser, path)
+    shown = [model for model in content[0].models if model.kind in ("fit", "all")]
+    assert len(shown) + 3 < len(content[0].models)
+    rows = (float(page.evaluate("parseFloat(document.getElementById('ladder-canvas').style.height)")) - 44) / 26
+    assert rows == 1 + len(shown)
+    assert complaints == []
+    page.context.close()
+
+
 def test_a_saved_picture_states_what_it_shows_of_which_model_and_when(page: Any) -> None:
     name = ("of a long name " * 6).strip()
     with page.expect_download() as saving:
