@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from stiffcal.cli.improve_dialog import ImproveDialog
+from stiffcal.diagnosis.results import LookAlike, ProposedEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
 
@@ -35,7 +36,10 @@ def proposal(change: str = "add") -> Any:
     def finding_of(effect: Any) -> Any:
         return next((item for item in findings if (item.effect, item.where) == (effect.effect, effect.where)), None)
 
-    effect = SimpleNamespace(effect="backlash", where=JOINT, alternatives=[TILT])
+    alike = LookAlike(effect=TILT.effect, where=TILT.where, probability=0.25)
+    effect = ProposedEffect(
+        effect="backlash", where=JOINT, alternatives=[alike], probability=0.8, member_probability=0.75, firm=False
+    )
     return SimpleNamespace(
         change=change,
         effect=effect,
@@ -61,8 +65,9 @@ def test_a_word_or_its_first_letter_decides(typed: str, decision: str) -> None:
 
 def test_the_reason_the_expected_error_and_the_look_alikes_come_first() -> None:
     _, text = decide("y")
-    for shown in ("backlash (joint 4)", "REASON", "0.133 mm", "0.0310 mm", "98.0 %", "bearing-tilt (joint 4)"):
+    for shown in ("backlash (joint 4)", "REASON", "0.133 mm", "0.0310 mm", "98.0 %", "bearing-tilt (joint 4) 20 %"):
         assert shown in text
+    assert "probability: 60 %, not certain, of it or a look-alike 80 %" in text
     assert "MEANS" not in text
 
 
