@@ -57,7 +57,7 @@ class ProposedEffect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UndecidedEffect:
-    """One of the effects of a group in which none has half of the probability."""
+    """One of the effects of a group in which none has as much of the probability as the others together."""
 
     effect: str
     """Its name."""

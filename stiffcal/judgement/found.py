@@ -45,8 +45,8 @@ class FoundEffect:
 
     @property
     def decided(self) -> bool:
-        """Whether it is more probable than all others of its group together."""
-        return self.share >= NAMED
+        """Whether it is more probable than all others of its group together: of two that may both be there none is."""
+        return self.share >= sum(share for name, share in self.group.members if name != self.candidate.name)
 
 
 @dataclass(frozen=True)

@@ -253,10 +253,12 @@ def _to_add(diagnosed: DiagnoseResult, likely: bool) -> list[ProposedEffect]:
 
     Effects of one distribution are missing together.
     """
+    undecided = [(one.effect, one.where) for one in diagnosed.undecided]
     return [
         effect
         for effect in diagnosed.missing
-        if effect.firm or (likely and (effect.member_probability or 0.0) >= LIKELY)
+        if effect.firm
+        or (likely and (effect.member_probability or 0.0) >= LIKELY and (effect.effect, effect.where) not in undecided)
     ]
 
 

@@ -141,14 +141,20 @@ def test_what_was_added_and_is_not_needed_is_removed() -> None:
 
 
 def test_what_is_not_certain_is_added_when_asked_for() -> None:
-    certain, likely, undecided = (
-        ProposedEffect(
-            effect=name, where=Where(joints=[3]), alternatives=[], probability=p, member_probability=share, firm=firm
-        )
+    where = Where(joints=[3])
+    certain, likely, undecided, with_another = (
+        ProposedEffect(effect=name, where=where, alternatives=[], probability=p, member_probability=share, firm=firm)
         for name, p, share, firm in (
             ("backlash", 0.99, 0.99, True), ("two-slope", 0.8, 0.8, False), ("creep", 0.99, 0.4, False),
+            ("bearing-tilt", 0.99, 0.52, False),
         )
     )  # fmt: skip
-    diagnosed = cast(DiagnoseResult, SimpleNamespace(missing=[certain, likely, undecided]))
+    diagnosed = cast(
+        DiagnoseResult,
+        SimpleNamespace(
+            missing=[certain, likely, undecided, with_another],
+            undecided=[EffectAt(effect="bearing-tilt", where=where), EffectAt(effect="link-beam", where=where)],
+        ),
+    )
     assert _to_add(diagnosed, likely=False) == [certain]
     assert _to_add(diagnosed, likely=True) == [certain, likely]
