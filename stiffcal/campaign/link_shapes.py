@@ -29,8 +29,8 @@ OF_PACKAGES = ("package", "model")
 def link_shapes(robot: RobotFile, folder: Path, robot_file: str) -> list[PlacedShape]:
     """Return the shapes of the robot's links that can be drawn, base to tip; none without a URDF.
 
-    What stands on the base next to the chain (a fence, another arm) is left out; what joints carry (a cover, fingers) is
-    drawn at its zero.
+    What stands on the base next to the chain (a fence, another arm) is left out; what joints carry (a cover, fingers)
+    is drawn at its zero.
 
     Parameters
     ----------
