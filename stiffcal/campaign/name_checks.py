@@ -36,10 +36,14 @@ def wrong_name(name: str) -> tuple[str, str] | None:
     >>> wrong_name("pose 1") is None, wrong_name("x" * 2000)
     (True, ('the name "xxxxxxxxxxxxxxxxxxxx…" has 2000 characters', 'write a name of at most 1000, in the logs too'))
     """
-    if len(name) > LONGEST_NAME:
-        mend = f"write a name of at most {LONGEST_NAME}, in the logs too"
-        return f'the name "{name[:20]}…" has {len(name)} characters', mend
-    return odd_character(name)
+    return _too_long(name) or odd_character(name)
+
+
+def _too_long(name: str) -> tuple[str, str] | None:
+    if len(name) <= LONGEST_NAME:
+        return None
+    mend = f"write a name of at most {LONGEST_NAME}, in the logs too"
+    return f'the name "{name[:20]}…" has {len(name)} characters', mend
 
 
 def odd_character(text: str, allowed: frozenset[str] | set[str] = frozenset()) -> tuple[str, str] | None:
@@ -102,7 +106,7 @@ def name_faults(document: dict[str, Any], file: str) -> Iterator[Fault]:
             waiting += [((*place, index), item) for index, item in enumerate(value)]
         elif isinstance(value, str) and (len(value) > LONGEST_NAME or not value.isprintable()):
             may_be_long = (_ON_LINES | _CONDITIONS) & set(place[-2:])
-            wrong = odd_character(value, _allowed(place)) or (None if may_be_long else wrong_name(value))
+            wrong = odd_character(value, _allowed(place)) or (None if may_be_long else _too_long(value))
             if wrong is not None:
                 yield Fault(FaultCode.NAME_INVALID, file, key_path(place, document), *wrong)
 

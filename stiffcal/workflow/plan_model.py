@@ -13,6 +13,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import HELD
@@ -125,7 +126,7 @@ def kind_of(campaign: Campaign, plan: PlanFile) -> RunKind:
     reason = f"all runs are {here} runs; plan supports load runs, absolute poses and clamped robots"
     # a joint on a bench of its own has no lever that a load at the flange could turn it by
     possible = "load" if campaign.chain.n_joints > 1 else "clamped"
-    mend = f'write experiment = "{possible}" in plan.toml to plan {possible} runs of this robot'
+    mend = f"write {toml_text.pair('experiment', possible)} in plan.toml to plan {possible} runs of this robot"
     raise InputError.at(FaultCode.CONTENT_UNSUPPORTED, "campaign.toml", "runs", reason, mend)
 
 
