@@ -114,7 +114,8 @@ def test_a_fault_of_the_program_is_found(monkeypatch: pytest.MonkeyPatch) -> Non
         ("campaign.toml", "\n".join(f"k{n} = 1" for n in range(900)), "more faults"),
         ("robot.toml", "gravity_mps2 = [0.0, 0.0, 1e300]", "1e+300 is larger"),
         ("robot.toml", "joints = " + "[" * 30 + "]" * 30, "too deeply"),
-        ("model.toml", "effects = [{ type = 'x', pairs = ['" + "y" * 50_000 + "'] }]", "is not a pair"),
+        ("model.toml", "effects = [{ type = 'x', pairs = ['" + "y" * 900 + "'] }]", "is not a pair"),
+        ("model.toml", "effects = [{ type = 'x', pairs = ['" + "y" * 50_000 + "'] }]", "50000 characters"),
     ],
 )
 def test_what_was_found_is_one_clear_line(

@@ -59,7 +59,6 @@ def test_eighty_readings_a_run_are_fitted_judged_and_searched(eighty_readings_a_
     assert found.suspects == []
 
 
-@pytest.mark.xfail(strict=True, reason="two-slope has 67 % and comes first, backlash 30 %")
 def test_of_eighty_readings_a_run_the_play_comes_first(eighty_readings_a_run: Path) -> None:
     assert [group.effect for group in diagnose_campaign(eighty_readings_a_run).missing] == ["backlash"]
 
