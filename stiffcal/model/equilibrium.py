@@ -188,9 +188,8 @@ def find_rest(
         _take_off_friction(robot, wrench, order, weight)
         terms = law_terms(robot, NodeLoads(wrench, inputs.angles, order, weight, kelvin))
         updated = node_displacements(robot, terms, n)
-        step = np.abs(updated if small is None else updated - small)
-        change = float(np.max(step, initial=0.0))
-        small = updated
+        before, small = small, updated
+        change = _largest_change(before, updated, terms if sweep > 1 else None)
         if not robot.deformed:
             return Rest(shape, wrench, small, terms, inputs, sweep, weight)
         # Sweeps contract evenly: what the next one would still change is this change times the last ratio.
@@ -201,7 +200,17 @@ def find_rest(
         if not np.isfinite(change) or (sweep > 20 and change > 2.0 * previous):
             break
         previous = change
-    raise no_balance(robot, inputs, updated, step.max(axis=(0, 1)))
+    step = updated if before is None else updated - before
+    raise no_balance(robot, inputs, updated, np.abs(step).max(axis=(0, 1)))
+
+
+def _largest_change(before: Floats | None, after: Floats, terms: list[tuple[PlacedEffect, Term]] | None) -> float:
+    """Return the largest change of displacements (2J + 2, 6, n); with ``terms``, which made both, of what they move."""
+    if before is None or terms is None:
+        return float(np.max(np.abs(after if before is None else after - before), initial=0.0))
+    moved = {(term.node, term.component) for _, term in terms}
+    # NumPy's largest number is NaN where one is
+    return float(np.max([np.max(np.abs(after[at] - before[at]), initial=0.0) for at in moved], initial=0.0))
 
 
 @dataclass(frozen=True)
