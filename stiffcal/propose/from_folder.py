@@ -161,6 +161,12 @@ def are_logs(tables: Sequence[Path], urdf: Path | None = None, robot: str | None
     return len(lacking) >= (1 if over_time else 2) and not serves_absolute(roles)
 
 
+def is_table_of_runs(table: Path, urdf: Path | None = None, robot: str | None = None) -> bool:
+    """Return whether a file names the run of each of its rows: it is all of a campaign, and not the log of one run."""
+    kind = log_kind(table, table.name, frame_names(None), _joints_of(urdf, robot), chain_of_given(urdf, robot))
+    return not kind.why_not and kind.roles.run is not None
+
+
 def draft_of_logs(
     files: Mapping[str, Path],
     place: str = RAW,

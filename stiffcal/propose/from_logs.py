@@ -148,7 +148,9 @@ def draft_from_logs(
     if any(log.drives.wrench.force is not None for log in firsts.values()):
         lines += [
             *map(ProposedLine, ("", f"[frames.{FORCE_SENSOR}]", 'parent = "flange"')),
-            ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "where the sensor measures; add rpy_deg if turned"),
+            ProposedLine(
+                "xyz_m = [0.0, 0.0, 0.0]", "where the sensor measures; add rpy_deg (or quaternion_wxyz) if turned"
+            ),
         ]
     for name, log in firsts.items():
         lines += _source_lines(name, log)

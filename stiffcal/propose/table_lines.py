@@ -72,7 +72,9 @@ def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine
         return _frames_to_estimate(roles, known)
     lines = [*frame_table(TOOL, "flange"), point]
     if roles.moment is not None:
-        origin = ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "assumed at the flange; add rpy_deg if rotated")
+        origin = ProposedLine(
+            "xyz_m = [0.0, 0.0, 0.0]", "assumed at the flange; add rpy_deg (or quaternion_wxyz) if rotated"
+        )
         lines += [*frame_table(FORCE_SENSOR, "flange"), origin]
     if roles.deflection is None:
         lines += [*frame_table(TRACKER, "base"), ProposedLine("estimate = true")]

@@ -152,10 +152,10 @@ def write_folder(
     Raises
     ------
     InputError
-        One of the files is there already, or cannot be written; then nothing is written.
+        One of the files is there already with another content, or cannot be written; then nothing is written.
     """
-    for name in texts:
-        if (folder / name).exists() and not overwrite:
+    for name, text in texts.items():
+        if (folder / name).exists() and not overwrite and not _holds(folder / name, text):
             mend = "choose another folder, move that file, or add --overwrite"
             raise InputError.at(FaultCode.FILE_EXISTS, str(folder / name), "", "the file already exists", mend)
     if folder.exists() and not folder.is_dir():
@@ -173,6 +173,14 @@ def write_folder(
         shutil.rmtree(temporary, ignore_errors=True)
         raise
     return [folder / path.relative_to(temporary) for path in written]
+
+
+def _holds(file: Path, text: str) -> bool:
+    """Return whether a file holds this text, as the robot file does that a draft was made from."""
+    try:
+        return file.is_file() and file.stat().st_size <= 4 * len(text) and file.read_bytes() == text.encode()
+    except OSError:
+        return False
 
 
 def _fill(folder: Path, texts: Mapping[str, str], copies: Mapping[str, Path]) -> list[Path]:

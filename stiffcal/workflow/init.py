@@ -110,9 +110,10 @@ def init_campaign(
                 "a folder and further tables are given",
                 "put all logs into the folder",
             )
-        if not of_logs:
+        inside = [Path(tables[0]) / file for file in files_in(Path(tables[0]))]
+        if not of_logs and not _is_one_table(inside, urdf, robot):
             return _from_folder(folder, Path(tables[0]), urdf, robot, tool, ask=ask, overwrite=overwrite)
-        tables = [Path(tables[0]) / file for file in files_in(Path(tables[0]))]
+        tables = inside
     if not tables:
         from stiffcal.propose.templates import write_template
 
@@ -160,6 +161,13 @@ def init_campaign(
             "the flange frame, or start with --tool X,Y,Z"
         )
     return InitResult(warnings=unused, files=files, guessed=guessed, columns=columns)
+
+
+def _is_one_table(files: Sequence[Path], urdf: Path | None, robot: str | None) -> bool:
+    """Return whether a folder holds nothing but one table, whose rows name their runs."""
+    from stiffcal.propose.from_folder import is_table_of_runs
+
+    return len(files) == 1 and files[0].is_file() and is_table_of_runs(files[0], urdf, robot)
 
 
 def _from_folder(

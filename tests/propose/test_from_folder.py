@@ -309,3 +309,25 @@ def test_a_wrong_answer_is_asked_for_again(monkeypatch: pytest.MonkeyPatch) -> N
     assert _ask(Question("frames.tool", "xyz_m", "where it is")) == "0, 0, 0.2"
     monkeypatch.setattr("typer.prompt", lambda *args, **options: "")
     assert _ask(Question("frames.tool", "xyz_m", "where it is")) == ""
+
+
+def test_a_folder_with_one_table_of_runs_is_that_table(tmp_path: Path) -> None:
+    """Next to the robot file that is named: twelve poses were "1 run: states", and robot.toml was in the way."""
+    practice = Path(__file__).parents[2] / "campaigns" / "hidden" / "03"
+    lab = tmp_path / "lab"
+    shutil.copytree(practice / "raw", lab / "raw")
+    shutil.copy(practice / "robot.toml", lab)
+    before = (lab / "robot.toml").read_bytes()
+    init_campaign(lab, tables=[lab / "raw"], robot=str(lab / "robot.toml"), tool=(0.06, -0.04, 0.1))
+    source = tomllib.loads((lab / "campaign.toml").read_text("utf-8"))["sources"]
+    assert [one["run"] for one in source.values()] == [{"column": "run"}]
+    assert (lab / "robot.toml").read_bytes() == before
+
+
+def test_another_robot_file_is_in_the_way(tmp_path: Path) -> None:
+    practice = Path(__file__).parents[2] / "campaigns" / "hidden" / "03"
+    (tmp_path / "robot.toml").write_text("# mine\n", "utf-8")
+    with pytest.raises(InputError) as refused:
+        init_campaign(tmp_path, tables=[practice / "raw"], robot=str(practice / "robot.toml"), tool=(0.06, -0.04, 0.1))
+    assert refused.value.code is FaultCode.FILE_EXISTS
+    assert (tmp_path / "robot.toml").read_text("utf-8") == "# mine\n"
