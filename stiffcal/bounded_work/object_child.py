@@ -1,8 +1,8 @@
 """The child process that exchanges objects with an object store through Arrow's library.
 
-The library holds an answer whole before it reads it, and its time limits are those of a silence. Whoever runs the
-endpoint, or can change what it sends, decides how long an answer is. So the system bounds this process's memory, and
-the process that asks bounds its time.
+The library holds an answer whole before it reads it, and its time limits are those of waiting without any answer.
+Whoever runs the endpoint, or can change what it sends, decides how long an answer is. So the system bounds this
+process's memory, and the process that asks bounds its time.
 """
 
 from __future__ import annotations

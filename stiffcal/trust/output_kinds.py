@@ -1,4 +1,4 @@
-"""What files of commands are. One kind never takes the place of another, whoever has written that."""
+"""What files of commands are. A file of one kind is never replaced by one of another, whoever has written it."""
 
 from __future__ import annotations
 
