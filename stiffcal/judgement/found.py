@@ -152,7 +152,11 @@ def named_effects(judged: Judged, reading: WhatIsMissing, catalogue: Mapping[str
         if not effects or group.effects < NAMED:
             # a mistake of the data is more probable: that is among the suspects
             continue
-        (leader, share), *others = _what_the_model_has_first(effects, judged.model)
+        lacking = group.next_to_model >= NAMED
+        (leader, share), *others = _what_the_model_has_first(effects, judged.model, lacking)
+        if not lacking and leader not in judged.model:
+            # it is there in the place of effects of the model that together make the same
+            continue
         alternatives = tuple((candidates[name], p) for name, p in _as_far_as_needed(share, others))
         candidate, shape = candidates[leader], _shape_of(judged, leader)
         usual = catalogue[candidate.effect.name].at(candidate.place, judged.fit.robot.chain)
@@ -190,14 +194,16 @@ def _as_far_as_needed(reached: float, others: Sequence[tuple[str, float]]) -> li
 
 
 def _what_the_model_has_first(
-    effects: Sequence[tuple[str, float]], model: Collection[str]
+    effects: Sequence[tuple[str, float]], model: Collection[str], lacking: bool
 ) -> Sequence[tuple[str, float]]:
     """Return a group with an effect of the model in front where nothing distinguishes it from the most probable one.
 
-    The model lacks nothing then: adding the other would make the one that it has superfluous.
+    The model lacks nothing then: adding the other would make the one that it has superfluous. So it is where the others
+    are not probable next to all that the model has.
     """
     (_, share), *others = effects
-    own = [one for one in (effects[0], *_as_far_as_needed(share, others)) if one[0] in model][:1]
+    near = (effects[0], *_as_far_as_needed(share, others)) if lacking else effects
+    own = [one for one in near if one[0] in model][:1]
     return [*own, *(one for one in effects if one not in own)]
 
 

@@ -46,6 +46,8 @@ class AlikeEffects:
     """Whether the first of them is named without doubt."""
     size: float
     """Rms over all readings of what its leading effect makes in the best set, in noises."""
+    next_to_model: float
+    """Probability of those that the model does not have next to all that it has; 1 where it has the first of them."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
     # what is left shows that no hypothesis describes the readings: how they compare is then no certainty; nor is it
     # next to a law that nobody has written down, which is no more than near to what it stands for
     doubtful = any(check.failed for check in checks) or unlisted >= NAMED
+    model = _present(judged, names)
     groups, taken = [], set[str]()
     every: list[Mapping[Key, float]] = []
     listed = {one.name for one in members if one.kind is MemberKind.EFFECT}
@@ -143,8 +146,9 @@ def read_off(judged: Judged) -> WhatIsMissing:
         shares = _shares(own, sets, names)
         # of equal ones the first by name, not by the order in which sets were weighed
         first = max(sorted(shares), key=lambda name: shares[name])
+        new = 1.0 if first in judged.model else _next_to_model(judged, own - judged.model, sets, names, model)
         size = _size_of(judged, leader, sets, names)
-        sure = min(_sure(first, own, sets, names), _sure(first, own, straight, names)) >= FIRM
+        sure = min(new, _sure(first, own, sets, names), _sure(first, own, straight, names)) >= FIRM
         settled = all(one.settled >= FIRM for one in judged.best if one.name == leader)
         firm = (
             sure
@@ -160,10 +164,9 @@ def read_off(judged: Judged) -> WhatIsMissing:
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: (-item[1], item[0]))
         effects = sum(value for key, value in sets.items() if names[key] & own & listed)
-        groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), min(effects, 1.0), firm, size))
+        groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), min(effects, 1.0), firm, size, new))
     off = _sums({key: frozenset(one for i in key for one in members[i].off) for key in sets}, sets)
     shows = _left(judged, SHOWS)
-    model = _present(judged, names)
     small = sum(value for key, value in sets.items() if value > LEAST_LIKELY and _change(judged, key, model) < SHOWS)
     laws = _sums({key: frozenset(members[i].name for i in own) for key, own in of_no_catalogue.items()}, sets)
     wrong = _sums({key: frozenset(one for i in key if (one := members[i].setting) is not None) for key in sets}, sets)
@@ -218,6 +221,35 @@ def _alike(judged: Judged, leader: str, sets: dict[Key, float], names: dict[Key,
         if there or _share(judged, signal, i) >= ALIKE**2:
             found.add(one.name)
     return found
+
+
+def _next_to_model(
+    judged: Judged, own: set[str], sets: Mapping[Key, float], names: Mapping[Key, frozenset[str]], model: Key
+) -> float:
+    """Return the probability of effects next to all that the model under test has, and what else their best set has.
+
+    One effect may be more probable than two of the model that together make the same: it is there in their place, and
+    the model lacks nothing. 1 where the best set with the effects has all of the model, or they exclude some of it.
+
+    Parameters
+    ----------
+    own : names of effects that are alike, none of them in the model. model : the set of what that has.
+    """
+    weighed, members = judged.weighed, judged.members
+    best = max((key for key in sets if names[key] & own), key=lambda key: sets[key])
+    if judged.model <= names[best]:
+        return 1.0
+    whole = list(model)
+    for number in best:
+        if members[number].name not in judged.model and weighed.may_join(number, tuple(whole)):
+            whole.append(number)
+    without = [number for number in whole if members[number].name not in own]
+    if len(without) == len(whole):
+        return 1.0
+    more, less = (
+        weighed.evidence.of_set(sorted(key)) + sum(members[i].log_prior for i in key) for key in (whole, without)
+    )
+    return float(np.exp(-np.logaddexp(0.0, less - more)))
 
 
 def _sure(name: str, own: set[str], sets: Mapping[Key, float], names: Mapping[Key, frozenset[str]]) -> float:
