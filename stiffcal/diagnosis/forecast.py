@@ -8,10 +8,9 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.base_rows import bounds_of_candidate
-from stiffcal.diagnosis.folds import fold_products
 from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
-from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.scan import Trial
+from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import bounds_of
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import members_of
@@ -55,8 +54,8 @@ def forecast_residual(
         # those of the refit that is forecast
         lowest, highest = bounds_of([regressor.effect.spec(symbol) for symbol in regressor.symbols])
         low, high = np.append(low, lowest), np.append(high, highest)
-    outside = scan.outside_of(kept, len(low))
-    return _left_out(scan, np.concatenate(pieces), np.concatenate(rows), residual, (low, high), outside, fold)
+    known = scan.known_before(kept, len(low))
+    return _left_out(scan, np.concatenate(pieces), np.concatenate(rows), residual, (low, high), known, fold)
 
 
 def contribution_of(state: Linearised, placed_effect: PlacedEffect) -> Floats:
@@ -86,8 +85,8 @@ def heldout_residual(
     columns = np.concatenate([scan.own_columns[kept], *(regressor.columns for regressor in more)])
     edges = [[bound[: len(kept)][kept] for bound in scan.bounds], *map(bounds_of_candidate, more)]
     low, high = (np.concatenate(side) for side in zip(*edges, strict=True))
-    outside = scan.outside_of(kept, len(columns))
-    return _left_out(scan, columns, scan.space.rows(columns), residual, (low, high), outside, fold)
+    known = scan.known_before(kept, len(columns))
+    return _left_out(scan, columns, scan.space.rows(columns), residual, (low, high), known, fold)
 
 
 def _left_out(
@@ -96,18 +95,15 @@ def _left_out(
     rows: Floats,
     residual: Floats,
     bounds: tuple[Floats, Floats],
-    outside: Floats | None,
+    known: Floats,
     fold: Integers | None,
 ) -> Floats:
     """Return the same where the columns' whitened rows (k, m · n), bounds and what is known before are at hand."""
     remaining, fold = residual.copy(), scan.fold_of_state if fold is None else fold
-    if len(columns):
-        products = fold_products(
-            np.concatenate([rows, scan.space.rows(residual[None])]), fold_rows(scan.fit.data, fold)
-        )
-        rest = products.sum(axis=0) - products if len(products) > 1 else products
-        rest = rest if outside is None else rest + outside
-        step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], *bounds)
-        for number, members in enumerate(members_of(fold)):
-            remaining[:, members] -= np.tensordot(step[number], columns[:, :, members], axes=1)
+    white = np.concatenate([rows, scan.space.rows(residual[None])])
+    problem = LeaveOut(white, fold_rows(scan.fit.data, fold), known, *bounds)
+    # a single fold is all there is: what is left of it is that of the fit
+    steps = problem.steps if len(problem.folds) > 1 else problem.solution[None]
+    for step, members in zip(steps, members_of(fold), strict=True):
+        remaining[:, members] -= np.tensordot(step, columns[:, :, members], axes=1)
     return corrected_for_freedom(scan.space.centred(remaining[None])[0], scan.fit.data)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.diagnosis.base_rows import bounds_of_candidate
 from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated, ErrorInExperiment
 from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
-from stiffcal.diagnosis.scan import Trial, bounds_with
+from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.scoring import Score
-from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import amplitudes, with_estimates
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.state_kinds import measured_kinds
@@ -83,10 +83,11 @@ def residual_without_folds(scan: LoadScan, trial: Trial | None, fold: Integers) 
     """
     score = scan.base if trial is None else trial.score
     columns, residual = _with_candidate(scan, trial)
-    low, high = scan.bounds if trial is None else bounds_with(scan, trial.regressor)
-    rows = scan.space.rows(np.concatenate([columns, residual[None]]))
-    known = np.insert(scan.outside, [len(scan.columns)] * (len(columns) - len(scan.columns)), 0.0, axis=1)
-    problem = LeaveOut(rows, fold_rows(scan.fit.data, fold), known, low, high)
+    problem = scan.leave_out(fold_rows(scan.fit.data, fold))
+    if trial is not None:
+        regressor = trial.regressor.whole()
+        *added, fixed = scan.space.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))
+        problem = problem.with_columns(np.array(added), *bounds_of_candidate(regressor), fixed)
     own = _own_columns(scan, len(columns))
     for values, members in zip(problem.steps, members_of(fold), strict=True):
         residual[:, members] -= np.tensordot(values * own, columns[:, :, members], axes=1)

@@ -9,15 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.diagnosis.base_rows import BaseRows, in_order
+from stiffcal.diagnosis.base_rows import BaseRows, bounds_of_candidate, in_order
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.drift import drift_of_states
-from stiffcal.diagnosis.folds import inner_outside
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
-from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import amplitudes
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import raw_whitening
@@ -52,14 +50,17 @@ class LoadScan(Scan):
         """(p, m · n) whitened rows of the base model's free parameters alone, for one forecast after the other."""
         return self.space.rows(self.own_columns)
 
-    def outside_of(self, kept: Booleans, k: int) -> Floats | None:
-        """Return (k + 1, k + 1) as `inner_outside` of those of the model's own parameters (p,) that are fitted."""
-        if not len(self.outside):
-            return None
+    def known_before(self, kept: Booleans, k: int) -> Floats:
+        """Return (r, k + 1) rows of what is known before of those of the model's own parameters (p,) that are fitted.
+
+        They are the first of the k.
+        """
         fit, p = self.fit, len(kept)
         # about neutral values of the others
         target = self.outside[:, -1] + self.outside[:, :p][:, ~kept] @ amplitudes(fit.robot, fit.columns)[~kept]
-        return inner_outside(np.column_stack([self.outside[:, :p][:, kept], target]), k)
+        rows = np.zeros((len(self.outside), k + 1))
+        rows[:, : np.count_nonzero(kept)], rows[:, -1] = self.outside[:, :p][:, kept], target
+        return rows
 
     def drift(self) -> tuple[float, float, float]:
         """Return `LackOfFit.drift`, its p-value and the correlation of successive residuals."""
@@ -85,8 +86,12 @@ class LoadScan(Scan):
 
 def fold_rows(data: Observations, fold: Integers) -> list[Integers]:
     """Return each fold's positions in whitened rows (m · n)."""
-    m = len(data.measured)
-    return [(np.arange(m)[:, None] * data.n_states + members).ravel() for members in members_of(fold)]
+    return [_positions(data, members) for members in members_of(fold)]
+
+
+def _positions(data: Observations, states: Integers) -> Integers:
+    """Return the positions of states in whitened rows (m · n)."""
+    return (np.arange(len(data.measured))[:, None] * data.n_states + states).ravel()
 
 
 def weights_of(fit: Fit) -> Whitening:
@@ -146,10 +151,25 @@ class LoadGround:
 
     def try_one(self, candidate: Candidate) -> Trial | None:
         """Try one candidate; None where it does not show."""
-        if is_slip(candidate.effect):
-            scan = self.scan
-            return _slip(candidate, self.rows, (self.state, scan.space), scan.residual, scan.fold_of_state)
-        return try_candidate(candidate, self.rows)
+        return self._slip(candidate) if is_slip(candidate.effect) else try_candidate(candidate, self.rows)
+
+    def _slip(self, candidate: Candidate) -> Trial | None:
+        """Find the state where a slip explains most, and score it with everything else refitted."""
+        scan, ground, data = self.scan, self.rows, self.scan.space.data
+        first = best_slip(scan.space, scan.residual) if len(data.order.number) else None
+        if first is None:
+            return None
+        regressor = self.state.regressor(candidate.effect, candidate.place, {"state": float(data.order.number[first])})
+        products, bounds = ground.products(ground.rows_of(regressor)), ground.bounds(regressor)
+        score = in_order(score_variants([products], *bounds, ground.groups, ground.base), ground.order)
+        in_its_run = np.flatnonzero(data.run == data.run[first])
+        stretches = load_stretches(data, in_its_run)
+        plain = scan.leave_out([_positions(data, stretch) for stretch in stretches])
+        *columns, fixed = scan.space.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))
+        slipped = plain.with_columns(np.array(columns), *bounds_of_candidate(regressor), fixed)
+        number = int(np.searchsorted(np.unique(scan.fold_of_state), scan.fold_of_state[first]))
+        score = score_in_run(score, ground.base, (plain, slipped), number, ground.groups)
+        return Trial(candidate, regressor, score, data.n_states)
 
 
 def scan_candidates(
@@ -170,32 +190,3 @@ def scan_candidates(
     ground = LoadGround.of(fit, whitening, geometry)
     trials, n_tried = scan_rows(ground.rows, candidates, ground.scan.source.kept, ground.try_one)
     return replace(ground.scan, trials=trials, n_tried=n_tried)
-
-
-def _slip(
-    candidate: Candidate, ground: BaseRows, model: tuple[Linearised, Projection], residual: Floats, fold: Integers
-) -> Trial | None:
-    """Find the state where a slip explains most, and score it with everything else refitted."""
-    state, space = model
-    data = space.data
-    if not len(data.order.number):
-        return None
-    first = best_slip(space, residual)
-    if first is None:
-        return None
-    regressor = state.regressor(candidate.effect, candidate.place, {"state": float(data.order.number[first])})
-    mine = ground.rows_of(regressor)
-    folds, bounds = ground.products(mine), ground.bounds(regressor)
-    score = in_order(score_variants([folds], *bounds, ground.groups, ground.base), ground.order)
-    rows = np.empty_like(folds.rows)
-    rows[:, ground.order] = folds.rows
-    members = np.flatnonzero(data.run == data.run[first])
-    stretches = [
-        (np.arange(len(data.measured))[:, None] * data.n_states + stretch).ravel()
-        for stretch in load_stretches(data, members)
-    ]
-    number = int(np.searchsorted(np.unique(fold), fold[first]))
-    p, q = len(ground.rows), len(regressor.symbols)
-    known = np.insert(ground.outside, [p] * q, 0.0, axis=1)
-    score = score_in_run(score, ground.base, LeaveOut(rows, stretches, known, *bounds), number, ground.groups)
-    return Trial(candidate, regressor, score, data.n_states)

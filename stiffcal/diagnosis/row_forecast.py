@@ -8,11 +8,10 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.base_rows import bounds_of_candidate
-from stiffcal.diagnosis.folds import fold_products
-from stiffcal.diagnosis.normal_equations import solve_within
 from stiffcal.diagnosis.row_errors import free_of_constants
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
+from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import ParameterRole
 from stiffcal.model.parameters import ParameterSpec
@@ -57,11 +56,10 @@ def forecast_row_residual(
         lowest, highest = bounds_of_candidate(trial.regressor)
         low, high = np.append(low, lowest), np.append(high, highest)
     others = np.concatenate(pieces)
-    if len(others):
-        rows = np.concatenate([scan.space.rows(others[:, None]), scan.space.rows(residual[None, None])])
-        products = fold_products(rows, list(scan.folds))
-        rest = products.sum(axis=0) - products if len(products) > 1 else products
-        step = solve_within(rest[:, :-1, :-1], rest[:, :-1, -1], low, high)
-        for number, members in enumerate(scan.folds):
-            residual[members] -= step[number] @ others[:, members]
+    rows = scan.space.rows(np.concatenate([others, residual[None]])[:, None])
+    problem = LeaveOut(rows, scan.folds, np.zeros((0, len(rows))), low, high)
+    # a single fold is all there is: what is left of it is that of the fit
+    steps = problem.steps if len(scan.folds) > 1 else problem.solution[None]
+    for step, members in zip(steps, scan.folds, strict=True):
+        residual[members] -= step @ others[:, members]
     return free_of_constants(scan, residual)

@@ -11,11 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.folds import FoldProducts
 from stiffcal.diagnosis.lack_of_fit import f_tail, rms_reduction
 from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.row_scan import RowScan
-from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P, LEAST_FALL, STANDARD_ERRORS
 from stiffcal.experiments.row_search import RowProblem
 
@@ -35,25 +33,25 @@ def what_rows_follow(scan: RowScan, problem: RowProblem) -> list[ResidualDepende
     total = float(before.sum())
     floor = float(scan.dof) if scan.fit.noise is not None else 0.0
     direction, found = problem.course().direction, []
-    covariates = problem.covariates()
+    model, covariates = scan.leave_out(), problem.covariates()
     for covariate in covariates:
         curves = _curves(covariate.value, direction)
-        rows = scan.space.rows(np.concatenate([scan.columns, curves[:, None], scan.residual[None]]))
         free = np.full(len(curves), np.inf)
-        low, high = np.concatenate([scan.bounds[0], -free]), np.concatenate([scan.bounds[1], free])
-        score = score_variants([FoldProducts.of(rows, scan.folds)], low, high, scan.groups, scan.base)
-        fall, errors = rms_reduction(before, score.heldout, score.prediction_change, scan.dof)
+        followed = model.with_columns(scan.space.rows(curves[:, None]), -free, free)
+        left = followed.residual
+        after, change = scan.by_fold(left**2), scan.by_fold((scan.base.left.residual - left) ** 2)
+        fall, errors = rms_reduction(before, after, change, scan.dof)
         residual_dof = scan.residual_dof - len(curves)
         if residual_dof <= 0 or fall <= LEAST_FALL or errors <= STANDARD_ERRORS:
             continue
-        drop = (scan.base.sum_of_squares - score.sum_of_squares) / len(curves)
-        statistic = drop / max(score.sum_of_squares / residual_dof, 1e-300)
+        drop = (scan.base.sum_of_squares - followed.sum_of_squares) / len(curves)
+        statistic = drop / max(followed.sum_of_squares / residual_dof, 1e-300)
         if f_tail(statistic, len(curves), residual_dof) * len(covariates) > LACK_OF_FIT_P:
             continue
-        in_draws = share_of_draws(before - score.heldout)
+        in_draws = share_of_draws(before - after)
         if scan.fit.noise is None and in_draws < LEAST_OF_DRAWS:
             continue
-        share = float(np.clip((total - score.heldout.sum()) / max(total - floor, 1e-12), 0.0, 1.0))
+        share = float(np.clip((total - after.sum()) / max(total - floor, 1e-12), 0.0, 1.0))
         if share > LEAST_SHARE:
             words = (
                 f"{covariate.words}; {problem.subject.left_out} the error decreases in {100.0 * in_draws:.3g} % of "

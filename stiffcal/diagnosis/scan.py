@@ -12,10 +12,10 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.base_rows import BaseRows, bounds_of_candidate
 from stiffcal.diagnosis.candidates import Candidate, variants
-from stiffcal.diagnosis.folds import FoldProducts, inner_outside
 from stiffcal.diagnosis.results import AgreementWithPlaces
 from stiffcal.diagnosis.scoring import Score
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
+from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.rows import RowSpace
 from stiffcal.identification.regressors import Regressor, StoredRegressor
 from stiffcal.model.composite import CompliantRobot
@@ -128,9 +128,10 @@ class Scan:
         """Return (F,) sums of values (m · n) of whitened rows over each fold."""
         return np.bincount(self.fold_of_row, weights=values, minlength=len(self.folds)).astype(np.float64)
 
-    def products(self, rows: Floats) -> FoldProducts:
-        """Return inner products of rows (k + 1, m · n) fold by fold, `columns` first, residual last."""
-        return FoldProducts.of(rows, self.folds, inner_outside(self.outside, len(rows) - 1))
+    def leave_out(self, folds: Sequence[Integers] | None = None) -> LeaveOut:
+        """Return the model's rows with folds left out in turn; None: those of the scan."""
+        rows = self.space.rows(np.concatenate([self.columns, self.residual[None]]))
+        return LeaveOut(rows, self.folds if folds is None else folds, self.outside, *self.bounds)
 
     def drift(self) -> tuple[float, float, float]:
         """Return the residuals' drift within runs: `LackOfFit.drift`, its p-value, correlation of successive ones."""

@@ -82,7 +82,7 @@ def load_stretches(data: Observations, members: Integers) -> list[Integers]:
 def score_in_run(
     score: Score,
     base: Score,
-    problem: LeaveOut,
+    problems: tuple[LeaveOut, LeaveOut],
     fold: int,
     groups: Integers,
 ) -> Score:
@@ -92,20 +92,19 @@ def score_in_run(
     ----------
     score : as poses left out give it.
     base : the base model's.
-    problem : of the base model's columns and the slip's after them, the load cycles of the pose that slipped as folds.
+    problems : of the base model, and of it with the slip, the load cycles of the pose that slipped as folds.
     fold : number of the pose's fold.
     groups : (F,) groups of folds for the repeated choice.
     """
-    p = len(base.solution)
-    plain = problem.of_first(p)
-    cycles = np.concatenate(problem.folds)
-    fall = float(np.sum(plain.residual[cycles] ** 2) - np.sum(problem.residual[cycles] ** 2))
-    change = problem.steps.copy()
-    change[:, :p] -= plain.steps
+    plain, slipped = problems
+    cycles = np.concatenate(slipped.folds)
+    fall = float(np.sum(plain.residual[cycles] ** 2) - np.sum(slipped.residual[cycles] ** 2))
+    change = slipped.steps.copy()
+    change[:, : len(base.solution)] -= plain.steps
     heldout, squared_change, nested = score.heldout.copy(), score.prediction_change.copy(), score.nested.copy()
     better = base.heldout[fold] - fall
     nested[:, groups[fold]] += better - heldout[fold]
     heldout[fold] = better
-    in_run = tuple(zip(problem.folds, change, strict=True))
-    squared_change[fold] = sum(float(np.sum((step @ problem.white[:-1, cycle]) ** 2)) for cycle, step in in_run)
+    in_run = tuple(zip(slipped.folds, change, strict=True))
+    squared_change[fold] = sum(float(np.sum((step @ slipped.white[:-1, cycle]) ** 2)) for cycle, step in in_run)
     return replace(score, heldout=heldout, prediction_change=squared_change, nested=nested, in_run=in_run)

@@ -52,28 +52,19 @@ class LeaveOut:
         """Return the rows of a model and its readings; ``folds`` are positions in (m · n) readings."""
         return cls(rows.white, folds, rows.prior, *rows.steps_within)
 
-    def with_columns(self, columns: Floats, lower: Floats, upper: Floats) -> Self:
+    def with_columns(self, columns: Floats, lower: Floats, upper: Floats, fixed: Floats | None = None) -> Self:
         """Return the problem with q unknowns more, of which nothing is known before.
 
         Parameters
         ----------
         columns : (q, N) their whitened rows. lower, upper : (q,) bounds.
+        fixed : (N,) what comes with them whatever their values, whitened; None: nothing.
         """
         prior = np.insert(self.prior, [self.prior.shape[1] - 1] * len(columns), 0.0, axis=1)
-        white = np.concatenate([self.white[:-1], columns, self.white[-1:]])
+        wanted = self.white[-1:] if fixed is None else self.white[-1:] - fixed
+        white = np.concatenate([self.white[:-1], columns, wanted])
         low, high = np.append(self.lower, lower), np.append(self.upper, upper)
         return replace(self, white=white, prior=prior, lower=low, upper=high)
-
-    def of_first(self, count: int) -> Self:
-        """Return the problem of the first unknowns alone, the others held where they are."""
-        kept = [*range(count), len(self.white) - 1]
-        return replace(
-            self,
-            white=self.white[kept],
-            prior=self.prior[:, kept],
-            lower=self.lower[:count],
-            upper=self.upper[:count],
-        )
 
     def without_bounds(self, number: int) -> Self:
         """Return the problem with one unknown's bounds taken away."""
@@ -89,6 +80,17 @@ class LeaveOut:
         for fold, reduced in zip(doubtful.tolist(), self._without(doubtful), strict=True):
             steps[fold] = _solved(reduced, self.lower, self.upper, column_scale(self._whole[0].factor))
         return steps
+
+    @property
+    def solution(self) -> Floats:
+        """(p,) the solution of all rows."""
+        return self._whole[1]
+
+    @property
+    def sum_of_squares(self) -> float:
+        """What it leaves of all rows, and of what is known before."""
+        whole, x = self._whole
+        return whole.cost(x)
 
     @property
     def residual(self) -> Floats:
@@ -135,7 +137,8 @@ class LeaveOut:
     def _outside(self) -> Floats:
         """(p + 1, p + 1) triangular factor of what is known before and of rows that are in no fold."""
         rest = np.ones(self.white.shape[1], dtype=np.bool_)
-        rest[np.concatenate(self.folds)] = False
+        for fold in self.folds:
+            rest[fold] = False
         return triangular(np.vstack([self.prior, self.white[:, rest].T, np.zeros((1, len(self.white)))]))
 
     def _by_deletion(self) -> tuple[Floats, Booleans]:

@@ -30,6 +30,18 @@ SOLVERS = {
     "reduction/work_of_load.py",  # springs that cannot be negative, of loads and deflections as read
 }
 
+# Leaves folds out in other ways than `estimation.leave_out`, until they are replaced.
+FOLDS = {
+    "diagnosis/base_rows.py",  # the catalogue, candidate by candidate
+    "diagnosis/few_rows.py",
+    "diagnosis/folds.py",
+    "diagnosis/load_scan.py",
+    "diagnosis/scoring.py",
+    "diagnosis/suspects/bench.py",  # runs that are off
+    "diagnosis/suspects/find.py",
+    "diagnosis/suspects/selection.py",
+}
+
 # Reads bounds or a prior of a law's parameter.
 BOUNDS = {
     "diagnosis/scan.py",  # keeps a shape that it tries within what is possible
@@ -132,3 +144,25 @@ def test_gauss_newton_has_one_caller_for_each_kind_of_rows(trees: dict[str, ast.
 def test_bounds_and_priors_are_read_by_estimation(trees: dict[str, ast.Module]) -> None:
     found = {name for name, tree in trees.items() if not name.startswith("estimation/") and reads_bounds(tree)}
     assert found == BOUNDS
+
+
+def test_folds_are_left_out_by_one_engine(trees: dict[str, ast.Module]) -> None:
+    """Validation, regions, friction, clamped robots, rods, forecasts and refits have `LeaveOut`, and nothing else."""
+    others = {"folds", "few_rows", "scoring", "suspects.influence"}
+    own = {f"stiffcal.diagnosis.{name}" for name in others}
+    results = {"Score", "LeftOutFolds", "most_suspects"}  # what a scan holds, and a number
+    found = {
+        name
+        for name, tree in trees.items()
+        if any((module in own and what not in results) or what == "without_rows" for module, what in imported(tree))
+    }
+    assert found == FOLDS
+    users = {name for name, tree in trees.items() if ("stiffcal.estimation.leave_out", "LeaveOut") in imported(tree)}
+    assert users >= {
+        "diagnosis/forecast.py",
+        "diagnosis/row_forecast.py",
+        "diagnosis/scan.py",
+        "experiments/friction/heldout.py",
+        "links/rods.py",
+        "validation/heldout.py",
+    }

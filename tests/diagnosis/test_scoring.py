@@ -138,8 +138,9 @@ def test_a_slip_changes_its_pose_in_every_repeated_choice_alike() -> None:
     base = score_variants([FoldProducts(plain, rows[[0, 1, 2, 4]], folds)], open_below[:3], open_above[:3], groups)
     score = score_variants([FoldProducts(products, rows, folds)], open_below, open_above, groups, base)
     stretches = np.split(folds[2], 3)
-    problem = LeaveOut(rows, stretches, np.zeros((0, 5)), open_below, open_above)
-    judged = score_in_run(score, base, problem, 2, groups)
+    without_slip = LeaveOut(rows[[0, 1, 2, 4]], stretches, np.zeros((0, 4)), open_below[:3], open_above[:3])
+    slipped = LeaveOut(rows, stretches, np.zeros((0, 5)), open_below, open_above)
+    judged = score_in_run(score, base, (without_slip, slipped), 2, groups)
     np.testing.assert_allclose(judged.nested[:, 2] - score.nested[:, 2], judged.heldout[2] - score.heldout[2])
     others = [0, 1, 3]
     np.testing.assert_array_equal(judged.nested[:, others], score.nested[:, others])
@@ -174,7 +175,5 @@ def test_an_effect_that_goes_leaves_its_part_of_what_is_known_of_several() -> No
     known = np.zeros((1, 7))
     known[0, :2], known[0, -1] = (2.0, 3.0), 0.5
     kept = np.array([False, True, True, True, True, True])
-    inner = LoadScan.outside_of(cast(LoadScan, SimpleNamespace(outside=known, fit=fit)), kept, 6)
-    row = np.array([3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5 + 2.0 * 1e-6])
-    assert inner is not None
-    np.testing.assert_allclose(inner, np.outer(row, row))
+    left = LoadScan.known_before(cast(LoadScan, SimpleNamespace(outside=known, fit=fit)), kept, 6)
+    np.testing.assert_allclose(left, [[3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5 + 2.0 * 1e-6]])

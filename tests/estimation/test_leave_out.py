@@ -32,6 +32,16 @@ def drawn(rng: np.random.Generator) -> LeaveOut:
     return LeaveOut(np.vstack([columns, wanted]), folds, prior, lower, upper)
 
 
+def with_candidates(problem: LeaveOut, rng: np.random.Generator) -> LeaveOut:
+    """Return the problem with one or two candidates' columns, some of them bounded, and what comes with them."""
+    q, n = int(rng.integers(1, 3)), problem.white.shape[1]
+    columns = rng.normal(size=(q, n)) * 10.0 ** rng.uniform(-4, 4, (q, 1))
+    if rng.random() < 0.3:  # much alike an unknown of the model
+        columns[0] = problem.white[0] * (1.0 + 1e-3 * rng.normal(size=n))
+    lower = np.where(rng.random(q) < 0.5, 0.0, -np.inf)
+    return problem.with_columns(columns, lower, np.full(q, np.inf), rng.normal(0.0, 0.3, size=(n,)))
+
+
 def refit(problem: LeaveOut, kept: Integers) -> tuple[Floats, float]:
     """Return what scipy finds of some rows and the prior, and by how many standard errors it may be off."""
     matrix = np.vstack([problem.white[:-1, kept].T, problem.prior[:, :-1]])
@@ -52,8 +62,10 @@ def squares(problem: LeaveOut, kept: Integers, x: Floats) -> float:
 def test_two_hundred_problems_against_plain_refits() -> None:
     rng = np.random.default_rng(39)
     deleted = 0
-    for _ in range(200):
+    for number in range(200):
         problem = drawn(rng)
+        if number % 2:
+            problem = with_candidates(problem, rng)
         deleted += int(problem._by_deletion()[1].sum())
         every = np.arange(problem.white.shape[1])
         for step, fold in zip(problem.steps[:6], problem.folds[:6], strict=False):
@@ -75,15 +87,23 @@ def test_rows_left_out_and_columns_added(p: int) -> None:
     white = rng.normal(size=(p + 1, 30))
     folds = [np.arange(k, 24, 4) for k in range(4)]  # six rows are in no fold
     infinite = np.full(p, np.inf)
-    problem = LeaveOut(white, folds, np.zeros((0, p + 1)), -infinite, infinite)
-    added = rng.normal(size=(1, 30))
-    more = problem.with_columns(added, np.zeros(1), np.full(1, np.inf))
+    known = rng.normal(size=(p, p + 1))
+    problem = LeaveOut(white, folds, known, -infinite, infinite)
+    added, fixed = rng.normal(size=(1, 30)), rng.normal(size=30)
+    more = problem.with_columns(added, np.zeros(1), np.full(1, np.inf), fixed)
+    # the same by hand: of the candidate nothing is known before, and it comes with a part of the readings
+    columns, wanted = np.vstack([white[:-1], added]), white[-1] - fixed
+    by_hand = LeaveOut(
+        np.vstack([columns, wanted]), folds, np.insert(known, p, 0.0, axis=1),
+        np.append(-infinite, 0.0), np.append(infinite, np.inf),
+    )  # fmt: skip
     for fold in folds:
-        kept = np.setdiff1d(np.arange(30), fold)
-        expected, _ = refit(more, kept)
-        np.testing.assert_allclose(more.residual[fold], white[-1, fold] - expected @ more.white[:-1, fold], atol=1e-12)
+        expected, _ = refit(by_hand, np.setdiff1d(np.arange(30), fold))
+        np.testing.assert_allclose(more.residual[fold], wanted[fold] - expected @ columns[:, fold], atol=1e-12)
     assert problem.steps.shape == (4, p)
-    np.testing.assert_allclose(more.of_first(p).steps, problem.steps, atol=1e-12)
+    expected, least = refit(by_hand, np.arange(30))
+    np.testing.assert_allclose(more.solution, expected, atol=1e-12)
+    assert more.sum_of_squares == pytest.approx(least)
 
 
 def test_what_one_fold_alone_determines() -> None:
