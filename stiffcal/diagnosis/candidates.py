@@ -65,10 +65,11 @@ def list_candidates(
         if not places:
             not_tried.append(UntestableEffect(effect.name, f"no place on this robot: it acts at {effect.place_kind}"))
         elsewhere = {joint for place in places for joint in place.joints}
-        if places and effect.place_kind == "joints" and (left_out := robot.chain.prismatic_joints - elsewhere):
+        left_out = robot.chain.prismatic_joints - elsewhere
+        if places and effect.place_kind == "joints" and left_out and isinstance(effect.prismatic, str):
             names = ", ".join(robot.chain.joint_names[joint - 1] for joint in sorted(left_out))
             not_tried.append(
-                UntestableEffect(effect.name, f"a revolute joint, and {names} is prismatic: {effect.not_prismatic}")
+                UntestableEffect(effect.name, f"a revolute joint, and {names} is prismatic: {effect.prismatic}")
             )
         for place in places:
             if (effect.name, place) in in_model or stands_in_the_way(effect, place, robot):

@@ -154,11 +154,8 @@ def family_p(scan: Scan, trial: Trial) -> float:
 def possible_values(scan: Scan, trial: Trial) -> bool:
     """Return whether the candidate's values can be: something is left of them within their bounds.
 
-    What absolute places contradict cannot be. Values that cannot be count as possible where such as can be lie too near
-    to be distinguished from them in these data.
+    What absolute places contradict cannot be.
     """
-    from scipy.special import chdtri
-
     if trial.places is not None and trial.places.contradicted:
         return False
     values, symbols = fitted_values(trial), trial.regressor.symbols
@@ -166,11 +163,7 @@ def possible_values(scan: Scan, trial: Trial) -> bool:
     amplitudes = {symbol: spec.amplitude_of(values[symbol]) for symbol, spec in specs.items()}
     if symbols and not any(abs(value) > 0.0 for value in amplitudes.values()):
         return False
-    if trial.candidate.effect.impossible(values) is None:
-        return True
-    residual_dof = max(scan.residual_dof - len(symbols), 1)
-    reach = float(chdtri(len(symbols), LACK_OF_FIT_P)) * max(1.0, trial.score.sum_of_squares / residual_dof)
-    return trial.candidate.effect.possible_near(amplitudes, _information(trial), reach)
+    return trial.candidate.effect.impossible(values) is None
 
 
 def relative_std(trial: Trial) -> float:

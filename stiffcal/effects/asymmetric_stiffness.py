@@ -18,6 +18,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 
@@ -38,7 +39,6 @@ class AsymmetricStiffness(DocumentedEffect):
     name = "asymmetric-stiffness"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    along_axis = True
     in_drive = True
     summary = "different stiffness for positive and negative torque"
     parameters = (
@@ -54,6 +54,7 @@ class AsymmetricStiffness(DocumentedEffect):
             "sixth; a tenth of a drive of 2e-6 (Wang, Zhang and Fuhlbrigge 2009, section III.C)",
         ),
     )
+    prismatic = specs_along_axis(parameters)
     needs = ("torque of both signs on the joint",)
     looks_like = ("cubic-stiffness", "backlash", "two-slope")
     fingerprint = "deflection over the joint's torque has a kink at zero torque: two straight lines of different slope"

@@ -36,7 +36,7 @@ class AxisCoupling(DocumentedEffect):
     name = "axis-coupling"
     kind = Kind.COUPLING
     place_kind = "pairs"
-    not_prismatic = "the effect couples turns"
+    prismatic = "the effect couples turns"
     in_drive = True
     summary = "torque on one joint rotates the other"
     parameters = (

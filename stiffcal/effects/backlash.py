@@ -20,6 +20,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 # Bands tried, as shares of the largest torque: from a crossing between two load steps to one over a good part of
@@ -43,7 +44,6 @@ class Backlash(DocumentedEffect):
     name = "backlash"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    along_axis = True
     in_drive = True
     summary = "lost motion when the total torque, weight included, changes sign"
     parameters = (
@@ -57,6 +57,7 @@ class Backlash(DocumentedEffect):
             ParameterRole.NONLINEAR, meaning_along="force within which the backlash is crossed",
         ),
     )  # fmt: skip
+    prismatic = specs_along_axis(parameters)
     needs = ("torque of both signs on the joint",)
     looks_like = ("friction-hysteresis", "two-slope", "asymmetric-stiffness", "cubic-stiffness")
     fingerprint = "the residual jumps where the total torque on the joint changes sign, and is constant on both sides"

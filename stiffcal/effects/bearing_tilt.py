@@ -60,6 +60,8 @@ class BearingTilt(DocumentedEffect):
             compliance=True, along=RY,
         ),
     )  # fmt: skip
+    # the carriage tilts on its guides
+    prismatic = parameters
     curve = curve_symbols(_AXES)
     looks_like = ("link-beam", "link-springs", "joint-compliance", "base-compliance")
     fingerprint = (
@@ -70,10 +72,6 @@ class BearingTilt(DocumentedEffect):
         "Load the link next to the joint sideways, parallel to the joint axis, with a dial indicator between the "
         "housings on both sides of the bearing: the gap opens on one side."
     )
-
-    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
-        """The same: the carriage tilts on its guides."""
-        return self.parameters
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rx = c_x M_x, δ_Ry = c_y M_y."""
@@ -97,6 +95,7 @@ class _Curved(BearingTilt):
     parameters = tuple(
         spec for linear in BearingTilt.parameters for spec in (linear, *curve_specs(linear, load=1000.0, largest=1e-3))
     )
+    prismatic = parameters
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ = c M + c2 M² + c3 M³ about both axes."""

@@ -23,6 +23,7 @@ from stiffcal.model.effect import (
     Values,
 )
 from stiffcal.model.memory import first_of_run, relax
+from stiffcal.model.prismatic import specs_along_axis
 
 
 class Creep(DocumentedEffect):
@@ -49,7 +50,6 @@ class Creep(DocumentedEffect):
     name = "creep"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    along_axis = True
     in_drive = True
     summary = "the deflection continues to grow under constant load"
     has_memory = True
@@ -64,6 +64,7 @@ class Creep(DocumentedEffect):
             ParameterRole.NONLINEAR,
         ),
     )  # fmt: skip
+    prismatic = specs_along_axis(parameters)
     needs = ("time stamps of the states",)
     looks_like = ("friction-hysteresis", "thermal-drift")
     fingerprint = "the residual grows with the time under load, and decays slowly after unloading"

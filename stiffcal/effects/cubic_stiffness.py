@@ -24,6 +24,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 _SOURCE = (
@@ -52,7 +53,6 @@ class CubicStiffness(DocumentedEffect):
     name = "cubic-stiffness"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    along_axis = True
     in_drive = True
     summary = "torque–angle curve with quadratic and cubic terms"
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
@@ -77,6 +77,7 @@ class CubicStiffness(DocumentedEffect):
             meaning_along="cubic term of position over force",
         ),
     )
+    prismatic = specs_along_axis(parameters)
     curve_of_torque = ("p1", "p2", "p3")
     needs = ("loads of several sizes",)
     looks_like = ("two-slope", "asymmetric-stiffness", "backlash")
@@ -157,6 +158,7 @@ class _TorqueOverAngle(CubicStiffness):
             meaning_along="cubic term of force over position",
         ),
     )
+    prismatic = specs_along_axis(parameters)
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rz = φ(τ), the inverse of p1 φ + p2 φ² + p3 φ³."""

@@ -34,7 +34,6 @@ class FrictionAsymmetry(MotionEffect):
         ),
     )  # fmt: skip
     needs = ("friction runs: both directions at several speeds",)
-    constant_torque = True
     fingerprint = "the mean of both directions' torques is the same at all speeds and angles, and not zero"
     how_to_check = "Read the torque at rest without any load: a remaining value is the zero offset of the sensor."
 

@@ -24,6 +24,7 @@ from stiffcal.model.effect import (
     Values,
 )
 from stiffcal.model.memory import clamped_between, first_of_run, play_operator, play_operator_from_rest
+from stiffcal.model.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 # Slips tried, as shares of the largest swing of torque within one run: a slip beyond half the swing never lets go.
@@ -65,12 +66,9 @@ class FrictionHysteresis(DocumentedEffect):
     name = "friction-hysteresis"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    along_axis = True
     in_drive = True
     summary = "loading and unloading follow different curves"
     has_memory = True
-    # the friction of a drive lies in the torque of its motor
-    whole_form_expected = True
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (
         ParameterSpec(
             "c", "rad/(N·m)", "compliance of the slipping part", 0.0, 1e-1, 1e-6,
@@ -82,6 +80,7 @@ class FrictionHysteresis(DocumentedEffect):
             ParameterRole.NONLINEAR, meaning_along="force at which the part slips",
         ),
     )  # fmt: skip
+    prismatic = specs_along_axis(parameters)
     needs = ("loading and unloading in one run",)
     looks_like: ClassVar[tuple[str, ...]] = ("backlash", "creep", "two-slope")
     fingerprint = "loading and unloading follow different curves, by the same amount in every cycle, at any rate"
@@ -170,6 +169,7 @@ class _BeforeSpring(FrictionHysteresis):
             ParameterRole.SETUP,
         ),
     )  # fmt: skip
+    prismatic = specs_along_axis(parameters)
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """Nothing of its own: it changes the torque on which the drive's other laws act."""
@@ -212,9 +212,10 @@ class _AfterMotion(FrictionHysteresis):
     parameters = (
         ParameterSpec(
             "width", "rad", "distance between the rests after motion one way and the other", 0.0, 0.1, 2.9e-4,
-            "1 arc minute, the usual limit of the hysteresis loss in catalogues of strain-wave gears",
+            "1 arc minute, the usual limit of the hysteresis loss in catalogues of strain-wave gears", reversal=True,
         ),
     )  # fmt: skip
+    prismatic = specs_along_axis(parameters)
     summary = "a joint comes to rest on the side from which it was moved"
     looks_like = ("backlash", "joint-eccentricity")
     fingerprint = "the residual depends on the direction in which the joint moved last, and on nothing else"
@@ -227,16 +228,6 @@ class _AfterMotion(FrictionHysteresis):
         """δ_Rz = −(width/2) s; where no direction is known, and under weight alone, none."""
         joint = place.joints[0]
         return drive_terms(chain, joint, "width", -0.5 * _direction(loads, joint))
-
-    def by_approach(self, place: Place, values: Values) -> str | None:
-        """Half the width to either side."""
-        half = 0.5 * values.get("width", 0.0)
-        if half == 0.0:
-            return None
-        return (
-            f"joint {place.joints[0]} rests {1e3 * half:.2g} mrad to the one or the other side of what is stated, "
-            "depending on the direction of its last motion ([width] of friction-hysteresis): the middle is stated"
-        )
 
     def scalar_laws(self, place: Place, chain: Chain, values: Values) -> Sequence[ScalarLaw]:
         """None: it does not follow the load."""

@@ -17,6 +17,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.prismatic import specs_along_axis
 
 
 class JointCompliance(DocumentedEffect):
@@ -37,7 +38,6 @@ class JointCompliance(DocumentedEffect):
     name = "joint-compliance"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    along_axis = True
     in_drive = True
     summary = "drive compliance: rotation about the joint axis, proportional to torque"
     parameters = (
@@ -55,6 +55,7 @@ class JointCompliance(DocumentedEffect):
             along=RZ,
         ),
     )
+    prismatic = specs_along_axis(parameters)
     looks_like = ("base-compliance", "tool-compliance", "bearing-tilt")
     fingerprint = "deflection proportional to load and to the lever arm about the joint axis"
     how_to_check = "Load only this joint, with the force perpendicular to its axis, at two lever arms."

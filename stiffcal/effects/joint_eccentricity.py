@@ -49,7 +49,7 @@ class JointEccentricity(DocumentedEffect):
     name = "joint-eccentricity"
     kind = Kind.CONFIGURATION
     place_kind = "joints"
-    not_prismatic = "it has no angle"
+    prismatic = "it has no angle"
     summary = "the true angle of the joint differs from the logged one by a sine"
     parameters = (
         ParameterSpec("a", "rad", "cosine part of the error", -0.05, 0.05, 2e-4, _SOURCE, tolerance=5e-3),

@@ -28,11 +28,6 @@ _COMPONENTS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation 
 _ROUNDING = 1e-9
 # Lengths scaled by 0.1 m, so that translations and rotations can stand in one eigenvalue.
 _SCALE = np.array([10.0, 10.0, 10.0, 1.0, 1.0, 1.0])
-# Steps towards the nearest possible compliance, which end when one gains less than the share; what they have reached
-# then, or after the last, is an upper bound: nothing is called possible that is not.
-_GAIN, _STEPS = 1e-4, 500
-# The way there starts with no eigenvalue below this share of the largest element: at zero it would stand still.
-_FLOOR = 1e-2
 
 
 def _unit(i: int, j: int) -> str:
@@ -79,6 +74,8 @@ class JointFull(DocumentedEffect):
     summary = "full symmetric 6×6 compliance of a joint"
     includes = ("joint-compliance", "bearing-tilt", "joint-translation")
     parameters = tuple(_spec(i, j) for i, j in _PAIRS)
+    # c33 is along the axis
+    prismatic = parameters
     looks_like = ("bearing-tilt", "joint-translation", "axis-coupling", "link-beam")
     fingerprint = (
         "a load in one direction at the joint displaces the link in another direction, in proportion, the "
@@ -88,10 +85,6 @@ class JointFull(DocumentedEffect):
         "Track the links on both sides of the joint (one target each) while the tool is loaded in three directions: "
         "their relative motion over the wrench on the joint gives C, column by column."
     )
-
-    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
-        """The same: c33 is along the axis."""
-        return self.parameters
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ = C w, with one amplitude for each of the 21 different elements of C."""
@@ -111,16 +104,6 @@ class JointFull(DocumentedEffect):
             return f"the joint's compliance has a negative eigenvalue ({eigenvalues[0]:.2g}): it would release energy"
         return None
 
-    def possible_near(self, values: Values, information: Floats, reach: float) -> bool:
-        """Return whether a C that holds its energy lies within reach.
-
-        Of twenty-one noisy numbers some eigenvalue is below zero more often than not, and an element that the data
-        leave open (turning about the next joint's axis is that joint's own) may be anything.
-        """
-        fitted = np.array([values.get(f"c{i + 1}{j + 1}", 0.0) for i, j in _PAIRS])
-        given = [k for k, (i, j) in enumerate(_PAIRS) if f"c{i + 1}{j + 1}" in values]
-        return self.impossible(values) is None or _nearest(fitted, given, information, reach) <= reach
-
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The torque about the joint's axis, the largest part as a rule."""
         joint = place.joints[0]
@@ -135,45 +118,3 @@ def _matrix(elements: Sequence[float] | Floats) -> Floats:
     for (i, j), value in zip(_PAIRS, elements, strict=True):
         compliance[i, j] = compliance[j, i] = _SCALE[i] * _SCALE[j] * value
     return compliance
-
-
-def _nearest(fitted: Floats, known: list[int], information: Floats, reach: float) -> float:
-    """Return how near a positive semidefinite C = L Lᵀ comes to the fitted one, in its own information.
-
-    Gauss–Newton steps over L, damped after Levenberg and Marquardt; ends as soon as it is within reach.
-    """
-    rows, columns = (np.array(side) for side in zip(*((j, i) for i, j in _PAIRS), strict=True))
-    unit = _SCALE[rows] * _SCALE[columns]
-    size = max(float(np.abs(fitted * unit).max()), 1e-300)
-    values, vectors = np.linalg.eigh(information * np.outer(size / unit[known], size / unit[known]))
-    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-    target = (fitted * unit / size)[known]
-    # What holds its energy lies above: by so much as the elements on the diagonal are uncertain, or left open.
-    open_by = np.zeros(len(fitted))
-    open_by[known] = 1.0 / np.sqrt(np.maximum(np.diagonal(root.T @ root), 1.0))
-    eigenvalues, axes = np.linalg.eigh(_matrix(fitted) / size + np.diag(open_by[rows == columns]))
-    lower = np.linalg.cholesky(axes @ np.diag(np.maximum(eigenvalues, _FLOOR)) @ axes.T)
-    damping, cost = 1e-3, np.inf
-    for _ in range(_STEPS):
-        off = root @ ((lower @ lower.T)[rows, columns][known] - target)
-        # Element (r, c) of L Lᵀ follows element (a, b) of L by δ_ra L_cb + δ_ca L_rb.
-        slope = (rows[:, None] == rows) * lower[columns[:, None], columns] + (columns[:, None] == rows) * lower[
-            rows[:, None], columns
-        ]
-        slope = root @ slope[known]
-        cost = float(off @ off)
-        if cost <= reach:
-            break
-        for _ in range(8):
-            normal = slope.T @ slope
-            step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9 * normal.max()), -slope.T @ off)
-            tried = lower.copy()
-            tried[rows, columns] += step
-            then = float(np.sum((root @ ((tried @ tried.T)[rows, columns][known] - target)) ** 2))
-            if then < cost:
-                break
-            damping *= 10.0
-        if then >= cost * (1.0 - _GAIN):
-            break
-        lower, damping = tried, damping / 5.0
-    return cost

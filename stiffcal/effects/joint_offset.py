@@ -43,6 +43,8 @@ class JointOffset(DocumentedEffect):
             "zeros (mastering) of industrial robots: about a milliradian", tolerance=5e-3,
         ),
     )  # fmt: skip
+    # of a prismatic joint a length
+    prismatic = (_ALONG_AXIS,)
     needs = ("absolute poses in poses with different joint angles",)
     looks_like = ("link-geometry", "joint-eccentricity")
     fingerprint = "the position error is proportional to the lever arm about one joint axis, the same at all its angles"
@@ -53,10 +55,6 @@ class JointOffset(DocumentedEffect):
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Displacements do not depend on it to first order."""
         return lacks_absolute_places(states)
-
-    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
-        """A length."""
-        return (_ALONG_AXIS,)
 
     def adjusted_chain(self, place: Place, chain: Chain, values: Values) -> Chain:
         """Turn, or shift, every joint frame whose model angle takes the logged one."""

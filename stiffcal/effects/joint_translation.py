@@ -54,6 +54,8 @@ class JointTranslation(DocumentedEffect):
         ParameterSpec(symbol, "m/N", f"compliance {meaning}", 0.0, 1e-5, 5e-9, _SOURCE, compliance=True, along=axis)
         for symbol, (axis, meaning) in _AXES.items()
     )
+    # what gives along the axis is the drive (joint-compliance)
+    prismatic = parameters[:2]
     curve = curve_symbols(_COMPONENTS)
     looks_like = ("base-compliance", "tool-compliance", "joint-translation")
     fingerprint = "the tool moves along the force without rotation, by the same amount for any lever arm"
@@ -61,10 +63,6 @@ class JointTranslation(DocumentedEffect):
         "Push the link after the joint along and perpendicular to the axis, with the line of force through the "
         "bearing, and measure against the housing before the bearing with a dial indicator."
     )
-
-    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
-        """Those across the axis: what gives along it is the drive (joint-compliance)."""
-        return tuple(spec for spec in self.parameters if not spec.symbol.startswith("tz"))
 
     def components(self, place: Place, chain: Chain) -> dict[str, int]:
         """Return symbol to component of the node: all three, at a prismatic joint those across its axis."""
@@ -94,6 +92,7 @@ class _Curved(JointTranslation):
         for linear in JointTranslation.parameters
         for spec in (linear, *curve_specs(linear, load=1000.0, largest=1e-5))
     )
+    prismatic = tuple(spec for spec in parameters if not spec.symbol.startswith("tz"))
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ = c F + c2 F² + c3 F³ along all three axes."""

@@ -47,6 +47,8 @@ class LinkGeometry(DocumentedEffect):
         ParameterSpec("rx", "rad", "tilt of the axis about x", -0.1, 0.1, 5e-4, _SOURCE, tolerance=_WORST_ANGLE),
         ParameterSpec("ry", "rad", "tilt of the axis about y", -0.1, 0.1, 5e-4, _SOURCE, tolerance=_WORST_ANGLE),
     )
+    # of a prismatic joint the tilts alone
+    prismatic = parameters[2:]
     needs = ("absolute poses in poses with different angles of every joint",)
     looks_like = ("joint-offset", "joint-eccentricity", "link-springs")
     fingerprint = (
@@ -58,10 +60,6 @@ class LinkGeometry(DocumentedEffect):
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Displacements do not depend on it to first order."""
         return lacks_absolute_places(states)
-
-    def prismatic_parameters(self) -> tuple[ParameterSpec, ...]:
-        """The tilts alone."""
-        return self.parameters[2:]
 
     def adjusted_chain(self, place: Place, chain: Chain, values: Values) -> Chain:
         """N · Trans(x, y, 0) · Exp(rx, ry, 0) in place of N."""

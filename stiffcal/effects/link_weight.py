@@ -13,7 +13,6 @@ from stiffcal.model.absolute_places_needed import lacks_absolute_places
 from stiffcal.model.effect import (
     RZ,
     Covariate,
-    DocumentedEffect,
     Kind,
     NodeLoads,
     ParameterRole,
@@ -22,6 +21,7 @@ from stiffcal.model.effect import (
     Values,
     joint_node,
 )
+from stiffcal.model.link_moments import LinkMoments
 
 _SOURCE = "a link of 60 kg whose centre of mass is 50 mm from where a drawing without motors and cables has it"
 # Sine of the angle to gravity below which an axis counts as vertical: weight turns it by no more than its own tilt.
@@ -29,7 +29,7 @@ _VERTICAL = 1e-3
 _NO_MASSES = "the links' masses in robot.toml"
 
 
-class LinkWeight(DocumentedEffect):
+class LinkWeight(LinkMoments):
     """A link's first moment, its mass times the place of its centre, differs from the robot file's.
 
     Law: M = R (m + (mx, my, 0)) × g, the moment of the weight of link k about the origin of its joint's frame, with m
@@ -69,7 +69,6 @@ class LinkWeight(DocumentedEffect):
     looks_like = ("joint-compliance", "periodic-stiffness", "joint-eccentricity")
     fingerprint = "the positions sag as by an additional weight on one link, with or without payload"
     how_to_check = "Move the joint slowly back and forth at several angles; the mean of both motor torques is weight."
-    moves_masses = True
     largest = float("inf")
     """kg·m, of a first moment on the robot at hand (`at`)."""
 

@@ -44,7 +44,7 @@ class PeriodicStiffness(DocumentedEffect):
     name = "periodic-stiffness"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    not_prismatic = "it has no angle"
+    prismatic = "it has no angle"
     in_drive = True
     summary = "compliance varies with the joint angle"
     parameters = (

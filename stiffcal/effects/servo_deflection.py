@@ -41,7 +41,7 @@ class ServoDeflection(DocumentedEffect):
     name = "servo-deflection"
     kind = Kind.CONFIGURATION
     place_kind = "joints"
-    along_axis = True
+    prismatic = ()
     summary = "deviation of the motor position under load, visible in the controller log"
     needs = ("measured joint positions of every state",)
     looks_like = ("joint-compliance", "creep", "friction-hysteresis")

@@ -20,6 +20,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 _SOURCE = (
@@ -48,7 +49,6 @@ class TwoSlope(DocumentedEffect):
     name = "two-slope"
     kind = Kind.NODE_LAW
     place_kind = "joints"
-    along_axis = True
     in_drive = True
     summary = "lower stiffness below a wind-up torque than above"
     parameters = (
@@ -75,9 +75,9 @@ class TwoSlope(DocumentedEffect):
             meaning_along="wind-up force",
         ),
     )
+    prismatic = specs_along_axis(parameters)
     needs = ("loads of several sizes",)
     looks_like = ("cubic-stiffness", "backlash", "friction-hysteresis")
-    in_limit = ("backlash",)  # with a knee far below the torques met
     fingerprint = (
         "the slope of deflection over torque is larger around zero torque and changes at the same torque on both sides"
     )

@@ -13,6 +13,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import ParameterColumn, free_columns
 from stiffcal.identification.observation import Observations, derivatives
+from stiffcal.model.base_tilt import BaseTilt
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
 
@@ -31,7 +32,7 @@ def loaded_by_tilt(robot: CompliantRobot, data: Observations, fixed: frozenset[s
     turns = [
         (placed.parameter_name(spec.symbol), spec.prior)
         for placed in robot.placed
-        if placed.effect.turns_gravity
+        if isinstance(placed.effect, BaseTilt)
         for spec in placed.effect.parameters
         if spec.prior is not None
     ]

@@ -24,6 +24,7 @@ from stiffcal.mechanics.kinematics import StackedFrame, cross, stacked_bodies
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Inputs
 from stiffcal.model.equilibrium import displacement_between, last_node_inboard, reported_targets
+from stiffcal.model.measured_frames import FramePosition
 from stiffcal.natural_order import NameKey, natural_key
 
 # Poses at which the motions are compared: three times the numbers that a seven-axis arm can have.
@@ -66,7 +67,7 @@ def held_frames(robot: CompliantRobot, data: Observations, fixed: frozenset[str]
     bodies = stacked_bodies(robot.chain, data.angles)
     names, columns, is_target = [], [], []
     for placed_effect in robot.placed:
-        if not placed_effect.effect.moves_frames:
+        if not isinstance(placed_effect.effect, FramePosition):
             continue
         for symbol, motion in _motions_of(placed_effect, robot, bodies, inputs).items():
             name = placed_effect.parameter_name(symbol)
@@ -163,7 +164,7 @@ def _motions_of(
     chain, setup = robot.chain, inputs.setup
     targets = reported_targets(bodies, inputs)
     motions: dict[str, Floats] = {}
-    if placed_effect.effect.moves_frames:
+    if isinstance(placed_effect.effect, FramePosition):
         for spec in placed_effect.effect.parameters:
             step = _STEP * spec.typical
             ahead, behind = (

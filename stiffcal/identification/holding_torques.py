@@ -22,10 +22,12 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.estimation.triangular import triangular
 from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.observation import Observations
+from stiffcal.model.base_tilt import BaseTilt
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import Inputs, joint_nodes
 from stiffcal.model.equilibrium import add_side_torques
+from stiffcal.model.link_moments import LinkMoments
 
 # Below this share of the largest weight's torque a motor holds nothing, and its log is friction.
 LEAST_HELD = 0.01
@@ -41,8 +43,9 @@ def moment_rows(robot: CompliantRobot, columns: Sequence[ParameterColumn], data:
     data : with the motors' torques (`Observations.joint_torque`).
     """
     p = len(columns)
-    moments = [k for k, column in enumerate(columns) if robot.placed[column.placed].effect.moves_masses]
-    weighing = moments + [k for k, column in enumerate(columns) if robot.placed[column.placed].effect.turns_gravity]
+    effects = [robot.placed[column.placed].effect for column in columns]
+    moments = [k for k, effect in enumerate(effects) if isinstance(effect, LinkMoments)]
+    weighing = moments + [k for k, effect in enumerate(effects) if isinstance(effect, BaseTilt)]
     if not moments or not len(data.joint_torque) or data.setup.torque_gain_sigma <= 0.0:
         return np.zeros((0, p + 1))
     held = holding_torques(robot, data)
@@ -64,7 +67,7 @@ def holding_torques(robot: CompliantRobot, data: Observations) -> Floats:
     """Return (L, n) what the motors make to hold the undeformed chain, N·m, in the sense of the logged angles."""
     chain, inputs = robot.adjusted_chain, Inputs(data.angles, data.wrench, data.setup)
     for placed in robot.placed:
-        if placed.effect.turns_gravity:
+        if isinstance(placed.effect, BaseTilt):
             inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
     carried = node_wrenches(chain, deformed_chain(chain, data.angles, None), inputs)
     add_side_torques(robot, data.angles, carried)

@@ -46,6 +46,7 @@ from stiffcal.identification.weights import (
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
+from stiffcal.model.measured_frames import FramePosition
 from stiffcal.reduction.load_cycles import find_load_cycles, repeat_groups
 from stiffcal.uncertainty import NORMAL_95
 
@@ -205,7 +206,7 @@ def _initial_estimate(
     columns = [
         c
         for c in free_columns(robot, settings.fixed)
-        if c.role is ParameterRole.AMPLITUDE or robot.placed[c.placed].effect.moves_frames
+        if c.role is ParameterRole.AMPLITUDE or isinstance(robot.placed[c.placed].effect, FramePosition)
     ]
     without_values = [placed_effect for placed_effect in robot.placed if lacks_nonlinear_value(placed_effect)]
     # Effects whose nonlinear parameters have no value are left out: columns at a typical value would bias the others.

@@ -21,6 +21,7 @@ from stiffcal.identification.observation import Observations, derivatives
 from stiffcal.identification.weights import predict_observations
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Kind, ParameterRole
+from stiffcal.model.link_moments import LinkMoments
 
 # A law that bends departs from proportion by a share of its displacement; rounding and the tolerance of the balance
 # make 1e-9 of it.
@@ -85,7 +86,7 @@ def common_scale(robot: CompliantRobot, data: Observations, fixed: frozenset[str
     data : the observations.
     fixed : full names of parameters that keep their values.
     """
-    weighing = [placed for placed in robot.placed if placed.effect.moves_masses]
+    weighing = [placed for placed in robot.placed if isinstance(placed.effect, LinkMoments)]
     if not weighing or not data.absolute.all() or len(data.joint_torque):
         return ()  # motors that hold the robot weigh it
     linear = replace(robot, placed=tuple(replace(placed, values=_typical_law(placed)) for placed in robot.placed))
@@ -93,7 +94,7 @@ def common_scale(robot: CompliantRobot, data: Observations, fixed: frozenset[str
     columns = [
         column
         for column in free_columns(linear, fixed)
-        if linear.placed[column.placed].effect.moves_masses
+        if isinstance(linear.placed[column.placed].effect, LinkMoments)
         or (column.role is ParameterRole.AMPLITUDE and linear.placed[column.placed].effect.kind in _LAWS)
     ]
     sensitivities = derivatives(linear, data, columns)
@@ -102,8 +103,8 @@ def common_scale(robot: CompliantRobot, data: Observations, fixed: frozenset[str
     for column, row in zip(columns, rows, strict=True):
         placed = linear.placed[column.placed]
         names.append(placed.parameter_name(column.symbol))
-        moments.append(placed.effect.moves_masses)
-        parts.append(row if placed.effect.moves_masses else placed.amplitude(column.symbol) * row)
+        moments.append(isinstance(placed.effect, LinkMoments))
+        parts.append(row if isinstance(placed.effect, LinkMoments) else placed.amplitude(column.symbol) * row)
     return _sharing(names, np.array(parts), np.array(moments, dtype=np.bool_))
 
 
@@ -128,6 +129,6 @@ def _sharing(names: list[str], parts: Floats, moments: Booleans) -> tuple[str, .
 
 def _typical_law(placed: PlacedEffect) -> Mapping[str, float]:
     """Return typical values of laws that give under load, and of moments: one that is zero has its scale too."""
-    if placed.effect.kind not in _LAWS and not placed.effect.moves_masses:
+    if placed.effect.kind not in _LAWS and not isinstance(placed.effect, LinkMoments):
         return placed.values
     return {spec.symbol: placed.values.get(spec.symbol) or spec.typical for spec in placed.effect.parameters}

@@ -22,6 +22,7 @@ from stiffcal.identification.readings import Observations, observe
 from stiffcal.identification.tangents import Tangents, loads_at_rest
 from stiffcal.identification.weight_columns import weight_column
 from stiffcal.mechanics.kinematics import StackedFrame, cross
+from stiffcal.model.base_tilt import BaseTilt
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Inputs, Kind, ParameterRole
 from stiffcal.model.equilibrium import (
@@ -39,6 +40,8 @@ from stiffcal.model.equilibrium import (
     rest_under_weight,
 )
 from stiffcal.model.held_at_rest import held_at_rest, second_order_turn
+from stiffcal.model.link_moments import LinkMoments
+from stiffcal.model.measured_frames import FramePosition
 
 __all__ = [
     "Evaluation",
@@ -304,7 +307,7 @@ def _frame_columns(
     """Fill the columns of frames by difference: the robot rests where it did, and is measured from elsewhere."""
     for row, column in enumerate(columns):
         placed_effect = model.placed[column.placed]
-        if not placed_effect.effect.moves_frames:
+        if not isinstance(placed_effect.effect, FramePosition):
             continue
         spec = placed_effect.effect.spec(column.symbol)
         step = STEP * spec.size
@@ -343,9 +346,9 @@ def _difference_columns(
     slopes: dict[int, dict[str, Floats]] = {}
     for row, column in enumerate(columns):
         placed_effect = model.placed[column.placed]
-        if column.role is ParameterRole.AMPLITUDE or placed_effect.effect.moves_frames:
+        if column.role is ParameterRole.AMPLITUDE or isinstance(placed_effect.effect, FramePosition):
             continue
-        if placed_effect.effect.moves_masses or placed_effect.effect.turns_gravity:
+        if isinstance(placed_effect.effect, LinkMoments | BaseTilt):
             sensitivities[row] = weight_column(tangents, placed_effect, column.symbol)
             continue
         if column.placed not in slopes:

@@ -16,6 +16,7 @@ from stiffcal.estimation.unknowns import ParameterColumn, Unknowns, amplitudes
 from stiffcal.identification.holding_torques import moment_rows
 from stiffcal.identification.observation import Observations
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.measured_frames import LoadPoint
 
 
 def prior_rows(
@@ -29,7 +30,8 @@ def prior_rows(
     columns, unknowns : the p free parameters.
     data : its set-up states how well the place of the load is known; torques at rest weigh the links.
     """
-    of_load = np.array([robot.placed[column.placed].effect.moves_load_point for column in columns], dtype=np.bool_)
+    effects = [robot.placed[column.placed].effect for column in columns]
+    of_load = np.array([isinstance(effect, LoadPoint) for effect in effects], dtype=np.bool_)
     stated = data.setup.load_point_sigma or np.inf
     prior = Prior.independent(np.where(of_load, stated, unknowns.prior))
     rows = [*moment_rows(robot, columns, data), *prior.rows(amplitudes(robot, columns))]

@@ -26,6 +26,7 @@ from stiffcal.identification.tangents import loads_at_rest, loads_under_weight
 from stiffcal.identification.weight_columns import weight_column
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place
+from stiffcal.model.link_moments import LinkMoments
 
 # Bytes of regressors that one source keeps: those of a hundred candidates for some 2500 full poses.
 MOST_KEPT = 1 << 25
@@ -138,7 +139,7 @@ class Linearised(ModelAtRest):
         self, effect: Effect, place: Place, shape: Mapping[str, float], symbol: str, step: float
     ) -> Floats | None:
         """Return the derivative by a parameter that changes the inputs, by difference of the whole balance."""
-        if effect.moves_masses:
+        if isinstance(effect, LinkMoments):
             column = weight_column(self.tangents, PlacedEffect(effect, place), symbol)
             return column if column.any() else None
         unit_effect = PlacedEffect(effect, place, {**shape, symbol: effect.spec(symbol).value_of(step)})

@@ -27,6 +27,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.joint_rows import JointRows, RowsOfChain, nearly_parallel, rows_of_chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.measured_frames import FramePosition
 
 # Steps of the differences, m and rad: rows bend on the scale of the lengths, a tenth of a metre.
 STEP = 1e-6
@@ -59,7 +60,7 @@ def held_ends(robot: CompliantRobot, target_names: tuple[str, ...]) -> HeldEnds:
     ----------
     robot : with the frames as parts of its model. target_names : of the measured targets.
     """
-    found = [placed.place.frame for placed in robot.placed if placed.effect.moves_frames]
+    found = [placed.place.frame for placed in robot.placed if isinstance(placed.effect, FramePosition)]
     targets = [name for name in found if name in target_names]
     last = tuple(f"frame.{name}" for name in targets) if set(target_names) <= set(targets) else ()
     return HeldEnds(tuple(f"frame.{name}" for name in found if name not in target_names), last)
@@ -117,7 +118,7 @@ def _geometry_parameters(fit: Fit) -> list[str]:
     names = []
     for placed in fit.robot.placed:
         effect = placed.effect
-        if effect.moves_frames or not effect.geometry_terms(placed.place, chain, angles, placed.shape()):
+        if isinstance(effect, FramePosition) or not effect.geometry_terms(placed.place, chain, angles, placed.shape()):
             continue
         moved = effect.adjusted_chain(placed.place, chain, {spec.symbol: 1e-3 for spec in effect.parameters})
         if not np.array_equal(moved.fixed, chain.fixed):

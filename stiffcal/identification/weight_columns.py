@@ -19,7 +19,7 @@ def weight_column(tangents: Tangents, placed: PlacedEffect, symbol: str) -> Floa
     Parameters
     ----------
     tangents : of the model where it rests; ``placed`` need not be among its effects.
-    placed : the effect (`Effect.moves_masses`, `Effect.turns_gravity`).
+    placed : the effect, a `LinkMoments` or `BaseTilt`.
     symbol : its parameter.
     """
     step = placed.effect.spec(symbol).typical

@@ -79,8 +79,8 @@ def _places(effect: Effect, entry: EffectEntry, chain: Chain, where: str, faults
     for place in places:
         if place not in possible:
             reason = f"{effect.name} cannot act at {place.label}"
-            if chain.prismatic_joints.intersection(place.joints):
-                reason += f", a prismatic joint: {effect.not_prismatic}"
+            if chain.prismatic_joints.intersection(place.joints) and isinstance(effect.prismatic, str):
+                reason += f", a prismatic joint: {effect.prismatic}"
             faults.append(Fault(FaultCode.PLACE_INVALID, MODEL_FILE, where, reason, f"possible: {labels}"))
     return [place for place in places if place in possible]
 

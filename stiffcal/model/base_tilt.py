@@ -55,7 +55,6 @@ class BaseTilt(DocumentedEffect):
     place_kind = "frames"
     summary = "turn of the base against gravity"
     parameters = tuple(_spec(axis) for axis in _AXES)
-    turns_gravity = True
 
     def adjusted_chain(self, place: Place, chain: Chain, values: Values) -> Chain:
         """Turn gravity."""

@@ -29,8 +29,7 @@ class PlacedEffect:
     @property
     def changes_geometry(self) -> bool:
         """Whether the effect moves the unloaded chain or its angles: its parameters count from the robot file."""
-        moves_chain = type(self.effect).geometry_terms is not Effect.geometry_terms
-        return moves_chain and not self.effect.moves_frames
+        return type(self.effect).geometry_terms is not Effect.geometry_terms
 
     def amplitude(self, symbol: str) -> float:
         """What the law multiplies with: the value, of stiffnesses its inverse, of gains what they differ from 1 by.

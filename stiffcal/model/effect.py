@@ -41,7 +41,7 @@ from stiffcal.model.parameters import ParameterRole as ParameterRole
 from stiffcal.model.parameters import ParameterSpec as ParameterSpec
 from stiffcal.model.parameters import Values as Values
 from stiffcal.model.parameters import usual_grid
-from stiffcal.model.prismatic import at_prismatic_joint, spec_along_axis
+from stiffcal.model.prismatic import at_prismatic_joint
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 from stiffcal.model.state_order import StateOrder as StateOrder
 
@@ -58,39 +58,19 @@ class Effect(ABC):
     parameters: ClassVar[tuple[ParameterSpec, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     looks_like: ClassVar[tuple[str, ...]] = ()
-    in_limit: ClassVar[tuple[str, ...]] = ()
-    """Simpler effects that the law becomes in a limit of its parameters: named where the data show no difference."""
     how_to_check: ClassVar[str] = ""
     fingerprint: ClassVar[str] = ""
     has_memory: ClassVar[bool] = False
-    whole_form_expected: ClassVar[bool] = False
-    """True where `whole_form` is how the law acts in the states that have it, whatever a part of them shows."""
-    moves_frames: ClassVar[bool] = False
-    """True where the set-up parameters move nothing but the frames that places are measured in or at."""
-    moves_load_point: ClassVar[bool] = False
-    """True where the set-up parameters are of a place that the manifest states with its uncertainty, about 0."""
-    moves_masses: ClassVar[bool] = False
-    """True where the set-up parameters change nothing but the links' weight, in proportion (`adjusted_chain`)."""
-    turns_gravity: ClassVar[bool] = False
-    """True where the set-up parameters change nothing but the direction of weight (`adjusted_chain`, `adjusted`)."""
     in_motion: ClassVar[bool] = False
     """True where the effect shows in the torque of a moving drive (`motion_columns`), and never at rest."""
-    constant_torque: ClassVar[bool] = False
-    """True where its torque in motion is a constant: with it in the model the free constants at each speed, which would
-    absorb it, are left out.
-    """
     general: ClassVar[bool] = False
     """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
     in_drive: ClassVar[bool] = False
     """True where clamped runs can show the effect: it acts in a drive, or on what such a bench measures."""
     curve_of_torque: ClassVar[tuple[str, ...]] = ()
     """Symbols of p1, p2, p3 of τ = p1 φ + p2 φ² + p3 φ³ in the law's form as torque over angle (`form`), if any."""
-    along_axis: ClassVar[bool] = False
-    """True where the law is a drive's and holds along a prismatic joint too, with force and length (`prismatic`)."""
-    at_prismatic: ClassVar[bool] = False
-    """True of the form at a prismatic joint, where its parameters are others (`prismatic_parameters`)."""
-    not_prismatic: ClassVar[str] = "it turns about its joint's axis"
-    """Why the effect cannot act at a prismatic joint, where it cannot."""
+    prismatic: ClassVar[tuple[ParameterSpec, ...] | str] = "it turns about its joint's axis"
+    """The parameters at a prismatic joint (of a drive `specs_along_axis`), or why it cannot act there, in words."""
     curve: ClassVar[tuple[str, ...]] = ()
     """Symbols of the law's curved form (`form`), where it has one in addition to the straight."""
 
@@ -98,22 +78,18 @@ class Effect(ABC):
         """Return the places on this robot at which the effect can act."""
         revolute = [k for k in range(1, chain.n_joints + 1) if k not in chain.prismatic_joints]
         if self.place_kind == "joints":
-            everywhere = self.prismatic_parameters() is not None
-            return [Place("joints", (k,)) for k in (range(1, chain.n_joints + 1) if everywhere else revolute)]
+            joints = revolute if isinstance(self.prismatic, str) else range(1, chain.n_joints + 1)
+            return [Place("joints", (k,)) for k in joints]
         if self.place_kind == "pairs":
             return [Place("pairs", (a, b)) for a in revolute for b in revolute if a < b]
         if self.place_kind == "links":
             return [Place("links", (), name) for name in chain.beams]
         return [Place("setup")]
 
-    def prismatic_parameters(self) -> tuple[ParameterSpec, ...] | None:
-        """Return the parameters at a prismatic joint; None where the effect cannot act there (`not_prismatic`)."""
-        return tuple(spec_along_axis(spec) for spec in self.parameters) if self.along_axis else None
-
     def at(self, place: Place, chain: Chain) -> Effect:
         """Return the effect as it is at one of its places: at a prismatic joint its parameters may be others."""
         prismatic = place.kind == "joints" and place.joints[0] in chain.prismatic_joints
-        return at_prismatic_joint(self) if prismatic and not self.at_prismatic else self
+        return at_prismatic_joint(self) if prismatic else self
 
     def form(self, symbols: Iterable[str]) -> Effect:
         """Return the form of the law that these parameters are of, for effects that can be written in several ways."""
@@ -123,15 +99,10 @@ class Effect(ABC):
         """Return the forms of the law that a search compares on these states; the best of them is named."""
         return (self,)
 
-    def by_approach(self, place: Place, values: Values) -> str | None:
-        """Return in words what a prediction leaves out as it depends on each joint's last motion; None: nothing."""
-        return None
-
     def whole_form(self, states: LoadStates) -> Effect | None:
         """Return the form that replaces other laws of its place (`includes`) with as many parameters; None without one.
 
-        It is no addition, so that a search fits it once the law is in the model, and keeps whichever errs less; with
-        `whole_form_expected` it keeps this form unless the other errs less by two standard errors over poses.
+        It is no addition, so that a search fits it once the law is in the model, and keeps whichever errs less.
         """
         return None
 
@@ -283,17 +254,6 @@ class Effect(ABC):
     def impossible(self, values: Values) -> str | None:
         """Return why these values cannot be, where bounds alone do not decide, or None."""
         return None
-
-    def possible_near(self, values: Values, information: Floats, reach: float) -> bool:
-        """Return whether values that can be lie so near that these data do not distinguish them from ``values``.
-
-        Parameters
-        ----------
-        values : k amplitudes by symbol, as fitted.
-        information : (k, k) the inverse of their covariance, in the same order.
-        reach : (x − values)ᵀ information (x − values) up to which x is as good.
-        """
-        return self.impossible(values) is None
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate | None:
         """Return the covariate that the residual of this effect follows."""

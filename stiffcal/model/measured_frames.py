@@ -61,7 +61,6 @@ class FramePosition(DocumentedEffect):
     place_kind = "frames"
     summary = "position of a frame that the manifest leaves to be estimated"
     parameters = tuple(_spec(symbol) for symbol in AXES[:3])
-    moves_frames = True
 
     def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
         """Move the target, or the tracker, of that name."""
@@ -98,7 +97,6 @@ class LoadPoint(DocumentedEffect):
     place_kind = "frames"
     summary = "position of the payload, within the uncertainty that the manifest states"
     parameters = tuple(_load_point_spec(symbol) for symbol in AXES[:3])
-    moves_load_point = True
 
     def adjusted(self, place: Place, inputs: Inputs, values: Values) -> Inputs:
         """Move the point where the load acts."""
@@ -150,7 +148,7 @@ def with_found_frames(robot: CompliantRobot, setup: MeasurementSetup) -> Measure
     """
     inputs = Inputs(np.zeros((robot.chain.n_joints, 1)), np.zeros((6, 1)), setup)
     for placed in robot.placed:
-        if placed.effect.moves_frames:
+        if isinstance(placed.effect, FramePosition):
             inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
     if inputs.tracker_error is None:
         return inputs.setup

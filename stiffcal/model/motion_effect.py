@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+import numpy as np
+
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.effect import DocumentedEffect, Kind
+from stiffcal.model.effect import DocumentedEffect, Effect, Kind, Place
 
 
 class MotionEffect(DocumentedEffect):
@@ -30,3 +32,12 @@ class MotionEffect(DocumentedEffect):
         if self.least_speeds and len(motion.speeds()) < self.least_speeds:
             return f"at least {self.least_speeds} different speeds"
         return None
+
+
+def is_constant_torque(effect: Effect, place: Place, chain: Chain) -> bool:
+    """Return whether an effect's torque is the same whatever the motion: free constants at each speed absorb it."""
+    change = np.array([1.0, -2.0, 0.5, -0.25, 3.0])
+    motion = DriveMotion(change, 0.3 * change, 10.0 * change, np.abs(change), np.arange(5.0), np.abs(change[::-1]))
+    shape = {spec.symbol: spec.typical for spec in effect.parameters}
+    columns = effect.motion_columns(place, chain, motion, shape).values()
+    return bool(columns) and all(column.any() and np.ptp(column) == 0.0 for column in columns)

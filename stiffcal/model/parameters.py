@@ -67,6 +67,10 @@ class ParameterSpec:
     """Standard deviation about the neutral value before any measurement, which the fit counts as a reading: data that
     determine it no better leave it free, and it is not reported. None: nothing is known.
     """
+    reversal: bool = False
+    """True of the distance, rad, between the rests of a joint after motion one way and the other: what is predicted
+    without the direction of the last motion is the middle.
+    """
     along: int | None = None
     """The component of the node (`TX` to `RZ`) whose own compliance it is: displacement over load along the same axis,
     all of it, at any load; None elsewhere. Joints that are measured by themselves are compared with these.

@@ -24,7 +24,7 @@ _UNIT = re.compile(r"[A-Za-z0-9·/() ⁰¹²³⁴⁵⁶⁷⁸⁹⁻]{1,60}")
 _SI_SYMBOLS = {"m", "rad", "N", "s", "kg", "K", "A", "Pa", "J", "W", "Hz", "or"}
 _TEXTS = ("summary", "fingerprint", "how_to_check")
 _NAMES = ("includes", "excludes", "needs", "looks_like", "curve")
-_FLAGS = ("has_memory", "in_motion", "in_drive", "constant_torque", "general")
+_FLAGS = ("has_memory", "in_motion", "in_drive", "general")
 _MOST_TEXT = 10_000
 # Far beyond every quantity in SI units; the sum of the squares of many is still a number.
 _LARGEST = 1e100
@@ -282,10 +282,6 @@ def _text_or_none(effect: Effect, answer: Any, *arguments: Any, **named: Any) ->
     return "" if answer is None or _is_text(answer) else f"neither a text nor None: {_shown(answer)}"
 
 
-def _true_or_false(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
-    return "" if isinstance(answer, bool | np.bool_) else f"neither True nor False: {_shown(answer)}"
-
-
 def _forms_to_try(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     right = isinstance(answer, tuple | list) and len(answer) and all(isinstance(form, Effect) for form in answer)
     return "" if right else f"no tuple of effects: {_shown(answer)}"
@@ -319,8 +315,6 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "describe": _text,
     "lacking": _text_or_none,
     "impossible": _text_or_none,
-    "by_approach": _text_or_none,
-    "possible_near": _true_or_false,
     "form": _form,
     "forms_to_try": _forms_to_try,
     "spec": _spec,

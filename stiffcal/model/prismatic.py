@@ -62,16 +62,21 @@ def spec_along_axis(spec: ParameterSpec) -> ParameterSpec:
     )
 
 
+def specs_along_axis(parameters: Iterable[ParameterSpec]) -> tuple[ParameterSpec, ...]:
+    """Return the parameters of a rotary drive's law as they are at a prismatic joint."""
+    return tuple(spec_along_axis(spec) for spec in parameters)
+
+
 @cache
 def at_prismatic_joint(effect: Effect) -> Effect:
     """Return an effect with its parameters at a prismatic joint; ValueError where it cannot act there."""
-    parameters = effect.prismatic_parameters()
-    if parameters is None:
-        raise ValueError(f"{effect.name} cannot act at a prismatic joint")
+    parameters = effect.prismatic
+    if isinstance(parameters, str):
+        raise ValueError(f"{effect.name} cannot act at a prismatic joint: {parameters}")
     if parameters == effect.parameters:
         return effect
     form = copy.copy(effect)
-    form.at_prismatic, form.parameters = True, parameters  # type: ignore[misc]  # of this instance alone
+    form.parameters = parameters  # type: ignore[misc]  # of this instance alone
     return form
 
 
@@ -82,4 +87,4 @@ def form_of(effect: Effect, symbols: Iterable[str]) -> Effect:
 
 def same_joint(effect: Effect, form: Effect) -> Effect:
     """Return another form of an effect's law with the parameters of the kind of joint that the effect is at."""
-    return at_prismatic_joint(form) if effect.at_prismatic and not form.at_prismatic else form
+    return at_prismatic_joint(form) if effect.parameters == effect.prismatic else form

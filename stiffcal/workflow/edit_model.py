@@ -348,8 +348,8 @@ def _check_possible(
         if label not in possible:
             mend = f"possible: {', '.join(possible) or 'none on this robot'}"
             reason = f"{effect.name} cannot act at {label}"
-            if label in at_prismatic:
-                reason += f", a prismatic joint: {effect.not_prismatic}"
+            if label in at_prismatic and isinstance(effect.prismatic, str):
+                reason += f", a prismatic joint: {effect.prismatic}"
             raise InputError.at(FaultCode.PLACE_INVALID, "command line", "EFFECT", reason, mend)
 
 

@@ -10,6 +10,7 @@ from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import RZ, Effect, Inputs, joint_node
+from stiffcal.model.link_moments import LinkMoments
 from stiffcal.report.content import EffectPicture
 
 # Links of the example's lever, and gravity across its axes.
@@ -32,7 +33,7 @@ def weight_picture(effect: Effect, chain: Chain, setup: MeasurementSetup, captio
     -------
     None for an effect that moves no masses, or has no place on the lever.
     """
-    if not effect.moves_masses:
+    if not isinstance(effect, LinkMoments):
         return None
     centres = np.zeros((2, 3))
     centres[:, 0] = 0.4

@@ -15,7 +15,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.measured_frames import with_found_frames
+from stiffcal.model.measured_frames import FramePosition, with_found_frames
 from stiffcal.wording import length, significant
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import RunContext, free_names, up_to_date_states, with_trial_model
@@ -168,11 +168,11 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     identified = up_to_date_fit(data, context)
     matrix = np.array(identified.covariance, dtype=np.float64)
     fitted_values = robot.with_values(identified.robot_values())
-    frames = tuple(placed for placed in fitted_values.placed if placed.effect.moves_frames)
+    frames = tuple(placed for placed in fitted_values.placed if isinstance(placed.effect, FramePosition))
     setup = _with_target(with_found_frames(fitted_values, data.states.setup), campaign.chain.n_joints)
     setup = replace(setup, load_is_weight=False)  # of the states that were measured; what is asked for is a force
     targets = tuple(replace(placed, values={}) for placed in frames if placed.place.frame in setup.target_names)
-    rest = tuple(placed for placed in fitted_values.placed if not placed.effect.moves_frames)
+    rest = tuple(placed for placed in fitted_values.placed if not isinstance(placed.effect, FramePosition))
 
     def covariance_of(names: set[str]) -> dict[str, dict[str, float]]:
         # what shows in motion alone (friction) is in the fit and not in the robot at rest
@@ -218,9 +218,14 @@ def _parameter_names(placed: Iterable[PlacedEffect]) -> set[str]:
 def _left_out(placed: Iterable[PlacedEffect]) -> Iterator[str]:
     """Yield what depends on how the robot came to a pose, which no pose or load states."""
     for one in placed:
-        words = one.effect.by_approach(one.place, one.values)
-        if words is not None:
-            yield words
+        for spec in one.effect.parameters:
+            half = 0.5 * one.values.get(spec.symbol, 0.0)
+            if spec.reversal and half:
+                yield (
+                    f"joint {one.place.joints[0]} rests {1e3 * half:.2g} mrad to the one or the other side of what is "
+                    f"stated, depending on the direction of its last motion ([{spec.symbol}] of {one.effect.name}): "
+                    "the middle is stated"
+                )
 
 
 def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:

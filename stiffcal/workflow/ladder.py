@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from stiffcal.model.base_tilt import BaseTilt
+from stiffcal.model.measured_frames import FramePosition
 from stiffcal.validation.distances import Distances, LadderStep, distances_of, summary_of
 
 if TYPE_CHECKING:
@@ -78,7 +80,7 @@ def _rung(robot: CompliantRobot, effects: tuple[str, ...]) -> CompliantRobot:
     frames = [
         replace(placed, values={})
         for placed in robot.placed
-        if placed.effect.moves_frames or (gives and placed.effect.turns_gravity)
+        if isinstance(placed.effect, FramePosition) or (gives and isinstance(placed.effect, BaseTilt))
     ]
     added = [
         PlacedEffect(catalogue[name].at(place, robot.chain), place)

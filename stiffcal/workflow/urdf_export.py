@@ -21,7 +21,7 @@ from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.rotations import rpy_from_rotation
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.measured_frames import with_found_frames
+from stiffcal.model.measured_frames import FramePosition, with_found_frames
 from stiffcal.model.summary import Where
 from stiffcal.results.identify_result import IdentifyResult
 
@@ -96,7 +96,7 @@ def fitted_frames(robot: CompliantRobot, setup: MeasurementSetup) -> dict[str, t
     result: dict[str, tuple[str, Floats]] = {}
     for placed in robot.placed:
         name = placed.place.frame
-        if not placed.effect.moves_frames or name is None:
+        if not isinstance(placed.effect, FramePosition) or name is None:
             continue
         if name not in setup.target_names:
             result[name] = "base", trackers[name]

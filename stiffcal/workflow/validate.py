@@ -12,6 +12,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.measured_frames import FramePosition
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.workflow.identify import fit_now, up_to_date_fit_at_hand
@@ -209,8 +210,8 @@ def _with_own_frames(robot: CompliantRobot, data: Ingested) -> CompliantRobot:
     """
     from stiffcal.identification.identify import Settings, identify_parameters
 
-    of_robot = tuple(placed for placed in robot.placed if not placed.effect.moves_frames)
-    frames = tuple(placed for placed in placed_robot(data.campaign).placed if placed.effect.moves_frames)
+    of_robot = tuple(placed for placed in robot.placed if not isinstance(placed.effect, FramePosition))
+    frames = tuple(placed for placed in placed_robot(data.campaign).placed if isinstance(placed.effect, FramePosition))
     moved = replace(robot, placed=(*frames, *of_robot))
     if not frames:
         return moved
@@ -289,7 +290,7 @@ def _of_the_other_model(robot: CompliantRobot, stored: IdentifyResult, own: Fit,
     of_geometry = {
         placed.parameter_name(spec.symbol)
         for placed in robot.placed
-        if placed.changes_geometry or placed.effect.moves_frames
+        if placed.changes_geometry or isinstance(placed.effect, FramePosition)
         for spec in placed.effect.parameters
     }
     unknown = [p.name for p in stored.parameters if p.value is None and p.name in shown - of_geometry]

@@ -35,6 +35,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, vector_from_rotation
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.measured_frames import FramePosition
 from stiffcal.workflow.experiments import robot_to_fit
 from stiffcal.workflow.steps import Ingested, RunContext, up_to_date_states
 
@@ -117,7 +118,7 @@ def fit(rows: Rows, pick: Integers, effects: Sequence[str]) -> tuple[Fit, float]
     """Return stiffcal's fit of some rows, and its processor seconds."""
     states = rows.data.states
     robot = robot_to_fit(rows.data)
-    frames = tuple(replace(placed, values={}) for placed in robot.placed if placed.effect.moves_frames)
+    frames = tuple(replace(placed, values={}) for placed in robot.placed if isinstance(placed.effect, FramePosition))
     catalogue = built_in_effects()
     added = [PlacedEffect(catalogue[name], place) for name in effects for place in catalogue[name].places(robot.chain)]
     chosen = np.zeros(len(states), dtype=np.bool_)

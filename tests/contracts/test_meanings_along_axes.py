@@ -9,14 +9,14 @@ import pytest
 
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.parameters import ParameterSpec
-from stiffcal.model.prismatic import spec_along_axis
+from stiffcal.model.prismatic import spec_along_axis, specs_along_axis
 
 ROTARY = re.compile(r"torque|angle|turn|rotat|about|\brad\b")
 
 
 def specs() -> Iterator[tuple[str, ParameterSpec]]:
     for name, effect in built_in_effects().items():
-        if effect.along_axis:
+        if effect.prismatic and effect.prismatic == specs_along_axis(effect.parameters):
             forms = (effect, effect.form(effect.curve)) if effect.curve else (effect,)
             yield from ((f"{name}.{spec.symbol}", spec) for form in forms for spec in form.parameters)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from stiffcal.effects.friction_asymmetry import FrictionAsymmetry
 from stiffcal.effects.joint_friction import JointFriction
+from stiffcal.model.motion_effect import is_constant_torque
 from tests.laboratory.drive_motions import strokes
 from tests.laboratory.effect_bench import bare_states, robot_chain
 
@@ -20,9 +21,9 @@ def test_friction_forwards_and_backwards_differ_by_twice_the_offset() -> None:
     np.testing.assert_array_equal(torque, np.where(motion.velocity > 0.0, 53.0, -47.0))
 
 
-def test_it_is_declared_a_constant() -> None:
-    assert EFFECT.constant_torque
-    assert not JointFriction().constant_torque
+def test_it_is_a_constant() -> None:
+    assert is_constant_torque(EFFECT, PLACE, CHAIN)
+    assert not is_constant_torque(JointFriction(), PLACE, CHAIN)
 
 
 def test_what_is_missing_is_named() -> None:

@@ -9,8 +9,10 @@ import pytest
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.effects.friction_hysteresis import FrictionHysteresis
+from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import RZ, NodeLoads, Place, joint_node
 from stiffcal.model.memory import play_operator
+from stiffcal.workflow.fitted_robot import _left_out
 from tests.laboratory.effect_bench import bare_states, displacement, loads, order_of, robot_chain
 
 EFFECT = FrictionHysteresis()
@@ -131,6 +133,7 @@ def test_absolute_places_need_both_directions_of_a_drive() -> None:
 
 def test_a_prediction_without_approach_states_that_it_is_the_middle() -> None:
     form = EFFECT.form(["width"])
-    assert "0.25 mrad to the one or the other side" in (form.by_approach(PLACE, {"width": 5e-4}) or "")
-    assert form.by_approach(PLACE, {"width": 0.0}) is None
-    assert EFFECT.by_approach(PLACE, {"c": 2e-6, "slip": 30.0}) is None
+    (words,) = _left_out([PlacedEffect(form, PLACE, {"width": 5e-4})])
+    assert "0.25 mrad to the one or the other side" in words
+    others = [PlacedEffect(form, PLACE, {"width": 0.0}), PlacedEffect(EFFECT, PLACE, {"c": 2e-6, "slip": 30.0})]
+    assert not list(_left_out(others))

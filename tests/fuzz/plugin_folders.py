@@ -65,7 +65,7 @@ ATTRIBUTES = (
 METHODS = (
     "places", "form", "lacking", "terms", "joint_torque", "torque_columns", "adjusted",
     "motion_columns", "motion_grid", "motion_covariate", "lacking_motion", "forms_to_try",
-    "observation_columns", "observation_shift", "nonlinear_grid", "impossible", "possible_near", "covariate", "spec",
+    "observation_columns", "observation_shift", "nonlinear_grid", "impossible", "covariate", "spec",
     "describe",
     "__init__", "__new__", "__eq__", "__hash__", "__getattribute__", "__class__", "__repr__", "__bool__",
 )  # fmt: skip

@@ -21,6 +21,7 @@ from stiffcal.identification.search_subject import SearchSubject
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
+from stiffcal.model.motion_effect import is_constant_torque
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ class FrictionProblem(RowProblem):
             unknown.kind in constants and self._rows.nuisance[of_joint, k].any()
             for k, unknown in enumerate(self._rows.unknown)
         )
-        if effect.constant_torque and absorbed:
+        if absorbed and is_constant_torque(effect, place, self._chain):
             return "an axis without torque of weight: with weight, free constants absorb a constant torque"
         return effect.lacking_motion(self._chain, self._rows.motion_of(joint, with_travel=True))
 
