@@ -15,6 +15,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole, Place
+from stiffcal.model.forms import added_forms
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Candidate:
     n_parameters: int
     """Number of its free parameters, nonlinear ones included."""
     forms: tuple[Effect, ...] = ()
-    """Forms of the law among which the best is chosen, where there are several (`Effect.forms_to_try`)."""
+    """Forms of the law among which the best is chosen, where there are several."""
 
     @property
     def name(self) -> str:
@@ -51,9 +52,10 @@ def list_candidates(
     driven = set(driven_joint_of_state(states, robot.chain)) if len(states) and states.clamped.all() else None
     candidates, not_tried = [], []
     for effect in catalogue.values():
-        reason = effect.lacking(robot.chain, states)
-        if reason is not None:
-            not_tried.append(UntestableEffect(effect.name, reason))
+        reasons = {form: form.lacking(robot.chain, states) for form in added_forms(effect)}
+        possible = [form for form, reason in reasons.items() if reason is None]
+        if not possible:
+            not_tried.append(UntestableEffect(effect.name, next(filter(None, reasons.values()))))
             continue
         places = effect.places(robot.chain)
         if driven is not None:
@@ -74,7 +76,7 @@ def list_candidates(
         for place in places:
             if (effect.name, place) in in_model or stands_in_the_way(effect, place, robot):
                 continue
-            forms = tuple(form.at(place, robot.chain) for form in effect.forms_to_try(states))
+            forms = tuple(form.at(place, robot.chain) for form in possible)
             law = forms[0] if len(forms) == 1 else effect.at(place, robot.chain)
             free = sum(1 for spec in law.parameters if not spec.scales_load)
             candidates.append(Candidate(law, place, free, forms if len(forms) > 1 else ()))

@@ -13,7 +13,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import NodeLoads, joint_node
-from stiffcal.model.prismatic import same_joint
+from stiffcal.model.forms import same_joint, whole_form
 
 
 def with_whole_form(states: LoadStates, fit: Fit, law: PlacedEffect) -> CompliantRobot | None:
@@ -31,9 +31,11 @@ def with_whole_form(states: LoadStates, fit: Fit, law: PlacedEffect) -> Complian
         None where the law has no such form in these states, or holds it already.
     """
     robot, place, effect = fit.robot, law.place, law.effect
-    whole = effect.whole_form(states)
-    whole = None if whole is None else same_joint(effect, whole)
-    if whole is None or whole.parameters == effect.parameters:
+    form = whole_form(effect, robot.chain, states)
+    if form is None:
+        return None
+    whole = same_joint(effect, form)
+    if whole.parameters == effect.parameters:
         return None
     names = (effect.name, *whole.includes)
     replaced = [placed for placed in robot.placed if placed.place == place and placed.effect.name in names]
@@ -43,7 +45,7 @@ def with_whole_form(states: LoadStates, fit: Fit, law: PlacedEffect) -> Complian
     if covariate is None:
         return None
     turn = _turn(robot.chain, loads, replaced)
-    values = effect.start_of_whole_form(covariate.value, turn)
+    values = form.start(covariate.value, turn)
     kept = tuple(placed for placed in robot.placed if placed not in replaced)
     return replace(robot, placed=(*kept, PlacedEffect(whole, place, values)))
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.curved import curve_specs, curve_symbols, curved_laws, curved_terms
+from stiffcal.model.curved import curve_specs, curved_laws, curved_terms
 from stiffcal.model.effect import (
     RX,
     RY,
     Covariate,
     DocumentedEffect,
-    Effect,
     Kind,
     NodeLoads,
     ParameterSpec,
@@ -62,7 +61,6 @@ class BearingTilt(DocumentedEffect):
     )  # fmt: skip
     # the carriage tilts on its guides
     prismatic = parameters
-    curve = curve_symbols(_AXES)
     looks_like = ("link-beam", "link-springs", "joint-compliance", "base-compliance")
     fingerprint = (
         "the tool deflects out of the plane of the joint's motion, in proportion to the moment perpendicular to the "
@@ -84,10 +82,6 @@ class BearingTilt(DocumentedEffect):
         moment = np.hypot(loads.wrench[node, RX], loads.wrench[node, RY])
         return Covariate(f"tilting moment on joint {place.joints[0]}", "N·m", moment)
 
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form that these symbols are of: straight lines, or curves."""
-        return self if set(self.curve).isdisjoint(symbols) else _CURVED
-
 
 class _Curved(BearingTilt):
     __doc__ = BearingTilt.__doc__
@@ -106,4 +100,4 @@ class _Curved(BearingTilt):
         return curved_laws(place, values, _AXES)
 
 
-_CURVED = _Curved()
+BearingTilt.forms = (BearingTilt(), _Curved())

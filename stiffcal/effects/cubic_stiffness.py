@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +15,6 @@ from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
-    Effect,
     Kind,
     NodeLoads,
     ParameterRole,
@@ -24,6 +23,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.forms import TorqueCurve
 from stiffcal.model.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
@@ -78,7 +78,6 @@ class CubicStiffness(DocumentedEffect):
         ),
     )
     prismatic = specs_along_axis(parameters)
-    curve_of_torque = ("p1", "p2", "p3")
     needs = ("loads of several sizes",)
     looks_like = ("two-slope", "asymmetric-stiffness", "backlash")
     fingerprint = "the residual is a smooth nonlinear function of the joint torque, the same for loading and unloading"
@@ -101,25 +100,8 @@ class CubicStiffness(DocumentedEffect):
         """The torque about the joint's axis."""
         return drive_covariate(chain, loads.wrench, place.joints[0])
 
-    def whole_form(self, states: LoadStates) -> Effect | None:
-        """Torque over angle where drives are clamped (Lehmann et al. 2013); elsewhere loads seldom reach the bend."""
-        return _TORQUE_OVER_ANGLE if len(states) and states.clamped.all() else None
 
-    def start_of_whole_form(self, torque: Floats, angle: Floats) -> dict[str, float]:
-        """Return the cubic of the torque over the angle by least squares."""
-        reach = float(np.abs(angle).max(initial=0.0)) or 1.0
-        powers = (angle[:, None] / reach) ** np.arange(1, 4)
-        p1, p2, p3 = np.linalg.lstsq(powers, torque, rcond=None)[0] / reach ** np.arange(1, 4)
-        if p1 > 0.0:
-            return {"p1": float(p1), "p2": float(p2), "p3": float(p3)}
-        return {"p1": float(torque @ torque / (torque @ angle)), "p2": 0.0, "p3": 0.0}
-
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form that these symbols are of: angle over torque (c2, c3), or torque over angle (p1, p2, p3)."""
-        return _TORQUE_OVER_ANGLE if _TORQUE_OVER_ANGLE_SYMBOLS & set(symbols) else self
-
-
-class _TorqueOverAngle(CubicStiffness):
+class _TorqueOverAngle(CubicStiffness, TorqueCurve):
     __doc__ = CubicStiffness.__doc__
 
     includes = ("joint-compliance",)
@@ -179,11 +161,18 @@ class _TorqueOverAngle(CubicStiffness):
         powers = enumerate((inside, inside**2, inside**3), start=1)
         return tuple(term for k, power in powers for term in drive_terms(chain, joint, f"p{k}", -power / slope))
 
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form that these symbols are of."""
-        symbol_set = set(symbols)
-        return CubicStiffness().form(symbol_set) if symbol_set else self
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Clamped drives (Lehmann et al. 2013): elsewhere loads seldom reach the bend."""
+        return None if len(states) and states.clamped.all() else "clamped runs, and no others"
+
+    def start(self, torque: Floats, angle: Floats) -> dict[str, float]:
+        """Return the cubic of the torque over the angle by least squares."""
+        reach = float(np.abs(angle).max(initial=0.0)) or 1.0
+        powers = (angle[:, None] / reach) ** np.arange(1, 4)
+        p1, p2, p3 = np.linalg.lstsq(powers, torque, rcond=None)[0] / reach ** np.arange(1, 4)
+        if p1 > 0.0:
+            return {"p1": float(p1), "p2": float(p2), "p3": float(p3)}
+        return {"p1": float(torque @ torque / (torque @ angle)), "p2": 0.0, "p3": 0.0}
 
 
-_TORQUE_OVER_ANGLE_SYMBOLS = frozenset(spec.symbol for spec in _TorqueOverAngle.parameters)
-_TORQUE_OVER_ANGLE = _TorqueOverAngle()
+CubicStiffness.forms = (CubicStiffness(), _TorqueOverAngle())

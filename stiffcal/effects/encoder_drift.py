@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import ClassVar
 
 import numpy as np
@@ -14,7 +13,6 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
-    Effect,
     Kind,
     NodeLoads,
     Observed,
@@ -54,24 +52,11 @@ class EncoderDrift(DocumentedEffect):
     fingerprint = "the loop of torque over angle does not close: each cycle is shifted by the same amount"
     how_to_check = "Leave the clamped robot at rest for the duration of a run, with the brakes on, and log the angle."
 
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form that these symbols are of: over time (rad_per_s) or over temperature (rad_per_K)."""
-        return _OVER_TEMPERATURE if "rad_per_K" in set(symbols) else self
-
-    def forms_to_try(self, states: LoadStates) -> tuple[Effect, ...]:
-        """Return both forms, as far as time and temperature change within a clamped run."""
-        changing = (
-            form
-            for form, value in zip((self, _OVER_TEMPERATURE), (states.time, *states.temperature.T[:1]), strict=False)
-            if _varies_in_a_run(states, value)
-        )
-        return tuple(changing) or (self,)
-
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Clamped runs, and a time or temperature that changes within one."""
+        """Clamped runs, and time stamps or a temperature, whichever the form is over, that change within one."""
         if not states.clamped.any():
             return "clamped runs: in other runs the motor angles are not fitted"
-        if not any(_varies_in_a_run(states, value) for value in (states.time, *states.temperature.T[:1])):
+        if not _varies_in_a_run(states, self._logged(states)):
             return "time stamps or a temperature that change within a clamped run"
         return None
 
@@ -93,6 +78,9 @@ class EncoderDrift(DocumentedEffect):
     def _since(self, order: StateOrder) -> Floats:
         return np.nan_to_num(order.since_reference)
 
+    def _logged(self, states: LoadStates) -> Floats:
+        return states.time
+
 
 def _varies_in_a_run(states: LoadStates, value: Floats) -> bool:
     """Return whether values (n,) change within a clamped run."""
@@ -113,12 +101,11 @@ class _OverTemperature(EncoderDrift):
             return None
         return Covariate("temperature since the reference", "K", self._since(loads.order))
 
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form that these symbols are of."""
-        return EncoderDrift() if "rad_per_s" in set(symbols) else self
-
     def _since(self, order: StateOrder) -> Floats:
         return np.nan_to_num(order.temperature)
 
+    def _logged(self, states: LoadStates) -> Floats:
+        return states.temperature[:, 0] if states.temperature.shape[1] else np.full(len(states), np.nan)
 
-_OVER_TEMPERATURE = _OverTemperature()
+
+EncoderDrift.forms = (EncoderDrift(), _OverTemperature())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -14,7 +14,6 @@ from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive
 from stiffcal.model.effect import (
     Covariate,
     DocumentedEffect,
-    Effect,
     Kind,
     NodeLoads,
     ParameterRole,
@@ -23,6 +22,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.forms import MotorFriction
 from stiffcal.model.memory import clamped_between, first_of_run, play_operator, play_operator_from_rest
 from stiffcal.model.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
@@ -89,19 +89,15 @@ class FrictionHysteresis(DocumentedEffect):
     )
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
-        """Runs of a single state have no path; of absolute places the drives' last motions are the path."""
-        if np.bincount(states.run).max(initial=0) >= 3 or _moved_both_ways(states):
-            return None
+        """A path: runs of a single state have none; of absolute places c and slip have no separate effect."""
         if states.absolute.all():
             return (
                 "the order of approach: columns of the direction of each joint's last motion (approach of joints), or "
                 'approach = "direct" in [[runs]] where the robot went from row to row'
             )
+        if np.bincount(states.run).max(initial=0) >= 3 or _moved_both_ways(states):
+            return None
         return "loading and unloading in one run: every run has only one or two states"
-
-    def forms_to_try(self, states: LoadStates) -> tuple[Effect, ...]:
-        """Of absolute places alone the form [width]: c and slip have no separate effect there."""
-        return (_AFTER_MOTION,) if len(states) and states.absolute.all() else (self,)
 
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rz = c P_r[τ]."""
@@ -134,27 +130,8 @@ class FrictionHysteresis(DocumentedEffect):
         """The torque about the joint's axis; the residual runs in loops over it."""
         return drive_covariate(chain, loads.wrench, place.joints[0])
 
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form that these symbols are of: in the spring (c, slip), before it (coulomb, per_Nm), (width)."""
-        symbols = set(symbols)
-        if "width" in symbols:
-            return _AFTER_MOTION
-        return _BEFORE_SPRING if {"coulomb", "per_Nm"} & symbols else self
 
-    def whole_form(self, states: LoadStates) -> Effect | None:
-        """Friction between motor and spring, where all loads are the torques of clamped motors."""
-        return _BEFORE_SPRING if len(states) and all(run.motor_torque for run in states.runs) else None
-
-    def start_of_whole_form(self, torque: Floats, angle: Floats) -> dict[str, float]:
-        """Return half the largest swing of torque during which the angle stays."""
-        if not angle.any():
-            return {"coulomb": 0.0, "per_Nm": 0.0}
-        moves = np.flatnonzero(np.abs(np.diff(angle)) > _STILL * np.ptp(angle)) + 1
-        swings = [float(np.ptp(piece)) for piece in np.split(torque, moves)]
-        return {"coulomb": 0.5 * max(swings), "per_Nm": 0.0}
-
-
-class _BeforeSpring(FrictionHysteresis):
+class _BeforeSpring(FrictionHysteresis, MotorFriction):
     __doc__ = FrictionHysteresis.__doc__
 
     parameters = (
@@ -182,6 +159,19 @@ class _BeforeSpring(FrictionHysteresis):
     def nonlinear_grid(self, place: Place, chain: Chain, loads: NodeLoads) -> dict[str, Floats]:
         """No shape parameters."""
         return {}
+
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Loads that are the torques of clamped motors, all of them."""
+        motors = len(states) and all(run.motor_torque for run in states.runs)
+        return None if motors else "clamped runs with the motor's torque, and no others"
+
+    def start(self, torque: Floats, angle: Floats) -> dict[str, float]:
+        """Return half the largest swing of torque during which the angle stays."""
+        if not angle.any():
+            return {"coulomb": 0.0, "per_Nm": 0.0}
+        moves = np.flatnonzero(np.abs(np.diff(angle)) > _STILL * np.ptp(angle)) + 1
+        swings = [float(np.ptp(piece)) for piece in np.split(torque, moves)]
+        return {"coulomb": 0.5 * max(swings), "per_Nm": 0.0}
 
     def spring_torque(
         self, place: Place, torque: Floats, run: Integers, weight: Floats | None, values: Values
@@ -224,6 +214,11 @@ class _AfterMotion(FrictionHysteresis):
         "width times the distance from the joint's axis."
     )
 
+    def lacking(self, chain: Chain, states: LoadStates) -> str | None:
+        """Places alone, with the direction of each drive's last motion, both ways."""
+        places = len(states) and states.absolute.all() and _moved_both_ways(states)
+        return None if places else "absolute runs alone, with the direction of each joint's last motion"
+
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """δ_Rz = −(width/2) s; where no direction is known, and under weight alone, none."""
         joint = place.joints[0]
@@ -237,11 +232,6 @@ class _AfterMotion(FrictionHysteresis):
         """No shape parameters."""
         return {}
 
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form that these symbols are of."""
-        symbols = set(symbols)
-        return FrictionHysteresis().form(symbols) if symbols else self
-
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The direction of the joint's last motion."""
         joint = place.joints[0]
@@ -252,4 +242,4 @@ def _direction(loads: NodeLoads, joint: int) -> Floats:
     return np.zeros(loads.angles.shape[1]) if loads.order is None else loads.order.direction(joint)
 
 
-_BEFORE_SPRING, _AFTER_MOTION = _BeforeSpring(), _AfterMotion()
+FrictionHysteresis.forms = (FrictionHysteresis(), _BeforeSpring(), _AfterMotion())

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.curved import curve_specs, curve_symbols, curved_laws, curved_terms
+from stiffcal.model.curved import curve_specs, curved_laws, curved_terms
 from stiffcal.model.effect import (
     TX,
     TY,
     TZ,
     Covariate,
     DocumentedEffect,
-    Effect,
     Kind,
     NodeLoads,
     ParameterSpec,
@@ -56,7 +55,6 @@ class JointTranslation(DocumentedEffect):
     )
     # what gives along the axis is the drive (joint-compliance)
     prismatic = parameters[:2]
-    curve = curve_symbols(_COMPONENTS)
     looks_like = ("base-compliance", "tool-compliance", "joint-translation")
     fingerprint = "the tool moves along the force without rotation, by the same amount for any lever arm"
     how_to_check = (
@@ -79,10 +77,6 @@ class JointTranslation(DocumentedEffect):
         force = np.linalg.norm(loads.wrench[joint_node(place.joints[0]), :3], axis=0)
         return Covariate(f"force on bearing {place.joints[0]}", "N", force)
 
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form that these symbols are of: straight lines, or curves."""
-        return self if set(self.curve).isdisjoint(symbols) else _CURVED
-
 
 class _Curved(JointTranslation):
     __doc__ = JointTranslation.__doc__
@@ -103,4 +97,4 @@ class _Curved(JointTranslation):
         return curved_laws(place, values, self.components(place, chain))
 
 
-_CURVED = _Curved()
+JointTranslation.forms = (JointTranslation(), _Curved())

@@ -19,6 +19,7 @@ from stiffcal.identification.projection import Projection
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
+from stiffcal.model.forms import TorqueCurve
 from stiffcal.model.no_balance import NoBalanceError
 
 
@@ -53,7 +54,7 @@ def _squares(fit: Fit, whitening: Whitening) -> float:
 
 def is_whole(placed: PlacedEffect) -> bool:
     """Return whether a law holds what others of its place would: its curve is that of the spring too."""
-    return bool(placed.effect.includes) and bool(placed.effect.curve_of_torque)
+    return isinstance(placed.effect, TorqueCurve)
 
 
 def spring_symbol(placed: PlacedEffect) -> str | None:

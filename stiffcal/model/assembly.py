@@ -11,6 +11,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
+from stiffcal.model.forms import form_of
 
 # A fitted value on a bound may have been written down with three digits.
 ROUNDED = 1e-3
@@ -49,7 +50,7 @@ def compliant_robot(
         for place in _places(effect, entry, chain, f"[[effects]] {number}, {entry.type}", faults):
             stem = PlacedEffect(effect, place).parameter_name("")
             symbols = [name.removeprefix(stem) for name in settings if name.startswith(stem)]
-            placed.append(PlacedEffect(effect.form(symbols).at(place, chain), place))
+            placed.append(PlacedEffect(form_of(effect, symbols).at(place, chain), place))
     faults.extend(_conflict_faults(placed))
     raise_faults(faults)
     robot = CompliantRobot(chain, tuple(placed), model.balance == "deformed")

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import Effect, ParameterRole, ParameterSpec, Place, Values
-from stiffcal.model.prismatic import form_of
+from stiffcal.model.forms import form_of
 
 
 @dataclass(frozen=True)

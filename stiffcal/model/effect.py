@@ -11,10 +11,10 @@ are of three sorts:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
@@ -58,6 +58,8 @@ class Effect(ABC):
     parameters: ClassVar[tuple[ParameterSpec, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     looks_like: ClassVar[tuple[str, ...]] = ()
+    forms: ClassVar[tuple[Effect, ...]] = ()
+    """All forms of the law, the usual one first, where it can be written in several ways (`stiffcal.model.forms`)."""
     how_to_check: ClassVar[str] = ""
     fingerprint: ClassVar[str] = ""
     has_memory: ClassVar[bool] = False
@@ -67,12 +69,8 @@ class Effect(ABC):
     """True where the law holds whatever its place can do: it is no rival of what it holds as a special case."""
     in_drive: ClassVar[bool] = False
     """True where clamped runs can show the effect: it acts in a drive, or on what such a bench measures."""
-    curve_of_torque: ClassVar[tuple[str, ...]] = ()
-    """Symbols of p1, p2, p3 of τ = p1 φ + p2 φ² + p3 φ³ in the law's form as torque over angle (`form`), if any."""
     prismatic: ClassVar[tuple[ParameterSpec, ...] | str] = "it turns about its joint's axis"
     """The parameters at a prismatic joint (of a drive `specs_along_axis`), or why it cannot act there, in words."""
-    curve: ClassVar[tuple[str, ...]] = ()
-    """Symbols of the law's curved form (`form`), where it has one in addition to the straight."""
 
     def places(self, chain: Chain) -> list[Place]:
         """Return the places on this robot at which the effect can act."""
@@ -90,31 +88,6 @@ class Effect(ABC):
         """Return the effect as it is at one of its places: at a prismatic joint its parameters may be others."""
         prismatic = place.kind == "joints" and place.joints[0] in chain.prismatic_joints
         return at_prismatic_joint(self) if prismatic else self
-
-    def form(self, symbols: Iterable[str]) -> Effect:
-        """Return the form of the law that these parameters are of, for effects that can be written in several ways."""
-        return self
-
-    def forms_to_try(self, states: LoadStates) -> tuple[Effect, ...]:
-        """Return the forms of the law that a search compares on these states; the best of them is named."""
-        return (self,)
-
-    def whole_form(self, states: LoadStates) -> Effect | None:
-        """Return the form that replaces other laws of its place (`includes`) with as many parameters; None without one.
-
-        It is no addition, so that a search fits it once the law is in the model, and keeps whichever errs less.
-        """
-        return None
-
-    def start_of_whole_form(self, torque: Floats, angle: Floats) -> dict[str, float]:
-        """Return values from which a fit of `whole_form` starts.
-
-        Parameters
-        ----------
-        torque : (n,) about the joint, N·m.
-        angle : (n,) rad, by which the law and those that the form replaces let the joint turn.
-        """
-        return {}
 
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """Return the data missing to determine this effect from these data, or None where it can be tried."""
@@ -180,22 +153,6 @@ class Effect(ABC):
 
     def joint_torque(self, place: Place, chain: Chain, angles: Floats, values: Values) -> Floats | None:
         """Return (n,) torque that acts in parallel with the drive of the place's joint, N·m, or None."""
-        return None
-
-    def spring_torque(
-        self, place: Place, torque: Floats, run: Integers, weight: Floats | None, values: Values
-    ) -> Floats | None:
-        """Return (n,) torque that reaches the drive's springs from its motor, N·m, or None where all of it does.
-
-        Asked where clamped runs measure the motor's torque; the laws of the drive then act on what this returns.
-
-        Parameters
-        ----------
-        torque : (n,) the motor's torque on the drive of the place's joint, N·m, in the order in which it acted.
-        run : (n,) run number; states of a run contiguous.
-        weight : (n,) torque of the weight alone, N·m, which acts before a run begins; None: none.
-        values : of all parameters, by symbol.
-        """
         return None
 
     def torque_columns(self, velocity: Floats, shape: Values) -> dict[str, Floats]:

@@ -26,6 +26,7 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.deformed_chain import DeformedChain, deformed_chain, node_wrenches
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Inputs, NodeLoads, StateOrder, Term, joint_node, joint_nodes, tool_node
+from stiffcal.model.forms import MotorFriction
 from stiffcal.model.no_balance import NoBalanceError as NoBalanceError
 from stiffcal.model.no_balance import no_balance
 from stiffcal.model.stated_spring import stated_spring
@@ -122,12 +123,12 @@ def _take_off_friction(robot: CompliantRobot, wrench: Floats, order: StateOrder 
     if order is None or not order.motor_torque.any():
         return
     for placed_effect in robot.acting:
-        if placed_effect.place.kind != "joints":
+        effect, values = placed_effect.effect, placed_effect.values
+        if not isinstance(effect, MotorFriction):
             continue
         joint = placed_effect.place.joints[0]
         torque = drive_torque(robot.chain, wrench, joint)
         start = None if weight is None else drive_torque(robot.chain, weight, joint)
-        effect, values = placed_effect.effect, placed_effect.values
         remaining = effect.spring_torque(placed_effect.place, torque, order.run, start, values)
         if remaining is None:
             continue

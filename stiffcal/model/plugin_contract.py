@@ -7,7 +7,7 @@ code before anything is computed from it. Built-in and installed effects are use
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, get_args
 
 import numpy as np
@@ -23,7 +23,7 @@ _SYMBOL = re.compile(r"[^\W\d]\w{0,99}")
 _UNIT = re.compile(r"[A-Za-z0-9·/() ⁰¹²³⁴⁵⁶⁷⁸⁹⁻]{1,60}")
 _SI_SYMBOLS = {"m", "rad", "N", "s", "kg", "K", "A", "Pa", "J", "W", "Hz", "or"}
 _TEXTS = ("summary", "fingerprint", "how_to_check")
-_NAMES = ("includes", "excludes", "needs", "looks_like", "curve")
+_NAMES = ("includes", "excludes", "needs", "looks_like")
 _FLAGS = ("has_memory", "in_motion", "in_drive", "general")
 _MOST_TEXT = 10_000
 # Far beyond every quantity in SI units; the sum of the squares of many is still a number.
@@ -37,6 +37,25 @@ def checked_class(member: type[Effect], file: str) -> type[Effect]:
     ------
     InputError : its attributes are not those of an effect.
     """
+    classes = {kind: _held(kind, file) for kind in dict.fromkeys((member, *map(type, _forms(member, file))))}
+    forms = tuple(checked_effect(classes[type(form)](), file) for form in member.forms)
+    for one in classes.values():
+        one.forms = forms
+    return classes[member]
+
+
+def _forms(member: type[Effect], file: str) -> Sequence[Effect]:
+    """Return the forms of a class's law."""
+    forms: Any = member.forms
+    if isinstance(forms, tuple | list) and all(isinstance(form, Effect) for form in forms):
+        return forms
+    raise InputError.at(
+        FaultCode.PLUGIN_INVALID, file, member.__name__, f"forms is not a tuple of effects: {_shown(forms)}", MEND
+    )
+
+
+def _held(member: type[Effect], file: str) -> type[Effect]:
+    """Return a class like this one that answers as an effect does."""
     wrong = _wrong_attribute(member)
     if wrong:
         raise InputError.at(FaultCode.PLUGIN_INVALID, file, member.__name__, wrong, MEND)
@@ -141,18 +160,10 @@ def _checked(member: type[Effect], name: str, check: Callable[..., str], file: s
         wrong = check(self, answer, *arguments, **named)
         if wrong:
             raise InputError.at(FaultCode.PLUGIN_INVALID, file, f"{member.__name__}.{name}", f"returns {wrong}", MEND)
-        return checked_form(answer, file) if name == "form" else answer
+        return answer
 
     method.__name__, method.__doc__ = name, getattr(Effect, name).__doc__
     return method
-
-
-def checked_form(effect: Effect, file: str) -> Effect:
-    """Return another form of an effect, held to the same; built-in ones and those held already as they are."""
-    kind = type(effect)
-    if ("form" in vars(kind) and vars(kind)["form"].__module__ == __name__) or kind.__module__.startswith("stiffcal."):
-        return effect
-    return checked_effect(checked_class(kind, file)(), file)
 
 
 def _terms(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any, shape: Any) -> str:
@@ -282,15 +293,6 @@ def _text_or_none(effect: Effect, answer: Any, *arguments: Any, **named: Any) ->
     return "" if answer is None or _is_text(answer) else f"neither a text nor None: {_shown(answer)}"
 
 
-def _forms_to_try(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
-    right = isinstance(answer, tuple | list) and len(answer) and all(isinstance(form, Effect) for form in answer)
-    return "" if right else f"no tuple of effects: {_shown(answer)}"
-
-
-def _form(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
-    return "" if isinstance(answer, Effect) else f"no effect: {_shown(answer)}"
-
-
 def _spec(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
     return "" if isinstance(answer, ParameterSpec) else f"no ParameterSpec: {_shown(answer)}"
 
@@ -315,8 +317,6 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "describe": _text,
     "lacking": _text_or_none,
     "impossible": _text_or_none,
-    "form": _form,
-    "forms_to_try": _forms_to_try,
     "spec": _spec,
 }
 

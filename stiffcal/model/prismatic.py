@@ -78,13 +78,3 @@ def at_prismatic_joint(effect: Effect) -> Effect:
     form = copy.copy(effect)
     form.parameters = parameters  # type: ignore[misc]  # of this instance alone
     return form
-
-
-def form_of(effect: Effect, symbols: Iterable[str]) -> Effect:
-    """Return the form of the law that these parameters are of (`Effect.form`), at the same kind of joint."""
-    return same_joint(effect, effect.form(symbols))
-
-
-def same_joint(effect: Effect, form: Effect) -> Effect:
-    """Return another form of an effect's law with the parameters of the kind of joint that the effect is at."""
-    return at_prismatic_joint(form) if effect.parameters == effect.prismatic else form

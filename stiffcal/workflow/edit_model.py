@@ -176,13 +176,14 @@ def _edit(
     """Edit the model file of a folder, which holds the campaign's model; return the changes, in words."""
     from stiffcal.campaign.model_editing import add_effect, remove_effect
     from stiffcal.model.campaign_effects import effects_with
+    from stiffcal.model.forms import curve_of
 
     catalogue = effects_with(campaign, effect)
     if effect not in catalogue:
         suggestions = difflib.get_close_matches(effect, catalogue, n=1)
         mend = f"did you mean {suggestions[0]}?" if suggestions else f"choose one of: {', '.join(sorted(catalogue))}"
         raise InputError.at(FaultCode.EFFECT_UNKNOWN, "command line", "EFFECT", f"unknown effect {effect}", mend)
-    if wanted.curved and not catalogue[effect].curve:
+    if wanted.curved and curve_of(catalogue[effect]) is None:
         _no_curve(effect, catalogue)
     law = _form_of(catalogue[effect], tuple(wanted.start))
     kind = catalogue[effect].place_kind
@@ -222,13 +223,14 @@ def _add_held(folder: Path, campaign: Campaign, effect: Effect, removed: Sequenc
     """Add the springs that a removed law held at its places as a part of its curve, and report it."""
     from stiffcal.campaign.model_editing import add_effect
     from stiffcal.campaign.model_file import place_names
+    from stiffcal.model.forms import TorqueCurve, form_of
 
     settings, changes = campaign.model.parameter_settings(), []
     for joint in range(1, campaign.chain.n_joints + 1):
         (label,) = place_names([joint])
         stem = f"{effect.name}.{label}."
-        form = effect.form([name.removeprefix(stem) for name in settings if name.startswith(stem)])
-        if label not in removed or not form.curve_of_torque:
+        form = form_of(effect, [name.removeprefix(stem) for name in settings if name.startswith(stem)])
+        if label not in removed or not isinstance(form, TorqueCurve):
             continue
         for held in form.includes:
             if new := add_effect(folder, held, joints=[joint], links=[], pairs=[], n_joints=campaign.chain.n_joints):
@@ -238,8 +240,10 @@ def _add_held(folder: Path, campaign: Campaign, effect: Effect, removed: Sequenc
 
 def _form_of(effect: Effect, symbols: Sequence[str]) -> Effect:
     """Return the form of an effect that has these symbols."""
-    form = effect.form(symbols)
-    known = [spec.symbol for spec in form.parameters]
+    from stiffcal.model.forms import form_of, symbols_of
+
+    form = form_of(effect, symbols)
+    known = symbols_of(form)
     if set(symbols) <= set(known):
         return form
     unknown = ", ".join(symbol for symbol in symbols if symbol not in known)
@@ -264,9 +268,12 @@ def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, 
     """Name the amplitudes of the effect's curved form at these places, and report it."""
     from stiffcal.campaign.model_editing import set_starts
     from stiffcal.campaign.model_file import place_names
+    from stiffcal.model.forms import curve_of, symbols_of
 
     labels = place_names(given["joints"], given["links"], given["pairs"])
-    values = {f"{effect.name}.{label}.{symbol}": 0.0 for label in labels for symbol in effect.curve}
+    curve = curve_of(effect) or effect
+    bends = [symbol for symbol in symbols_of(curve) if symbol not in symbols_of(effect)]
+    values = {f"{effect.name}.{label}.{symbol}": 0.0 for label in labels for symbol in bends}
     new = set_starts(folder, effect.name, values, campaign.chain.n_joints)
     new_labels = [label for label in labels if any(name.split(".")[1] == label for name in new)]
     return (
@@ -275,7 +282,9 @@ def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, 
 
 
 def _no_curve(effect: str, catalogue: Mapping[str, Effect]) -> NoReturn:
-    curves = ", ".join(name for name, effect_type in sorted(catalogue.items()) if effect_type.curve)
+    from stiffcal.model.forms import curve_of
+
+    curves = ", ".join(name for name, effect_type in sorted(catalogue.items()) if curve_of(effect_type))
     mend = f"those that have: {curves}; a drive's curve is cubic-stiffness"
     raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--curved", f"{effect} has no curved form", mend)
 

@@ -17,6 +17,7 @@ from stiffcal.identification.state_tables import component_block, gauge_block, m
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect
+from stiffcal.model.forms import form_of
 from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
 from stiffcal.reduction.motion import gauge_directions
@@ -227,7 +228,7 @@ def _refits(
 
 def _refit_value(entry: RefitValue, catalogue: dict[str, Effect]) -> ViewValue:
     effect, _, symbol = entry.name.split(".")
-    spec = (FramePose() if effect == FRAME else catalogue[effect].form((symbol,))).spec(symbol)
+    spec = (FramePose() if effect == FRAME else form_of(catalogue[effect], (symbol,))).spec(symbol)
     low, high = entry.interval or (None, None)
     if not spec.compliance:
         return ViewValue(name=entry.name, unit=spec.unit, value=entry.value, low=low, high=high)

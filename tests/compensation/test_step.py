@@ -19,6 +19,7 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place, StateOrder, Values
 from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.forms import form_of
 from stiffcal.model.scalar_laws import ScalarLaw
 from tests.compensation.test_targets import drives, regular
 from tests.laboratory.robots import (
@@ -89,9 +90,9 @@ def every_law() -> CompliantRobot:
     }
     more = [placed(name, Place("joints", (joint,)), values) for name, (joint, values) in laws.items()]
     more.append(placed("friction-hysteresis", Place("joints", (5,)), {"c": 5e-6, "slip": 9.0}))
-    curved = EFFECTS["bearing-tilt"].form(("x2",))
+    curved = form_of(EFFECTS["bearing-tilt"], ("x2",))
     more.append(PlacedEffect(curved, Place("joints", (3,)), {"x": 1e-7, "x2": 2e-11, "x3": 1e-14, "y": 1e-7}))
-    over_angle = EFFECTS["cubic-stiffness"].form(("p1",))
+    over_angle = form_of(EFFECTS["cubic-stiffness"], ("p1",))
     torque = {"p1": 8e5, "p2": -4e7, "p3": 9e9}
     more.append(PlacedEffect(over_angle, Place("joints", (2,)), torque))
     return replace(robot, chain=replace(robot.chain, compensator=spring), placed=(*robot.placed, *more))

@@ -17,7 +17,7 @@ ROTARY = re.compile(r"torque|angle|turn|rotat|about|\brad\b")
 def specs() -> Iterator[tuple[str, ParameterSpec]]:
     for name, effect in built_in_effects().items():
         if effect.prismatic and effect.prismatic == specs_along_axis(effect.parameters):
-            forms = (effect, effect.form(effect.curve)) if effect.curve else (effect,)
+            forms = effect.forms or (effect,)
             yield from ((f"{name}.{spec.symbol}", spec) for form in forms for spec in form.parameters)
 
 

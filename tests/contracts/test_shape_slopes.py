@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.load_states import RunInfo
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.effect import Effect, NodeLoads, ParameterRole, Place
-from tests.laboratory.effect_bench import bare_states, order_of, robot_chain
+from stiffcal.model.forms import WholeForm
+from tests.laboratory.effect_bench import order_of, robot_chain
 
 EFFECTS = built_in_effects()
 N = 41
@@ -31,10 +29,8 @@ def carried() -> NodeLoads:
 
 
 def forms(effect: Effect) -> list[Effect]:
-    """Return an effect and the forms of it that replace others in clamped runs."""
-    states = bare_states([0] * N)
-    clamped = replace(states, runs=tuple(RunInfo(info.name, "clamped") for info in states.runs))
-    return [effect, *(form for form in [effect.whole_form(clamped), *effect.forms_to_try(clamped)] if form is not None)]
+    """Return all forms of an effect."""
+    return [*effect.forms] or [effect]
 
 
 def values_of(effect: Effect, place: Place, loads: NodeLoads) -> dict[str, float]:
@@ -45,7 +41,8 @@ def values_of(effect: Effect, place: Place, loads: NodeLoads) -> dict[str, float
             values[symbol] = float(grid[len(grid) // 2])
     if not all(values.values()):
         angle = np.linspace(-1e-3, 1e-3, 21)
-        values |= effect.start_of_whole_form(4e5 * angle + 2e7 * angle**2 + 4e10 * angle**3, angle)
+        assert isinstance(effect, WholeForm)
+        values |= effect.start(4e5 * angle + 2e7 * angle**2 + 4e10 * angle**3, angle)
     return values
 
 

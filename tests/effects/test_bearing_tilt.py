@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.effects.bearing_tilt import BearingTilt
 from stiffcal.model.effect import RX, RY, RZ, Place, joint_node
+from stiffcal.model.forms import curve_of, form_of
 from tests.laboratory.effect_bench import displacement, loads, nonzero, robot_chain, settled
 from tests.laboratory.robots import force_sensor_setup
 
@@ -49,10 +50,11 @@ def test_tilt_of_joint_1_lowers_the_target_under_weight_of_the_load() -> None:
 
 def test_curved_form() -> None:
     node = joint_node(2)
-    curved = EFFECT.form(["x", "x3"])
+    curved = form_of(EFFECT, ["x", "x3"])
     carried = loads({(node, RX): [1000.0, -500.0], (node, RY): [200.0, 200.0]})
     moved = displacement(curved, Place("joints", (2,)), {"x": 1e-7, "x2": 2e-11, "x3": -4e-14, "y": 1e-7}, carried)
     np.testing.assert_allclose(moved[node, RX], [1e-4 + 2e-5 - 4e-5, -5e-5 + 5e-6 + 5e-6])
     np.testing.assert_allclose(moved[node, RY], [2e-5, 2e-5])
-    assert EFFECT.form(["x", "y"]) is EFFECT
-    assert curved.form(["x"]) is curved
+    assert form_of(EFFECT, ["x", "y"]) is EFFECT
+    assert form_of(curved, ["x"]) is curved
+    assert curve_of(EFFECT) is curved

@@ -11,7 +11,9 @@ from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.observation import evaluate, observe
 from stiffcal.identification.weights import predict_observations
-from stiffcal.model.effect import Place
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.effect import Effect, Place
+from stiffcal.model.forms import added_forms, form_of
 from tests.laboratory.clamped_bench import CYCLE, clamped_bench, model_with
 from tests.laboratory.effect_bench import bare_states, robot_chain
 from tests.laboratory.robots import six_axis_joints
@@ -33,7 +35,7 @@ WARMING = 4.0 * np.sin(np.linspace(0.0, 5.0, N))
 def test_a_bench_with_a_drifting_encoder_gives_it_back(symbol: str, rate: float, warming: None) -> None:
     states = clamped_bench(CHAIN, POSES, (2, 3), RIGID, noise=1e-6, drift=rate * RATE, warming=warming)
     assert EFFECT.lacking(CHAIN, states) is None
-    model = model_with(CHAIN, EFFECT.form([symbol]), PLACE, JointCompliance())
+    model = model_with(CHAIN, form_of(EFFECT, [symbol]), PLACE, JointCompliance())
     parameter = identify_parameters(states, model).parameter(f"encoder-drift.j{JOINT}.{symbol}")
     assert parameter.value is not None
     assert parameter.std is not None
@@ -57,13 +59,17 @@ def test_columns_are_the_slopes_of_the_prediction() -> None:
 
 
 def test_forms_by_symbol_and_by_data() -> None:
-    over_temperature = EFFECT.form(["rad_per_K"])
+    over_temperature = form_of(EFFECT, ["rad_per_K"])
     assert [spec.symbol for spec in over_temperature.parameters] == ["rad_per_K"]
-    assert EFFECT.form(["rad_per_s"]) is EFFECT
-    assert [spec.symbol for spec in over_temperature.form(["rad_per_s"]).parameters] == ["rad_per_s"]
+    assert form_of(EFFECT, ["rad_per_s"]) is EFFECT
+    assert [spec.symbol for spec in form_of(over_temperature, ["rad_per_s"]).parameters] == ["rad_per_s"]
     timed, warmed = (clamped_bench(CHAIN, POSES[:1], (2,), RIGID, warming=warming) for warming in (None, WARMING))
-    assert [form.parameters[0].symbol for form in EFFECT.forms_to_try(timed)] == ["rad_per_s"]
-    assert [form.parameters[0].symbol for form in EFFECT.forms_to_try(warmed)] == ["rad_per_s", "rad_per_K"]
+
+    def forms(states: LoadStates) -> list[Effect]:
+        return [form for form in added_forms(EFFECT) if form.lacking(CHAIN, states) is None]
+
+    assert [form.parameters[0].symbol for form in forms(timed)] == ["rad_per_s"]
+    assert [form.parameters[0].symbol for form in forms(warmed)] == ["rad_per_s", "rad_per_K"]
 
 
 def test_what_is_missing_is_named() -> None:

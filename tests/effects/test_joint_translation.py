@@ -6,6 +6,7 @@ import numpy as np
 
 from stiffcal.effects.joint_translation import JointTranslation
 from stiffcal.model.effect import TX, TY, TZ, Place, joint_node
+from stiffcal.model.forms import form_of
 from tests.laboratory.effect_bench import displacement, loads, nonzero, robot_chain, settled
 
 EFFECT = JointTranslation()
@@ -38,7 +39,7 @@ def test_equal_compliance_moves_the_target_along_the_force_without_turning() -> 
 
 def test_curved_form() -> None:
     node = joint_node(5)
-    curved = EFFECT.form(["tz2"])
+    curved = form_of(EFFECT, ["tz2"])
     carried = loads({(node, TZ): [1000.0, -1000.0], (node, TX): [100.0, 100.0]})
     values = {"tx": 1e-8, "tz": 2e-9, "tz2": 1e-12, "tz3": 3e-15}
     moved = displacement(curved, Place("joints", (5,)), values, carried)

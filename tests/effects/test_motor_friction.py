@@ -17,11 +17,13 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import RZ, Inputs, Place, joint_node
 from stiffcal.model.equilibrium import find_rest
+from stiffcal.model.forms import MotorFriction, form_of, whole_form
 from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.effect_bench import bare_states, order_of, robot_chain
 from tests.laboratory.robots import force_sensor_setup
 
-FORM = FrictionHysteresis().form(["coulomb", "per_Nm"])
+FORM = form_of(FrictionHysteresis(), ["coulomb", "per_Nm"])
+assert isinstance(FORM, MotorFriction)
 PLACE = Place("joints", (2,))
 ONE_RUN = np.zeros(6, dtype=np.int64)
 # Of the simulated drive: N·m/rad, N·m, 1. Size of the published reducers.
@@ -107,11 +109,11 @@ def test_it_acts_where_the_motors_torque_is_measured_alone() -> None:
 def test_it_replaces_the_other_form_where_all_loads_are_motor_torques() -> None:
     states = bare_states([0, 0, 0])
     motors = replace(states, runs=tuple(replace(run, experiment="clamped", motor_torque=True) for run in states.runs))
-    assert FrictionHysteresis().whole_form(states) is None
-    assert FrictionHysteresis().whole_form(motors) == FORM
+    assert whole_form(FrictionHysteresis(), robot_chain(), states) is None
+    assert whole_form(FrictionHysteresis(), robot_chain(), motors) is FORM
     # the angle stays while the torque falls from 30 to 18
     angle, torque = np.array([0.0, 1.0, 2.0, 2.0, 2.0, 1.0]), np.array([6.0, 18.0, 30.0, 25.0, 18.0, 6.0])
-    assert FrictionHysteresis().start_of_whole_form(torque, angle) == {"coulomb": 6.0, "per_Nm": 0.0}
+    assert FORM.start(torque, angle) == {"coulomb": 6.0, "per_Nm": 0.0}
 
 
 def sweep(seed: int) -> Floats:

@@ -10,6 +10,7 @@ from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
+from stiffcal.model.forms import form_of
 from stiffcal.simulation.motion import MotionProgram
 from stiffcal.simulation.settings import Loads
 from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
@@ -47,7 +48,7 @@ def test_readings_of_a_drifting_encoder_run_ahead() -> None:
     rigid = np.zeros((6, 6))
     without = played(rigid)
     in_time = played(rigid, PlacedEffect(drift, Place("joints", (5,)), {"rad_per_s": 1e-6}))
-    warming = PlacedEffect(drift.form(["rad_per_K"]), Place("joints", (2,)), {"rad_per_K": 1e-3})
+    warming = PlacedEffect(form_of(drift, ["rad_per_K"]), Place("joints", (2,)), {"rad_per_K": 1e-3})
     by_temperature = played(rigid, warming)
     wanted = np.zeros_like(without.joints)
     wanted[:, 4] = 1e-6 * without.node

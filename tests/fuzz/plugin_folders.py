@@ -63,8 +63,8 @@ ATTRIBUTES = (
     "sort",
 )  # fmt: skip
 METHODS = (
-    "places", "form", "lacking", "terms", "joint_torque", "torque_columns", "adjusted",
-    "motion_columns", "motion_grid", "motion_covariate", "lacking_motion", "forms_to_try",
+    "places", "lacking", "terms", "joint_torque", "torque_columns", "adjusted",
+    "motion_columns", "motion_grid", "motion_covariate", "lacking_motion",
     "observation_columns", "observation_shift", "nonlinear_grid", "impossible", "covariate", "spec",
     "describe",
     "__init__", "__new__", "__eq__", "__hash__", "__getattribute__", "__class__", "__repr__", "__bool__",

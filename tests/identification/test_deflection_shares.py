@@ -13,6 +13,7 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
+from stiffcal.model.forms import form_of
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.robots import SIX_STIFFNESS
@@ -36,7 +37,7 @@ def test_shares_add_up_and_follow_the_stiffness(tmp_path: Path) -> None:
 def test_a_law_without_an_amplitude_has_its_share_too() -> None:
     """A spring as torque over angle, p1 = 1/c, is the spring of compliance c: what it makes of the deflection stays."""
     springs = medium_robot()
-    law = find_effects()["cubic-stiffness"].form(("p1", "p2", "p3"))
+    law = form_of(find_effects()["cubic-stiffness"], ("p1", "p2", "p3"))
     cubic = PlacedEffect(law, Place("joints", (2,)), {"p1": SIX_STIFFNESS[1], "p2": 0.0, "p3": 0.0})
     by_angle = replace(springs, placed=(springs.placed[0], cubic, *springs.placed[2:]))
     observations = observe(played(springs, runs=3), springs.chain)

@@ -11,12 +11,13 @@ from stiffcal.judgement.numbers import BEND, TYPICAL_COMPLIANCE, TYPICAL_TORQUE
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import NodeLoads, Place
+from stiffcal.model.forms import form_of
 from tests.laboratory.effect_bench import robot_chain
 
 CHAIN = robot_chain()
 STIFF, SOFT = 4e5, 1.5e3
 TORQUE = 20.0
-CURVE = CubicStiffness().form({"p1", "p2", "p3"})
+CURVE = form_of(CubicStiffness(), {"p1", "p2", "p3"})
 
 
 def scale_of(*placed: PlacedEffect) -> RobotScale:

@@ -12,6 +12,7 @@ from stiffcal.identification.regressors import Regressor
 from stiffcal.judgement.ground import is_of
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
+from stiffcal.model.forms import form_of
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.steps import RunContext
@@ -73,9 +74,11 @@ def test_a_curve_that_is_not_needed_leaves_its_spring(tmp_path: Path) -> None:
 @pytest.mark.parametrize("symbol", ["rad_per_s", "rad_per_K"])
 def test_a_law_of_the_model_is_that_of_its_own_form(symbol: str) -> None:
     drift, joint = EncoderDrift(), Place("joints", (1,))
-    placed = PlacedEffect(drift.form([symbol]), joint, {symbol: 1e-6})
+    placed = PlacedEffect(form_of(drift, [symbol]), joint, {symbol: 1e-6})
     same = {
-        other: is_of(Regressor(drift.form([other]), joint, {}, (other,), np.zeros((1, 1, 1)), np.zeros((1, 1))), placed)
+        other: is_of(
+            Regressor(form_of(drift, [other]), joint, {}, (other,), np.zeros((1, 1, 1)), np.zeros((1, 1))), placed
+        )
         for other in ("rad_per_s", "rad_per_K")
     }
     assert [other for other, one in same.items() if one] == [symbol]

@@ -12,15 +12,16 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Kind, Place, Values
+from stiffcal.model.forms import form_of
 from stiffcal.model.parameters import ParameterRole
 from stiffcal.model.scalar_laws import ScalarLaw
 from tests.laboratory.robots import force_sensor_setup, six_axes
 
 EFFECTS = find_effects()
 FORMS = dict(EFFECTS)
-FORMS["bearing-tilt, curved"] = EFFECTS["bearing-tilt"].form(("x2",))
-FORMS["joint-translation, curved"] = EFFECTS["joint-translation"].form(("tx2",))
-FORMS["cubic-stiffness, torque over angle"] = EFFECTS["cubic-stiffness"].form(("p1",))
+FORMS["bearing-tilt, curved"] = form_of(EFFECTS["bearing-tilt"], ("x2",))
+FORMS["joint-translation, curved"] = form_of(EFFECTS["joint-translation"], ("tx2",))
+FORMS["cubic-stiffness, torque over angle"] = form_of(EFFECTS["cubic-stiffness"], ("p1",))
 AT_REST = [name for name, effect in FORMS.items() if effect.kind is not Kind.OBSERVATION and not effect.in_motion]
 
 

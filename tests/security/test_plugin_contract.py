@@ -69,7 +69,7 @@ def test_terms_that_are_none_are_a_fault_of_the_file(folder: Path, term: str, wo
         ("CrossStiffness.adjusted = lambda *a: None", "returns no Inputs: None"),
         ("CrossStiffness.observation_columns = lambda *a: {'c': 1.0}", "returns a column of c that is no array"),
         ("CrossStiffness.places = lambda *a: 5", "returns no list of places of kind joints: 5"),
-        ("CrossStiffness.form = lambda *a: None", "returns no effect: None"),
+        ("CrossStiffness.forms = (None,)", "forms is not a tuple of effects: tuple"),
     ],
 )
 def test_other_answers_that_are_none_are_a_fault_of_the_file(

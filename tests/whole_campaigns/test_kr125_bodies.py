@@ -25,6 +25,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.forms import curve_of
 from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
@@ -124,7 +125,7 @@ def test_curves_of_all_joints_together(played: TrueRun) -> None:
     """The 36 lines curved, 108 numbers in one fit: no bend but that of the play, which a cubic follows as it can."""
     found = find_effects()
     straight = [one for one in played.fit.robot.placed if one.effect.name in THIRTY_SIX]
-    placed = [replace(one, effect=one.effect.form(one.effect.curve), values={}) for one in straight]
+    placed = [replace(one, effect=form, values={}) for one in straight if (form := curve_of(one.effect))]
     placed += [
         replace(one, effect=found["cubic-stiffness"], values={})
         for one in straight

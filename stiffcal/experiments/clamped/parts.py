@@ -35,6 +35,7 @@ from stiffcal.identification.document import identified_parameter, model_summary
 from stiffcal.identification.fit_results import UnidentifiedParameters
 from stiffcal.model.assembly import fixed_parameters
 from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.forms import symbols_of, torque_curve
 from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ def starting_values(data: MeasuredRuns, robot: CompliantRobot) -> dict[str, floa
     data : the campaign, with the table of readings. robot : the model.
     """
     wanted = [placed for placed in robot.placed if placed.place.kind == "joints" and not placed.values]
-    readings = readings_of(data) if any(placed.effect.curve_of_torque for placed in wanted) else None
+    readings = readings_of(data) if any(torque_curve(placed.effect) for placed in wanted) else None
     if readings is None:
         return {}
     result = clamped_result(data.campaign, readings)
@@ -125,12 +126,11 @@ def starting_values(data: MeasuredRuns, robot: CompliantRobot) -> dict[str, floa
     for placed in wanted:
         joint = joints.get(placed.place.joints[0])
         others = [other.effect.name for other in robot.placed if other is not placed and other.place == placed.place]
-        symbols = placed.effect.curve_of_torque
-        if joint is None or not symbols:
+        form = torque_curve(placed.effect)
+        if joint is None or form is None:
             continue
-        form = placed.effect.form(symbols)
         if not {*form.includes, *form.excludes} & set(others):
-            curve = zip(symbols, joint.coefficients.tolist(), strict=True)
+            curve = zip(symbols_of(form), joint.coefficients.tolist(), strict=True)
             values |= {placed.parameter_name(symbol): value for symbol, value in curve}
     return values
 
