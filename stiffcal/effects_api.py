@@ -19,10 +19,11 @@ from stiffcal.model.effect import (
     TY,
     TZ,
     Covariate,
-    DocumentedEffect,
     Effect,
+    Geometry,
     Inputs,
-    Kind,
+    Instrument,
+    Law,
     NodeLoads,
     Observed,
     ParameterRole,
@@ -37,7 +38,9 @@ from stiffcal.model.effect import (
     tool_node,
 )
 from stiffcal.model.held_frame import HeldFrame
-from stiffcal.model.scalar_laws import BalancingSpring, LawForm, ScalarLaw
+from stiffcal.model.motion import Motion
+from stiffcal.model.prismatic import specs_along_axis
+from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 __all__ = [
     "BASE_NODE",
@@ -48,19 +51,20 @@ __all__ = [
     "TY",
     "TZ",
     "Attachment",
-    "BalancingSpring",
     "Chain",
     "Covariate",
-    "DocumentedEffect",
     "DriveMotion",
     "Effect",
     "Floats",
+    "Geometry",
     "HeldFrame",
     "Inputs",
-    "Kind",
+    "Instrument",
+    "Law",
     "LawForm",
     "LoadStates",
     "MeasurementSetup",
+    "Motion",
     "NodeLoads",
     "Observed",
     "ParameterRole",
@@ -78,5 +82,6 @@ __all__ = [
     "link_node",
     "members_of",
     "rotation_from_vector",
+    "specs_along_axis",
     "tool_node",
 ]

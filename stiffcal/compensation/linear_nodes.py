@@ -18,10 +18,10 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Inputs, Kind, NodeLoads, joint_node, link_node, tool_node
+from stiffcal.model.effect import Inputs, Instrument, NodeLoads, joint_node, link_node, tool_node
 from stiffcal.model.equilibrium import law_terms, node_displacements
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
-from stiffcal.model.stated_spring import stated_spring
+from stiffcal.model.stated_spring import parallel_spring, stated_spring
 
 # A law counts as linear where it keeps to its compliance within this share, over these loads.
 _LINEAR = 1e-9
@@ -108,12 +108,12 @@ def linear_nodes(
                 "real time; omit it by name (--leave-out), or use compensate"
             )
     for placed_effect in robot.placed:
-        if placed_effect.effect.kind is Kind.OBSERVATION:
+        if isinstance(placed_effect.effect, Instrument):
             continue  # a change of the readings alone: the robot does not bend by it
         matrix = matrix_of(robot, placed_effect)
         acts_next_to = acts_next_to_drive(robot, placed_effect)
         if with_laws and placed_effect.effect.name not in leave_out:
-            spring = _spring_of(robot, placed_effect)
+            spring = parallel_spring(robot.chain, placed_effect)
             if spring is not None:
                 springs.append(spring)
                 acts_next_to = False
@@ -226,7 +226,7 @@ def _answers(robot: CompliantRobot, wrench: Floats, angles: Floats) -> Floats:
 
 def _laws_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> Sequence[ScalarLaw]:
     """Return an effect's laws as data; none where it gives none, or where they answer otherwise than its terms."""
-    laws = placed_effect.effect.scalar_laws(placed_effect.place, robot.chain, placed_effect.amplitudes())
+    laws = placed_effect.scalar_laws(robot.chain)
     alone = CompliantRobot(robot.chain, (placed_effect,), robot.deformed)
     rng = np.random.default_rng(0)
     size = np.where(np.arange(6) < 3, _TRIED_FORCE, _TRIED_MOMENT)[:, None]
@@ -242,19 +242,14 @@ def _laws_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> Sequence[Sca
     return laws if agree else ()
 
 
-def _spring_of(robot: CompliantRobot, placed_effect: PlacedEffect) -> BalancingSpring | None:
-    return placed_effect.effect.balancing_spring(placed_effect.place, robot.chain, placed_effect.values)
-
-
 def acts_next_to_drive(robot: CompliantRobot, placed_effect: PlacedEffect) -> bool:
     """Return whether an effect puts a torque in parallel with its drive (a balancing spring)."""
-    angles = np.zeros((robot.chain.n_joints, 1))
-    return placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values) is not None
+    return parallel_spring(robot.chain, placed_effect) is not None
 
 
 def _corrected_setup(robot: CompliantRobot, setup: MeasurementSetup) -> MeasurementSetup:
     """Return the set-up as effects that turn or shift frames leave it."""
     inputs = Inputs(np.zeros((robot.chain.n_joints, 1)), np.zeros((6, 1)), setup)
     for placed_effect in robot.placed:
-        inputs = placed_effect.effect.adjusted(placed_effect.place, inputs, placed_effect.values)
+        inputs = placed_effect.adjusted(inputs)
     return inputs.setup

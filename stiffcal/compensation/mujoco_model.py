@@ -33,7 +33,7 @@ from stiffcal.escapes import code_comment, xml_text
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import RZ, Kind, joint_node
+from stiffcal.model.effect import RZ, Instrument, joint_node
 from stiffcal.model.stated_spring import stated_spring
 from stiffcal.quaternions import quaternion_from_rotation
 
@@ -109,7 +109,7 @@ def mujoco_model(robot: CompliantRobot, setup: MeasurementSetup, head: Sequence[
     kept, lacking, drives = [], [], np.zeros(robot.chain.n_joints)
     springs: dict[int, list[NodeSpring]] = {}
     for placed in robot.placed:
-        if placed.effect.kind is Kind.OBSERVATION:
+        if isinstance(placed.effect, Instrument):
             continue  # a change of the readings alone: the robot does not bend by it
         of_nodes = _springs_of(robot, placed)
         if isinstance(of_nodes, str):

@@ -14,7 +14,7 @@ from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Effect, ParameterRole, Place
+from stiffcal.model.effect import Effect, EffectAtRest, ParameterRole, Place
 from stiffcal.model.forms import added_forms
 
 
@@ -52,6 +52,9 @@ def list_candidates(
     driven = set(driven_joint_of_state(states, robot.chain)) if len(states) and states.clamped.all() else None
     candidates, not_tried = [], []
     for effect in catalogue.values():
+        if not isinstance(effect, EffectAtRest):
+            not_tried.append(UntestableEffect(effect.name, "friction runs: load states are taken at rest"))
+            continue
         reasons = {form: form.lacking(robot.chain, states) for form in added_forms(effect)}
         possible = [form for form, reason in reasons.items() if reason is None]
         if not possible:

@@ -160,7 +160,7 @@ def _rows_with_largest_signal(scan: LoadScan, contribution: Floats, residual_aft
 
 def _covariate(state: Linearised, placed_effect: PlacedEffect) -> tuple[Floats, str, str]:
     """Return the effect's own covariate: values, label, unit; an empty label where it names none."""
-    covariate = placed_effect.effect.covariate(placed_effect.place, state.robot.chain, state.loads)
+    covariate = placed_effect.covariate(state.robot.chain, state.loads)
     if covariate is None or not np.isfinite(covariate.value).any():
         return np.zeros(state.data.n_states), "", ""
     return np.asarray(covariate.value, dtype=np.float64), covariate.label, covariate.unit
@@ -209,9 +209,9 @@ def _common_lever(
     None also where the covariate is the size of what turns it, without its sign: curves would fold over each other.
     """
     displacements: dict[tuple[int, int], Floats] = {}
-    chain, shape = state.robot.chain, placed_effect.shape()
+    chain = state.robot.chain
     for loads, sign in ((state.loads, 1.0), (state.bare, -1.0)):
-        for term in placed_effect.effect.terms(placed_effect.place, chain, loads, shape):
+        for term in placed_effect.terms(chain, loads):
             value = sign * placed_effect.amplitude(term.symbol) * term.value
             key = (term.node, term.component)
             displacements[key] = displacements[key] + value if key in displacements else value

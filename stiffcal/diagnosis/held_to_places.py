@@ -24,8 +24,9 @@ from stiffcal.diagnosis.thresholds import PLACES_ERRORS
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.geometry import geometry_prior, places_by_geometry, reference_poses, rigid_changes
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.model.abilities import FiniteShift
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Kind, Observed, StateOrder
+from stiffcal.model.effect import Instrument, Observed, StateOrder
 from stiffcal.model.equilibrium import solve_balance
 
 # m: what a pose itself adds, bearings and gears that run out, the tracker's own error.
@@ -89,7 +90,7 @@ class ReferencePlaces:
         placed : the effect, one of the robot's.
         std : standard uncertainty of the effect's size, as a share of it.
         """
-        if placed.effect.kind is not Kind.OBSERVATION or self.contradicted:
+        if not isinstance(placed.effect, Instrument) or self.contradicted:
             return None
         still = np.zeros((len(self.chosen), 6))
         bare = replace(robot, placed=tuple(other for other in robot.placed if other is not placed))
@@ -130,7 +131,7 @@ def held_to_places(scan: LoadScan, places: ReferencePlaces | None) -> LoadScan:
         return scan
     trials = []
     for trial in scan.trials:
-        if trial.candidate.place.kind == "setup" and trial.candidate.effect.kind is Kind.OBSERVATION:
+        if trial.candidate.place.kind == "setup" and isinstance(trial.candidate.effect, Instrument):
             robot = with_values_of(scan, trial)
             trial = replace(trial, places=places.agreement(robot, robot.placed[-1], relative_std(trial)))
         trials.append(trial)
@@ -144,5 +145,7 @@ def _tracker_shift(placed: PlacedEffect, places: Floats) -> Floats:
     order = StateOrder(np.arange(n), nothing, nothing, np.zeros((0, n)), nothing, nothing)
     of_targets = np.zeros((1, 6, n))
     of_targets[0, :3] = (places - places.mean(axis=0)).T
-    shift = placed.effect.observation_shift(placed.place, Observed(of_targets, order), placed.values)
-    return np.zeros_like(places) if shift is None else np.asarray(shift[0, :3].T)
+    effect = placed.effect
+    if not isinstance(effect, FiniteShift):
+        return np.zeros_like(places)
+    return np.asarray(effect.observation_shift(placed.place, Observed(of_targets, order), placed.values)[0, :3].T)

@@ -15,7 +15,7 @@ import numpy as np
 from stiffcal.effects_api import $imports
 
 
-class $class_name(DocumentedEffect):
+class $class_name(Law):
     """A joint's compliance follows the $followed: $law.
 
     Found by `stiffcal diagnose` at joint $joint, where nothing in the catalogue accounted for the remainder.
@@ -27,7 +27,6 @@ class $class_name(DocumentedEffect):
     """
 
     name = "$name"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "the joint's compliance follows the $followed"
     parameters = (
@@ -75,7 +74,7 @@ def plugin_text(pattern: CompliancePattern, name: str) -> str:
     values = {parameter.symbol: parameter.value or 0.0 for parameter in pattern.parameters}
     typical = max(abs(value) for symbol, value in values.items() if symbol in ("a", "b"))
     angle, motion = pattern.follows is FollowedBy.JOINT_ANGLE, pattern.follows is FollowedBy.LAST_MOTION
-    names = ["Covariate", "DocumentedEffect", "Kind", "ParameterSpec", "drive_terms", "drive_torque"]
+    names = ["Covariate", "Law", "ParameterSpec", "drive_terms", "drive_torque"]
     names += ["ParameterRole"] if angle else ["tool_node"] if pattern.follows is FollowedBy.LOAD else []
     meaning_b = "sine part of the compliance" if angle else "quadratic part of the compliance"
     fields = {

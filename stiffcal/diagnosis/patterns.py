@@ -36,8 +36,7 @@ from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterRole,
     ParameterSpec,
@@ -85,13 +84,12 @@ class Followed:
         return np.asarray(loads.order.time / self.scale)
 
 
-class _FollowingCompliance(DocumentedEffect):
+class _FollowingCompliance(Law):
     """A joint's compliance follows an angle, δ_Rz = (a cos mq + b sin mq) τ, load or time, δ_Rz = (a s + b s²) τ.
 
     Or the direction s of a last motion, with the torque or against it, δ_Rz = a s τ: friction that grows with the load.
     """
 
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     followed: ClassVar[Followed]
 
@@ -110,11 +108,10 @@ class _FollowingCompliance(DocumentedEffect):
         return {"order": ORDERS} if self.followed.by is FollowedBy.JOINT_ANGLE else {}
 
 
-class _ConstantCompliance(DocumentedEffect):
+class _ConstantCompliance(Law):
     """A joint's compliance by itself, to read its apparent value in each run."""
 
     name = "constant compliance"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "a joint gives in proportion to its torque"
     parameters = (ParameterSpec("c", "rad/(N·m)", "compliance", -np.inf, np.inf, 1e-6, _AMPLITUDE),)

@@ -41,7 +41,7 @@ def with_whole_form(states: LoadStates, fit: Fit, law: PlacedEffect) -> Complian
     replaced = [placed for placed in robot.placed if placed.place == place and placed.effect.name in names]
     loaded, _ = rests(robot, fit.data)
     loads = NodeLoads(loaded.wrench, loaded.inputs.angles, fit.data.order, loaded.weight)
-    covariate = effect.covariate(place, robot.chain, loads)
+    covariate = law.covariate(robot.chain, loads)
     if covariate is None:
         return None
     turn = _turn(robot.chain, loads, replaced)
@@ -55,7 +55,7 @@ def _turn(chain: Chain, loads: NodeLoads, placed_effects: list[PlacedEffect]) ->
     turn = np.zeros(loads.wrench.shape[-1])
     for placed in placed_effects:
         joint = placed.place.joints[0]
-        for term in placed.effect.terms(placed.place, chain, loads, placed.shape()):
+        for term in placed.terms(chain, loads):
             if (term.node, term.component) == (joint_node(joint), chain.drive_components[joint - 1]):
                 turn += placed.amplitude(term.symbol) * term.value
     return turn

@@ -10,8 +10,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -22,7 +21,7 @@ from stiffcal.model.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 
-class AsymmetricStiffness(DocumentedEffect):
+class AsymmetricStiffness(Law):
     """The compliance of a drive differs between the two directions of torque.
 
     Law: δ_Rz = c max(τ, 0), added to joint-compliance: under positive torque (about the joint frame's z axis) the
@@ -37,7 +36,6 @@ class AsymmetricStiffness(DocumentedEffect):
     """
 
     name = "asymmetric-stiffness"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
     summary = "different stiffness for positive and negative torque"

@@ -8,8 +8,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_covariate, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
     Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -18,7 +18,7 @@ from stiffcal.model.effect import (
 )
 
 
-class AxisCoupling(DocumentedEffect):
+class AxisCoupling(Law):
     """Torque on one joint also rotates another one, because they share shafts, belts, a housing or a control loop.
 
     Law: δ_a += c τ_b and δ_b += c τ_a, rotations about the two joints' axes over the torques about them; one number for

@@ -8,11 +8,11 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.abilities import KnownSlopes
 from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterRole,
     ParameterSpec,
@@ -28,7 +28,7 @@ from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 _BANDS = np.geomspace(3e-3, 0.3, 6)
 
 
-class Backlash(DocumentedEffect):
+class Backlash(Law, KnownSlopes):
     """The teeth of a gear have clearance: when the torque changes sign, the joint rotates by the lost motion.
 
     Law: δ_Rz = (b/2) tanh(τ/w), with b the lost motion between the two flanks (width) and w the band of torque within
@@ -42,7 +42,6 @@ class Backlash(DocumentedEffect):
     """
 
     name = "backlash"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
     summary = "lost motion when the total torque, weight included, changes sign"

@@ -13,8 +13,7 @@ from stiffcal.model.effect import (
     RX,
     RY,
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     Place,
     Term,
@@ -35,7 +34,7 @@ _SHIFT = CompliantAxis(
 )
 
 
-class BaseCompliance(DocumentedEffect):
+class BaseCompliance(Law):
     """The foundation, the pedestal or the bolts under the robot are compliant.
 
     Law: δ = diag(tx, ty, tz, rx, ry, rz) w, three rotations over the three moments and three translations over the
@@ -50,7 +49,6 @@ class BaseCompliance(DocumentedEffect):
     """
 
     name = "base-compliance"
-    kind = Kind.NODE_LAW
     place_kind = "setup"
     summary = "compliance of the foundation: three rotations, three translations"
     parameters = diagonal_parameters(_TURN, _SHIFT)

@@ -13,8 +13,7 @@ from stiffcal.model.effect import (
     RX,
     RY,
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -28,7 +27,7 @@ _SOURCE = "KUKA KR240, after Rösch: 1/1.5e7 (joint 2) to 1/3.7e6 (joint 6)"
 _AXES = {"x": RX, "y": RY}
 
 
-class BearingTilt(DocumentedEffect):
+class BearingTilt(Law):
     """The main bearing of a joint tilts under moments perpendicular to the joint axis.
 
     Law: δ_Rx = c_x M_x and δ_Ry = c_y M_y, about the x and y axes of the joint's frame, with M the moment that the
@@ -46,7 +45,6 @@ class BearingTilt(DocumentedEffect):
     """
 
     name = "bearing-tilt"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "rotation about the two axes perpendicular to the joint axis"
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (

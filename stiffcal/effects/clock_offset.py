@@ -7,10 +7,10 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Kind, Observed, ParameterSpec, Place, Values
+from stiffcal.model.effect import Instrument, Observed, ParameterSpec, Place, Values
 
 
-class ClockOffset(DocumentedEffect):
+class ClockOffset(Instrument):
     """The clocks of two devices differ, so readings are paired with those of another time.
 
     Law: y_measured(t) = y(t + offset), with the offset in seconds by which the displacement is read later than the
@@ -26,7 +26,6 @@ class ClockOffset(DocumentedEffect):
     """
 
     name = "clock-offset"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     in_drive = True
     summary = "time offset between two logs"

@@ -13,8 +13,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterRole,
     ParameterSpec,
@@ -26,7 +25,7 @@ from stiffcal.model.memory import first_of_run, relax
 from stiffcal.model.prismatic import specs_along_axis
 
 
-class Creep(DocumentedEffect):
+class Creep(Law):
     """A part of the drive is viscoelastic: the deflection continues to grow under constant load, and returns slowly.
 
     Law: T dδ/dt = c τ − δ, a Kelvin–Voigt element (spring and damper side by side) about the joint's axis, in series
@@ -48,7 +47,6 @@ class Creep(DocumentedEffect):
     """
 
     name = "creep"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
     summary = "the deflection continues to grow under constant load"

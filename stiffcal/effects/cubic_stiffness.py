@@ -10,12 +10,12 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.abilities import KnownSlopes
 from stiffcal.model.cubic_curve import LEAST_SLOPE, angle_of_torque, monotonic_range
 from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterRole,
     ParameterSpec,
@@ -34,7 +34,7 @@ _SOURCE = (
 _CLAMPED = "Lehmann et al. 2013, Table 2: 2·10⁴ to 6·10⁶ N·m over degrees at the flanks of a KUKA KR125's joints, in SI"
 
 
-class CubicStiffness(DocumentedEffect):
+class CubicStiffness(Law):
     """The torque–angle characteristic of the drive is curved: it hardens or softens smoothly as the torque grows.
 
     Law: δ_Rz = c2 τ² + c3 τ³, added to the linear c τ of joint-compliance; the load form of the third-order polynomial
@@ -51,7 +51,6 @@ class CubicStiffness(DocumentedEffect):
     """
 
     name = "cubic-stiffness"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
     summary = "torque–angle curve with quadratic and cubic terms"
@@ -101,7 +100,7 @@ class CubicStiffness(DocumentedEffect):
         return drive_covariate(chain, loads.wrench, place.joints[0])
 
 
-class _TorqueOverAngle(CubicStiffness, TorqueCurve):
+class _TorqueOverAngle(CubicStiffness, TorqueCurve, KnownSlopes):
     __doc__ = CubicStiffness.__doc__
 
     includes = ("joint-compliance",)

@@ -12,8 +12,7 @@ from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Instrument,
     NodeLoads,
     Observed,
     ParameterSpec,
@@ -25,7 +24,7 @@ from stiffcal.model.effect import (
 _SOURCE = "an encoder's mount and disk that warm up: 10 µrad in ten minutes, or in five kelvin"
 
 
-class EncoderDrift(DocumentedEffect):
+class EncoderDrift(Instrument):
     """The encoder reading of a joint drifts with time or temperature while the joint is at rest.
 
     Law: q_read = q + rad_per_s (t − t_ref), with q the joint's angle and q_read the logged one; or q_read = q +
@@ -40,7 +39,6 @@ class EncoderDrift(DocumentedEffect):
     """
 
     name = "encoder-drift"
-    kind = Kind.OBSERVATION
     place_kind = "joints"
     in_drive = True
     summary = "the encoder reading of a joint drifts with time or temperature"

@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Kind, Observed, ParameterSpec, Place, Values
+from stiffcal.model.effect import Instrument, Observed, ParameterSpec, Place, Values
 from stiffcal.model.held_frame import HeldFrame, held_frame
 
 _SOURCE = "a welded steel stand: some 100 N/µm and 10⁷ N·m/rad"
@@ -15,7 +15,7 @@ _SOURCE = "a welded steel stand: some 100 N/µm and 10⁷ N·m/rad"
 LEAST_DIFFERENT = 0.01
 
 
-class FixtureCompliance(DocumentedEffect):
+class FixtureCompliance(Instrument):
     """The fixture of a clamped robot is compliant, and the motors rotate by a corresponding additional angle.
 
     Law: D = −C W, the motion of the held frame, with W what the fixture does to the robot and C = diag(translation,
@@ -30,7 +30,6 @@ class FixtureCompliance(DocumentedEffect):
     """
 
     name = "fixture-compliance"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     in_drive = True
     summary = "compliance of the fixture of a clamped robot"

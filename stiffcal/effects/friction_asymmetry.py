@@ -8,10 +8,10 @@ from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import ParameterSpec, Place, Values
-from stiffcal.model.motion_effect import MotionEffect
+from stiffcal.model.motion import Motion
 
 
-class FrictionAsymmetry(MotionEffect):
+class FrictionAsymmetry(Motion):
     """The friction of a moving joint differs between the two directions by a constant torque.
 
     Law: τ_f += offset, whatever speed and direction, with τ_f the torque of friction: Coulomb friction is coulomb +

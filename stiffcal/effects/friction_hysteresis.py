@@ -13,8 +13,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterRole,
     ParameterSpec,
@@ -33,7 +32,7 @@ _SLIPS = np.geomspace(0.02, 0.45, 7)
 _STILL = 1e-9
 
 
-class FrictionHysteresis(DocumentedEffect):
+class FrictionHysteresis(Law):
     """A part of the drive is held by dry friction: it follows the torque only after the torque has reversed far enough.
 
     Law: δ_Rz = c P_r[τ], P_r the play operator: its value is constant until it lags the torque by r (slip), then
@@ -64,7 +63,6 @@ class FrictionHysteresis(DocumentedEffect):
     """
 
     name = "friction-hysteresis"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
     summary = "loading and unloading follow different curves"

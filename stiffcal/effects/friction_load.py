@@ -8,13 +8,13 @@ from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Covariate, ParameterSpec, Place, Values
-from stiffcal.model.motion_effect import MotionEffect
+from stiffcal.model.motion import Motion
 
 # Loads whose sizes differ by less than this share of the largest are one load.
 LEAST_SPREAD = 0.1
 
 
-class FrictionLoad(MotionEffect):
+class FrictionLoad(Motion):
     """The friction of a moving joint increases under load, with the contact forces of teeth and bearings.
 
     Law: τ_f += per_Nm |τ| sign(ω), with τ the joint's load: the torque of the weight of arm and tool about its axis

@@ -9,7 +9,7 @@ from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Covariate, ParameterSpec, Place, Values
-from stiffcal.model.motion_effect import MotionEffect
+from stiffcal.model.motion import Motion
 
 _SOURCE = (
     "viscous friction decreases by a few per cent per kelvin with the viscosity of the lubricant (Bittencourt "
@@ -17,7 +17,7 @@ _SOURCE = (
 )
 
 
-class FrictionTemperature(MotionEffect):
+class FrictionTemperature(Motion):
     """The friction of a drive decreases as it warms up, mostly at speed, because the viscosity of its lubricant falls.
 
     Law: τ_f += (coulomb_K sign(ω) + viscous_K ω) (T − T_ref), with T the first temperature that the campaign logs and

@@ -5,14 +5,12 @@ from __future__ import annotations
 import copy
 from dataclasses import replace
 
-from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
+from stiffcal.model.abilities import ParallelSpring
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
     Effect,
-    Kind,
     NodeLoads,
     ParameterRole,
     ParameterSpec,
@@ -28,7 +26,7 @@ _USUAL_ERROR_SOURCE = "coil springs: some 10 % from the stated rate (EN 15800, c
 _NO_GEOMETRY = "the compensator's geometry: [gravity_compensator] in robot.toml"
 
 
-class GravityCompensator(DocumentedEffect):
+class GravityCompensator(ParallelSpring):
     """A spring or cylinder in parallel with a joint balances weight, adds stiffness and shifts torque.
 
     Law: F = k (l − l0) and τ_s = −F ∂l/∂q, with F the tension and l(q) the length of a spring that runs from an anchor
@@ -48,7 +46,6 @@ class GravityCompensator(DocumentedEffect):
     """
 
     name = "gravity-compensator"
-    kind = Kind.CONFIGURATION
     place_kind = "joints"
     summary = "balancing spring or cylinder of a joint, with its geometry in robot.toml"
     parameters = (
@@ -72,11 +69,6 @@ class GravityCompensator(DocumentedEffect):
     def lacking(self, chain: Chain, states: LoadStates) -> str | None:
         """The geometry."""
         return _NO_GEOMETRY if chain.compensator is None else None
-
-    def joint_torque(self, place: Place, chain: Chain, angles: Floats, values: Values) -> Floats | None:
-        """Return τ_s = −k (l − l0) ∂l/∂q at the joint's angle, its give included."""
-        spring = self.balancing_spring(place, chain, values)
-        return None if spring is None else spring.torque(angles[spring.joint - 1])
 
     def balancing_spring(self, place: Place, chain: Chain, values: Values) -> BalancingSpring | None:
         """Return the spring with its free length, from the stated rate and the preload at the joint's zero."""

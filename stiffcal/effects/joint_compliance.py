@@ -9,8 +9,7 @@ from stiffcal.model.drives import drive_covariate, drive_terms, drive_torque
 from stiffcal.model.effect import (
     RZ,
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -20,7 +19,7 @@ from stiffcal.model.effect import (
 from stiffcal.model.prismatic import specs_along_axis
 
 
-class JointCompliance(DocumentedEffect):
+class JointCompliance(Law):
     """The drive of a joint (gear, shaft, motor's position loop) rotates in proportion to the torque about its axis.
 
     Law: δ_Rz = c τ, with τ the whole torque about the joint's axis, weight included (Wang, Zhang and Fuhlbrigge 2009,
@@ -36,7 +35,6 @@ class JointCompliance(DocumentedEffect):
     """
 
     name = "joint-compliance"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
     summary = "drive compliance: rotation about the joint axis, proportional to torque"

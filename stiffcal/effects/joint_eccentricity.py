@@ -14,9 +14,8 @@ from stiffcal.model.absolute_places_needed import lacks_absolute_places
 from stiffcal.model.effect import (
     RZ,
     Covariate,
-    DocumentedEffect,
+    Geometry,
     Inputs,
-    Kind,
     NodeLoads,
     ParameterRole,
     ParameterSpec,
@@ -32,7 +31,7 @@ _ORDERS = (1, 2)
 _POSES_A_PERIOD = 3
 
 
-class JointEccentricity(DocumentedEffect):
+class JointEccentricity(Geometry):
     """The joint's true angle differs from the logged one by a sine of the angle: an eccentric encoder or gear.
 
     Law: θ = q + a cos mq + b sin mq, with q the model angle as logged and m the order: 1 and 2, and the gear orders
@@ -47,7 +46,6 @@ class JointEccentricity(DocumentedEffect):
     """
 
     name = "joint-eccentricity"
-    kind = Kind.CONFIGURATION
     place_kind = "joints"
     prismatic = "it has no angle"
     summary = "the true angle of the joint differs from the logged one by a sine"

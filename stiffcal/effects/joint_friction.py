@@ -6,12 +6,12 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.model.effect import ParameterSpec, Values
-from stiffcal.model.motion_effect import MotionEffect
+from stiffcal.model.motion import Motion
 
 _SOURCE = "a few per cent of a large joint's rated torque of 10³ N·m; shape as drawn in Lehmann et al. 2013, figure 4"
 
 
-class JointFriction(MotionEffect):
+class JointFriction(Motion):
     """Friction of a moving joint: Coulomb friction, and viscous friction in proportion to speed.
 
     Law: τ_f(ω) = F_C sign(ω) + F_V ω: coulomb F_C, viscous F_V; ω and τ_f at the joint's side of the gear (Lehmann et

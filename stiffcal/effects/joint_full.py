@@ -12,8 +12,7 @@ from stiffcal.model.effect import (
     RZ,
     TZ,
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -52,7 +51,7 @@ def _spec(i: int, j: int) -> ParameterSpec:
     )  # fmt: skip
 
 
-class JointFull(DocumentedEffect):
+class JointFull(Law):
     """A joint is compliant in all six directions, and a load in one direction may move it in another.
 
     Law: δ = C w, with C the symmetric, positive semidefinite 6×6 compliance of the joint, δ and w the displacement and
@@ -68,7 +67,6 @@ class JointFull(DocumentedEffect):
     """
 
     name = "joint-full"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     general = True
     summary = "full symmetric 6×6 compliance of a joint"

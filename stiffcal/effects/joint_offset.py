@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.absolute_places_needed import lacks_absolute_places
-from stiffcal.model.effect import DocumentedEffect, Kind, ParameterSpec, Place, Term, Values, joint_node
+from stiffcal.model.effect import Geometry, ParameterSpec, Place, Term, Values, joint_node
 
 _ALONG_AXIS = ParameterSpec(
     "zero", "m", "offset added to the logged position", -0.2, 0.2, 1e-3,
@@ -19,7 +19,7 @@ _ALONG_AXIS = ParameterSpec(
 )  # fmt: skip
 
 
-class JointOffset(DocumentedEffect):
+class JointOffset(Geometry):
     """The zero of a joint differs from the robot file; the value is the offset to enter in the controller.
 
     Law: q = q_read + zero, with q_read the logged angle of the joint, before ``direction`` and ``logged = {…}``; the
@@ -34,7 +34,6 @@ class JointOffset(DocumentedEffect):
     """
 
     name = "joint-offset"
-    kind = Kind.CONFIGURATION
     place_kind = "joints"
     summary = "zero offset of a joint against the robot file"
     parameters = (

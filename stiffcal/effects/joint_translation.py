@@ -13,8 +13,7 @@ from stiffcal.model.effect import (
     TY,
     TZ,
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -29,7 +28,7 @@ _AXES = {"tx": (TX, "along the joint frame's x axis"), "ty": (TY, "along its y a
 _COMPONENTS = {symbol: axis for symbol, (axis, _) in _AXES.items()}
 
 
-class JointTranslation(DocumentedEffect):
+class JointTranslation(Law):
     """The bearing of a joint is compliant along the forces that it carries, radially and axially.
 
     Law: δ_tx = c_tx F_x, δ_ty = c_ty F_y, δ_tz = c_tz F_z, in the joint's frame (the translational part of the joint
@@ -46,7 +45,6 @@ class JointTranslation(DocumentedEffect):
     """
 
     name = "joint-translation"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "axial and radial compliance of the bearing"
     parameters = tuple(

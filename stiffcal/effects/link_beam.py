@@ -16,8 +16,7 @@ from stiffcal.model.effect import (
     TY,
     TZ,
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -29,7 +28,7 @@ from stiffcal.model.effect import (
 _BENDING = "KUKA KR240, swing, after Rösch: 7.0e6 to 7.7e6 N·m/rad across, times some 1.2 m from joint 2 to joint 3"
 
 
-class LinkBeam(DocumentedEffect):
+class LinkBeam(Law):
     """A link bends in two planes, twists and stretches, as an Euler–Bernoulli cantilever clamped at its inboard joint.
 
     Law: u1 = F1 L/EA; θ1 = M1 L/GJ; u2 = F2 L³/(3 EI3) + M3 L²/(2 EI3) and θ3 = F2 L²/(2 EI3) + M3 L/EI3; u3 = F3
@@ -47,7 +46,6 @@ class LinkBeam(DocumentedEffect):
     """
 
     name = "link-beam"
-    kind = Kind.NODE_LAW
     place_kind = "links"
     summary = "link as a beam: bending in two planes, torsion, tension"
     excludes = ("link-springs",)

@@ -12,14 +12,14 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.absolute_places_needed import lacks_absolute_places
-from stiffcal.model.effect import RX, RY, TX, TY, DocumentedEffect, Kind, ParameterSpec, Place, Term, Values, joint_node
+from stiffcal.model.effect import RX, RY, TX, TY, Geometry, ParameterSpec, Place, Term, Values, joint_node
 
 _SOURCE = "assembly of industrial arms: some tenths of a millimetre and of a milliradian"
 # What assembly leaves at most; an estimate known no better adds nothing.
 _WORST_LENGTH, _WORST_ANGLE = 5e-3, 5e-3
 
 
-class LinkGeometry(DocumentedEffect):
+class LinkGeometry(Geometry):
     """The axis of a joint on the previous link differs from the robot file by a shift and a tilt.
 
     Law: T = N · Trans(x, y, 0) · Exp(rx, ry, 0) · Rz(θ), with N the joint's frame on the link before at model angle 0,
@@ -37,7 +37,6 @@ class LinkGeometry(DocumentedEffect):
     """
 
     name = "link-geometry"
-    kind = Kind.CONFIGURATION
     place_kind = "joints"
     summary = "the joint axis is shifted and tilted relative to the previous link"
     includes = ("joint-offset",)

@@ -14,8 +14,7 @@ from stiffcal.model.effect import (
     TY,
     TZ,
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -27,7 +26,7 @@ from stiffcal.model.effect import (
 _SOURCE = "KUKA KR240, after Rösch: swing 7.7e6, 7.0e6, 1.1e7; arm 3.6e6, 2.9e6, 1.7e7"
 
 
-class LinkSprings(DocumentedEffect):
+class LinkSprings(Law):
     """A link is two rigid halves joined by three rotational springs at its middle.
 
     Law: θ1 = M1/k1; θ2 = (M2 − F3 L/2)/k2 and u3 = −θ2 L/2; θ3 = (M3 + F2 L/2)/k3 and u2 = θ3 L/2, with F and M the
@@ -43,7 +42,6 @@ class LinkSprings(DocumentedEffect):
     """
 
     name = "link-springs"
-    kind = Kind.NODE_LAW
     place_kind = "links"
     summary = "link as three rotational springs at its middle"
     excludes = ("link-beam",)

@@ -8,12 +8,12 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import Inputs, Instrument, ParameterRole, ParameterSpec, Place, Values
 
 _SOURCE = "a hook or the knot of a rope measured with a ruler: a few millimetres"
 
 
-class LoadPointOffset(DocumentedEffect):
+class LoadPointOffset(Instrument):
     """The point of load application differs from the manifest, so the moments about the joints are wrong.
 
     Law: p_true = p + (x, y, z), with p the load point of the manifest, in flange axes. Only where force alone is
@@ -26,7 +26,6 @@ class LoadPointOffset(DocumentedEffect):
     """
 
     name = "load-point-offset"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "point of load application differs from the manifest (campaigns with forces only)"
     parameters = tuple(

@@ -12,8 +12,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterRole,
     ParameterSpec,
@@ -27,7 +26,7 @@ _ORDERS = (1, 2, 3, 4)
 _SOURCE = "about ten per cent of a drive's compliance of 2e-6 (Wang, Zhang and Fuhlbrigge 2009, section III.C)"
 
 
-class PeriodicStiffness(DocumentedEffect):
+class PeriodicStiffness(Law):
     """The compliance of a joint varies with its angle, because the load-carrying parts rotate with it.
 
     Law: δ_Rz = (a cos mq + b sin mq) τ, with q the joint's angle from its zero as the controller shows it (in the
@@ -42,7 +41,6 @@ class PeriodicStiffness(DocumentedEffect):
     """
 
     name = "periodic-stiffness"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     prismatic = "it has no angle"
     in_drive = True

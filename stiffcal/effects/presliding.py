@@ -8,14 +8,14 @@ from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Covariate, ParameterRole, ParameterSpec, Place, Values
-from stiffcal.model.motion_effect import MotionEffect
+from stiffcal.model.motion import Motion
 
 _SOURCE = "twice a drive's Coulomb friction of 50 N·m built up over 2 mrad of the joint"
 # A log that begins later after each reversal, as a share of the longest travel, misses the build-up.
 NEAR = 0.3
 
 
-class Presliding(MotionEffect):
+class Presliding(Motion):
     """After a reversal, friction builds up over a small angle like a spring, instead of changing sign at once.
 
     Law: τ_f += −stiffness · angle · exp(−s/angle) sign(ω), with s the travel since the direction last changed. It is

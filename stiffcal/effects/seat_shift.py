@@ -9,8 +9,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Instrument,
     NodeLoads,
     Observed,
     ParameterRole,
@@ -24,7 +23,7 @@ from stiffcal.model.memory import first_of_run
 _SOURCE = "a reflector nest repeats to about 10 µm; bolted joints slip by the clearance of their holes, 0.1 mm and more"
 
 
-class SeatShift(DocumentedEffect):
+class SeatShift(Instrument):
     """A fixture, the reflector or the robot base slips once, suddenly, and stays displaced.
 
     Law: D += (x, y, z), base axes, from one state to the end of its run. `state` is the number of the first shifted
@@ -37,7 +36,6 @@ class SeatShift(DocumentedEffect):
     """
 
     name = "seat-shift"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "sudden slip of a fixture, reflector or base between two states of a run"
     parameters = (

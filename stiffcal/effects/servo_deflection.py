@@ -10,8 +10,8 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
     Kind,
+    Law,
     NodeLoads,
     Place,
     Term,
@@ -23,7 +23,7 @@ from stiffcal.model.effect import (
 _STANDS_STILL = 1e-6
 
 
-class ServoDeflection(DocumentedEffect):
+class ServoDeflection(Law):
     """The motor deviates from its target under load, because the stiffness of its position loop is finite.
 
     Law: D = … + J Δq_motor: the joints turn by what the motors' encoders show since the run's reference, besides the

@@ -8,7 +8,7 @@ from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import ParameterRole, ParameterSpec, Place, Values
-from stiffcal.model.motion_effect import MotionEffect
+from stiffcal.model.motion import Motion
 
 _SOURCE = "a third of a drive's Coulomb friction, as drawn in Lehmann et al. 2013, figure 4"
 _VELOCITY = "minimum of friction at a few per cent of the rated speed (Bittencourt and Gunnarsson 2012)"
@@ -18,7 +18,7 @@ LEAST_SPEEDS = 4
 _EXPONENTS = (0.5, 1.0, 1.3, 2.0)
 
 
-class Stribeck(MotionEffect):
+class Stribeck(Motion):
     """Friction of a moving joint increases towards very low speed, where the lubricant does not separate the surfaces.
 
     Law: τ_f += F exp(−|ω/ω_S|^α) sign(ω), with stribeck F, velocity ω_S, exponent α; ω and τ_f at the joint's side of

@@ -8,12 +8,12 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import Inputs, Instrument, ParameterRole, ParameterSpec, Place, Values
 
 _SOURCE = "position of a reflector measured with a ruler: one or two millimetres"
 
 
-class TargetOffset(DocumentedEffect):
+class TargetOffset(Instrument):
     """The position of the reflector or probe differs from the manifest, so a rotation of the tool moves it differently.
 
     Law: p_true = p + (x, y, z), with p the target's place on the flange of the manifest, in flange axes; where several
@@ -26,7 +26,6 @@ class TargetOffset(DocumentedEffect):
     """
 
     name = "target-offset"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "position of the reflector differs from the manifest"
     parameters = tuple(

@@ -10,8 +10,7 @@ from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Instrument,
     NodeLoads,
     Observed,
     ParameterSpec,
@@ -25,7 +24,7 @@ _TURN = "0.2 mm at one metre in an hour"
 _SYMBOLS = ("x", "y", "z", "rx", "ry", "rz")
 
 
-class ThermalDrift(DocumentedEffect):
+class ThermalDrift(Instrument):
     """The target drifts without load, because robot, stand or instrument warm up or settle.
 
     Law: D += r (t − t_ref), with r the drift's rate; D += r (T − T_ref) where the campaign logs a temperature (its
@@ -42,7 +41,6 @@ class ThermalDrift(DocumentedEffect):
     """
 
     name = "thermal-drift"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "the target drifts with time or temperature"
     parameters = tuple(

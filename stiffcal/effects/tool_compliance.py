@@ -12,8 +12,7 @@ from stiffcal.model.effect import (
     RX,
     RY,
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     Place,
     Term,
@@ -35,7 +34,7 @@ _SHIFT = CompliantAxis(
 )
 
 
-class ToolCompliance(DocumentedEffect):
+class ToolCompliance(Law):
     """Parts between flange and target are compliant: force sensor, adapter plates, tool changer, probe.
 
     Law: δ = diag(tx, ty, tz, rx, ry, rz) w, three rotations over the three moments and three translations over the
@@ -48,7 +47,6 @@ class ToolCompliance(DocumentedEffect):
     """
 
     name = "tool-compliance"
-    kind = Kind.NODE_LAW
     place_kind = "setup"
     summary = "compliance between flange and target: three rotations, three translations"
     parameters = diagonal_parameters(_TURN, _SHIFT)

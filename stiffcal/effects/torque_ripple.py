@@ -8,7 +8,7 @@ from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Covariate, ParameterRole, ParameterSpec, Place, Values
-from stiffcal.model.motion_effect import MotionEffect
+from stiffcal.model.motion import Motion
 
 _SOURCE = "a few per cent of a drive's Coulomb friction of 50 N·m: cogging of the motor, meshing of the gear"
 # A wave needs this many samples, at the median distance of samples; finer ones are not tried.
@@ -17,7 +17,7 @@ SAMPLES_PER_WAVE = 4.0
 MOST_INTEGERS = 200
 
 
-class TorqueRipple(MotionEffect):
+class TorqueRipple(Motion):
     """The torque of a moving drive varies periodically with its angle, independent of the direction of motion.
 
     Law: τ_f += a cos mq + b sin mq, with q the joint's angle as the controller shows it, m the order: waves per turn

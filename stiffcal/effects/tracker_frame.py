@@ -8,12 +8,13 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.effect import DocumentedEffect, Kind, Observed, ParameterSpec, Place, Values
+from stiffcal.model.abilities import FiniteShift
+from stiffcal.model.effect import Instrument, Observed, ParameterSpec, Place, Values
 
 _SOURCE = "half a degree: a frame defined by three probed points, or a tracker whose stand was moved"
 
 
-class TrackerFrame(DocumentedEffect):
+class TrackerFrame(Instrument, FiniteShift):
     """The tracker frame is rotated relative to the robot base, so every measured displacement is rotated.
 
     Law: D_measured = exp(r) D, r = (rx, ry, rz) a rotation vector in base axes, for the translations and for the
@@ -26,7 +27,6 @@ class TrackerFrame(DocumentedEffect):
     """
 
     name = "tracker-frame"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "rotation error between tracker and robot base"
     parameters = tuple(

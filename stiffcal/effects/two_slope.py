@@ -11,8 +11,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterRole,
     ParameterSpec,
@@ -33,7 +32,7 @@ _SOURCE = (
 _KNEES, _ABOVE_LEAST, _LEAST_SHARE = 8, 1.5, 3e-3
 
 
-class TwoSlope(DocumentedEffect):
+class TwoSlope(Law):
     """A drive is softer below a wind-up torque, where few teeth or rollers carry the load, than above.
 
     Law: δ_Rz = c clip(τ, −knee, +knee), added to joint-compliance: the compliance is larger by c below the knee and
@@ -47,7 +46,6 @@ class TwoSlope(DocumentedEffect):
     """
 
     name = "two-slope"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     in_drive = True
     summary = "lower stiffness below a wind-up torque than above"

@@ -8,7 +8,7 @@ from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import ParameterRole, ParameterSpec, Place, Values
-from stiffcal.model.motion_effect import MotionEffect
+from stiffcal.model.motion import Motion
 
 LEAST_SPEEDS = 4
 # Powers nearer to 0 are Coulomb friction, nearer to 1 viscous friction.
@@ -16,7 +16,7 @@ BELOW_ONE, ABOVE_ONE = (0.1, 0.8), (1.2, 2.0)
 _POWERS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.6, 1.8, 2.0)
 
 
-class ViscousPower(MotionEffect):
+class ViscousPower(Motion):
     """Friction grows with a power of the speed: below one for shearing grease, above one for churning oil.
 
     Law: τ_f += factor |ω|^power sign(ω), with power from 0.1 to 0.8 or from 1.2 to 2; ω and τ_f at the joint's side of

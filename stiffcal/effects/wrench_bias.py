@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import Inputs, Instrument, ParameterRole, ParameterSpec, Place, Values
 
 _SYMBOLS = ("fx", "fy", "fz", "mx", "my", "mz")
 _BIAS = "one per cent of a sensor range of 10² N and 10 N·m: drift since the last taring"
@@ -24,7 +24,7 @@ def _bias(symbol: str) -> ParameterSpec:
     return ParameterSpec(symbol, unit, meaning, -widest, widest, typical, _BIAS, ParameterRole.SETUP)
 
 
-class WrenchBias(DocumentedEffect):
+class WrenchBias(Instrument):
     """The zero offset of the force sensor, or the weight of the tool beyond it, is still in the readings.
 
     Law: w = w_read − (fx, fy, fz, mx, my, mz) − w_tool, with w_read the reading; the bias is constant in sensor axes,
@@ -39,7 +39,6 @@ class WrenchBias(DocumentedEffect):
     """
 
     name = "wrench-bias"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "uncompensated zero offset of the force sensor or weight of the tool"
     parameters = (

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import Inputs, Instrument, ParameterRole, ParameterSpec, Place, Values
 
 _SOURCE = "half a degree: a sensor bolted on without a dowel"
 
 
-class WrenchFrame(DocumentedEffect):
+class WrenchFrame(Instrument):
     """The axes of the force sensor are rotated relative to the manifest, so every wrench is rotated.
 
     Law: R_true = R exp(r), with R the sensor's axes of the manifest and r = (rx, ry, rz) a rotation vector in sensor
@@ -25,7 +25,6 @@ class WrenchFrame(DocumentedEffect):
     """
 
     name = "wrench-frame"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "rotation error between force sensor and flange"
     parameters = tuple(

@@ -8,14 +8,14 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import Inputs, Instrument, ParameterRole, ParameterSpec, Place, Values
 
 _SOURCE = (
     "origin at the face of the sensor in the data sheet, at its middle in the calibration: ten to thirty millimetres"
 )
 
 
-class WrenchOrigin(DocumentedEffect):
+class WrenchOrigin(Instrument):
     """The reference point of the moments of the force sensor differs from the manifest.
 
     Law: p_true = p + d and M = M_read + d × F, with p the manifest's origin, M the moment about it, and d = (x, y, z)
@@ -29,7 +29,6 @@ class WrenchOrigin(DocumentedEffect):
     """
 
     name = "wrench-origin"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "position of the force sensor origin differs from the manifest"
     parameters = tuple(

@@ -8,12 +8,12 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import Inputs, Instrument, ParameterRole, ParameterSpec, Place, Values
 
 _SOURCE = "sensors are calibrated to 1 or 2 % of full scale, forces and moments separately"
 
 
-class WrenchScale(DocumentedEffect):
+class WrenchScale(Instrument):
     """The gain of the force sensor is wrong; 1 is correct.
 
     Law: F_read = g F and M_read = g g_M M, with F and M the true force and moment, g [force] and g_M [moment], the
@@ -29,7 +29,6 @@ class WrenchScale(DocumentedEffect):
     """
 
     name = "wrench-scale"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "gain error of the force sensor: of the moments relative to the forces, or of both"
     parameters = (

@@ -136,7 +136,7 @@ def _twisting_symbols(placed_effect: PlacedEffect, robot: CompliantRobot) -> set
     wrench = np.ones((2 * robot.chain.n_joints + 2, 6, 1))
     loads = NodeLoads(wrench, np.zeros((robot.chain.n_joints, 1)))
     components_of: dict[str, set[int]] = {}
-    for term in placed_effect.effect.terms(placed_effect.place, robot.chain, loads, placed_effect.shape()):
+    for term in placed_effect.terms(robot.chain, loads):
         components_of.setdefault(term.symbol, set()).add(term.component)
     return {symbol for symbol, components in components_of.items() if components == {RX}}
 

@@ -87,9 +87,8 @@ def geometry_in_fit(fit: Fit) -> dict[str, float]:
     open_ones = {parameter.name for parameter in fit.parameters if parameter.value is None}
     result = {}
     for placed in fit.robot.placed:
-        effect = placed.effect
         is_frame = placed.place.kind == "frames"
-        if not is_frame and not effect.geometry_terms(placed.place, fit.robot.chain, angles, placed.shape()):
+        if not is_frame and not placed.geometry_terms(fit.robot.chain, angles):
             continue
         for symbol, value in placed.values.items():
             name = placed.parameter_name(symbol)

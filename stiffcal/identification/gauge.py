@@ -168,14 +168,12 @@ def _motions_of(
         for spec in placed_effect.effect.parameters:
             step = _STEP * spec.typical
             ahead, behind = (
-                reported_targets(bodies, placed_effect.effect.adjusted(placed_effect.place, inputs, {spec.symbol: end}))
-                for end in (step, -step)
+                reported_targets(bodies, placed_effect.adjusted(inputs, {spec.symbol: end})) for end in (step, -step)
             )
             changes = [displacement_between(after, before) for after, before in zip(ahead, behind, strict=True)]
             motions[spec.symbol] = np.stack(changes) / (2.0 * step)
         return motions
-    shape = placed_effect.shape()
-    for term in placed_effect.effect.geometry_terms(placed_effect.place, chain, inputs.angles, shape):
+    for term in placed_effect.geometry_terms(chain, inputs.angles):
         joint = (term.node + 1) // 2
         frame = bodies[joint]
         axis = frame.rotation[:, term.component % 3]

@@ -31,7 +31,7 @@ def geometry_terms(
     if not data.absolute.any():
         return
     for placed in chosen:
-        terms = placed.effect.geometry_terms(placed.place, model.chain, data.angles, placed.shape())
+        terms = placed.geometry_terms(model.chain, data.angles)
         symbols = dict.fromkeys(term.symbol for term in terms)
         for symbol in symbols:
             moved = list(_chain_terms(model, placed, symbol, angles))

@@ -68,7 +68,7 @@ def holding_torques(robot: CompliantRobot, data: Observations) -> Floats:
     chain, inputs = robot.adjusted_chain, Inputs(data.angles, data.wrench, data.setup)
     for placed in robot.placed:
         if isinstance(placed.effect, BaseTilt):
-            inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
+            inputs = placed.adjusted(inputs)
     carried = node_wrenches(chain, deformed_chain(chain, data.angles, None), inputs)
     add_side_torques(robot, data.angles, carried)
     sense = np.sign(np.diag(chain.drives_of_logged))

@@ -22,9 +22,10 @@ from stiffcal.identification.readings import Observations, observe
 from stiffcal.identification.tangents import Tangents, loads_at_rest
 from stiffcal.identification.weight_columns import weight_column
 from stiffcal.mechanics.kinematics import StackedFrame, cross
+from stiffcal.model.abilities import KnownSlopes
 from stiffcal.model.base_tilt import BaseTilt
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Inputs, Kind, ParameterRole
+from stiffcal.model.effect import Inputs, Instrument, ParameterRole
 from stiffcal.model.equilibrium import (
     NoBalanceError,
     Rest,
@@ -106,7 +107,7 @@ def depends_on_run(robot: CompliantRobot, data: Observations) -> bool:
 
     It does so of laws with a memory, of what acts on the measurement (a seat that shifts, a clock), of clamped motors.
     """
-    on_measurement = any(placed.effect.kind is Kind.OBSERVATION for placed in robot.acting)
+    on_measurement = any(isinstance(placed.effect, Instrument) for placed in robot.acting)
     return robot.has_memory or on_measurement or data.layout.motors is not None
 
 
@@ -390,6 +391,8 @@ def _shape_slopes(
     tangents: Tangents,
 ) -> dict[str, Floats]:
     """Return symbol to (m, n): what the law gives as its derivatives by shape parameters, moved to the rows."""
+    if not isinstance(placed.effect, KnownSlopes):
+        return {}
     amplitudes = {spec.symbol: placed.amplitude(spec.symbol) for spec in placed.specs(ParameterRole.AMPLITUDE)}
     values = {**amplitudes, **placed.shape()}
     under_load, under_weight = (

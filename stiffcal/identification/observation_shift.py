@@ -6,6 +6,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.readings import Observations
+from stiffcal.model.abilities import FiniteShift
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Observed
 
@@ -18,24 +19,17 @@ def observation_shift(model: CompliantRobot, data: Observations, displacement: F
     shift = np.zeros_like(displacement)
     observed = Observed(displacement, data.order, data.layout.held)
     for placed_effect in model.acting:
-        finite = placed_effect.effect.observation_shift(placed_effect.place, observed, placed_effect.values)
-        if finite is not None:
-            shift += finite
-            continue
-        for symbol, column in placed_effect.effect.observation_columns(
-            placed_effect.place, observed, placed_effect.shape()
-        ).items():
-            amplitude = placed_effect.amplitude(symbol)
-            if amplitude != 0.0:
-                shift += amplitude * column
+        added = placed_effect.observation_shift(observed)
+        if added is not None:
+            shift += added
     return shift
 
 
 def observation_slopes(placed: PlacedEffect, data: Observations, displacement: Floats) -> dict[str, Floats]:
     """Return symbol to (B, 6, n) how the readings of the targets' displacements follow an effect's parameters."""
     observed = Observed(displacement, data.order, data.layout.held)
-    columns = placed.effect.observation_columns(placed.place, observed, placed.shape())
-    if placed.effect.observation_shift(placed.place, observed, placed.values) is None:
+    columns = placed.observation_columns(observed)
+    if not isinstance(placed.effect, FiniteShift):
         return columns
     slopes = {}
     for symbol in columns:
@@ -45,8 +39,7 @@ def observation_slopes(placed: PlacedEffect, data: Observations, displacement: F
             placed.effect.observation_shift(placed.place, observed, {**placed.values, symbol: value + sign * step})
             for sign in (-1.0, 1.0)
         )
-        if low is not None and high is not None:
-            slopes[symbol] = (high - low) / (2.0 * step * spec.amplitude_of(1.0))
+        slopes[symbol] = (high - low) / (2.0 * step * spec.amplitude_of(1.0))
     return slopes
 
 

@@ -25,7 +25,7 @@ from stiffcal.identification.observation import (
 from stiffcal.identification.tangents import loads_at_rest, loads_under_weight
 from stiffcal.identification.weight_columns import weight_column
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place
+from stiffcal.model.effect import Effect, EffectAtRest, NodeLoads, Observed, ParameterRole, Place
 from stiffcal.model.link_moments import LinkMoments
 
 # Bytes of regressors that one source keeps: those of a hundred candidates for some 2500 full poses.
@@ -90,14 +90,16 @@ class Linearised(ModelAtRest):
 
     def shapes(self, effect: Effect, place: Place) -> list[dict[str, float]]:
         """Return the combinations of shape parameters to try, from the effect's own grid; empty where nothing shows."""
+        if not isinstance(effect, EffectAtRest):
+            return []
         grid = effect.nonlinear_grid(place, self.robot.chain, self.loads)
         return [dict(zip(grid, values, strict=True)) for values in product(*(grid[s].tolist() for s in grid))]
 
     def regressor(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> Regressor:
         """Return an effect's regressor about the present model."""
-        data, chain = self.data, self.robot.chain
+        data, added = self.data, PlacedEffect(effect, place, shape)
         under_load, under_weight = (
-            [] if loads is None else effect.terms(place, chain, loads, shape)
+            [] if loads is None else added.terms(self.robot.chain, loads)
             for loads in (self.loads, self.tangents.loads_of_poses)
         )
         columns = self.tangents.law_columns(
@@ -110,14 +112,13 @@ class Linearised(ModelAtRest):
         def add(symbol: str, values: Floats) -> None:
             columns[symbol] = columns[symbol] + values if symbol in columns else values
 
-        added = PlacedEffect(effect, place, shape)
         model = replace(self.robot, placed=(*self.robot.placed, added))
         for _, term in geometry_terms(model, (added,), data, self.loaded.inputs.angles):
             moved = self.tangents.geometry_rows(term.node, term.component)
             if moved.any():
                 add(term.symbol, moved * term.value)
         observed = Observed(self.displacement, data.order, data.layout.held)
-        for symbol, column in effect.observation_columns(place, observed, shape).items():
+        for symbol, column in added.observation_columns(observed).items():
             add(symbol, data.layout.of_targets(column))
         for spec in effect.parameters:
             # A gain of the whole load is no addition to a model: its compliances make it up.

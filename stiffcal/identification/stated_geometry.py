@@ -117,12 +117,11 @@ def _geometry_parameters(fit: Fit) -> list[str]:
     chain, angles = fit.robot.chain, np.zeros((fit.robot.chain.n_joints, 1))
     names = []
     for placed in fit.robot.placed:
-        effect = placed.effect
-        if isinstance(effect, FramePosition) or not effect.geometry_terms(placed.place, chain, angles, placed.shape()):
+        if not placed.geometry_terms(chain, angles):
             continue
-        moved = effect.adjusted_chain(placed.place, chain, {spec.symbol: 1e-3 for spec in effect.parameters})
+        moved = placed.adjusted_chain(chain, {spec.symbol: 1e-3 for spec in placed.effect.parameters})
         if not np.array_equal(moved.fixed, chain.fixed):
-            names += [placed.parameter_name(spec.symbol) for spec in effect.parameters]
+            names += [placed.parameter_name(spec.symbol) for spec in placed.effect.parameters]
     return [name for name in names if name not in fit.fixed]
 
 

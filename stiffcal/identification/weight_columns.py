@@ -24,10 +24,10 @@ def weight_column(tangents: Tangents, placed: PlacedEffect, symbol: str) -> Floa
     """
     step = placed.effect.spec(symbol).typical
     chain = tangents.model.adjusted_chain
-    heavier = placed.effect.adjusted_chain(placed.place, chain, {symbol: step})
+    heavier = placed.adjusted_chain(chain, {symbol: step})
 
     def change(rest: Rest) -> Floats:
-        turned = placed.effect.adjusted(placed.place, rest.inputs, {symbol: step})
+        turned = placed.adjusted(rest.inputs, {symbol: step})
         return (node_wrenches(heavier, rest.shape, turned) - node_wrenches(chain, rest.shape, rest.inputs)) / step
 
     return tangents.wrench_rows(change(tangents.loaded), None if tangents.poses is None else change(tangents.poses))

@@ -15,7 +15,7 @@ import numpy as np
 from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.numbers import LEAST_LEFT, POWER, SIZE_FOUND, SIZE_PASSES
-from stiffcal.model.effect import Kind
+from stiffcal.model.effect import Instrument
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class ExcludedSize:
     @property
     def grows_with_load(self) -> bool:
         """Whether it is larger under larger loads: what moves tracker or target is not."""
-        return self.effect.effect.kind is not Kind.OBSERVATION
+        return not isinstance(self.effect.effect, Instrument)
 
 
 def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:

@@ -40,13 +40,13 @@ def _errors(state: Linearised, noise: Noise) -> Iterator[Floats]:
     chain, shape = state.robot.chain, state.data.measured.shape
     wrench = noise.of_wrenches(state.data)
     for placed in state.robot.placed:
-        effect, place = placed.effect, placed.place
-        if not effect.has_memory or len(place.joints) != 1:
+        place = placed.place
+        if not placed.has_memory or len(place.joints) != 1:
             continue
         torque = drive_torque(chain, state.loads.wrench, place.joints[0])
         size = _of_torque(torque, state.data.wrench, wrench)
         between = _between(torque, state.data)
-        for term in effect.terms(place, chain, state.loads, placed.shape()):
+        for term in placed.terms(chain, state.loads):
             lever = state.lever(term.node, term.component)
             if lever is None or term.symbol not in placed.values:
                 continue

@@ -19,7 +19,7 @@ from stiffcal.judgement.members import Member
 from stiffcal.judgement.numbers import KNOWN_IN_PLACES
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import Kind
+from stiffcal.model.effect import Instrument
 
 
 def with_reference_places(
@@ -42,7 +42,7 @@ def with_reference_places(
 
 def _is_of_setup(member: Member) -> bool:
     candidate = member.candidate
-    return candidate is not None and candidate.place.kind == "setup" and candidate.effect.kind is Kind.OBSERVATION
+    return candidate is not None and candidate.place.kind == "setup" and isinstance(candidate.effect, Instrument)
 
 
 def _said(

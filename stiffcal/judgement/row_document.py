@@ -28,7 +28,7 @@ from stiffcal.judgement.answers import (
 from stiffcal.judgement.diagnosed_rows import DiagnosedRows
 from stiffcal.judgement.sentences import answer_of
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.motion_effect import is_constant_torque
+from stiffcal.model.motion import as_motion, is_constant_torque
 from stiffcal.wording import listing
 
 
@@ -175,7 +175,7 @@ def _warnings(found: DiagnosedRows) -> list[str]:
                 f"{candidate_in_words(one.candidate)}: time explains it as well as temperature in these runs, "
                 "which warm up once; repeat them cold, warm and cold again to distinguish the two"
             )
-        if is_constant_torque(one.candidate.effect, one.candidate.place, problem.robot.chain):
+        if is_constant_torque(as_motion(one.candidate.effect), one.candidate.place, problem.robot.chain):
             texts.append(
                 f"{candidate_in_words(one.candidate)}: an unknown zero offset of the torque sensor has the same effect"
             )

@@ -18,8 +18,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     RX,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -137,11 +136,10 @@ def _size(symbol: str) -> ParameterSpec:
     return ParameterSpec(symbol, "rad", "size", -1.0, 1.0, 1e-4, "")
 
 
-class _Drive(DocumentedEffect):
+class _Drive(Law):
     """A drive that gives by a sum of functions of its loads."""
 
     name = "unlisted"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
 
     def __init__(self, functions: Functions, count: int) -> None:
@@ -155,11 +153,10 @@ class _Drive(DocumentedEffect):
         return [term for k, value in enumerate(values) for term in drive_terms(chain, joint, f"a{k}", value)]
 
 
-class _Node(DocumentedEffect):
+class _Node(Law):
     """A joint that gives in any direction under any load on it."""
 
     name = "unlisted-node"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
 
     def __init__(self, own: int) -> None:

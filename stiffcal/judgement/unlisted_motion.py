@@ -13,7 +13,7 @@ from stiffcal.judgement.unlisted import UnlistedLaw
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import ParameterSpec, Place, Values
-from stiffcal.model.motion_effect import MotionEffect
+from stiffcal.model.motion import Motion
 
 
 def unlisted_motion_laws(state: RegressorMaker, joints: Sequence[int]) -> Iterator[UnlistedLaw]:
@@ -129,7 +129,7 @@ FUNCTIONS: dict[str, Functions] = {
 """By what a law of them follows."""
 
 
-class _Law(MotionEffect):
+class _Law(Motion):
     """A torque that is a sum of functions of a joint's motion."""
 
     name = "unlisted"

@@ -19,7 +19,7 @@ from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import DocumentedEffect, Inputs, Kind, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.effect import Geometry, Inputs, ParameterRole, ParameterSpec, Place, Values
 from stiffcal.model.measured_frames import FRAME
 
 TOLERANCE = 5e-3
@@ -42,7 +42,7 @@ def _spec(axis: str) -> ParameterSpec:
     )
 
 
-class BaseTilt(DocumentedEffect):
+class BaseTilt(Geometry):
     """The base is not turned against gravity as the robot file states.
 
     Law: gravity in base axes is Exp(−r) g, with g the robot file's and r the turn of the base; weight and payloads pull
@@ -51,7 +51,6 @@ class BaseTilt(DocumentedEffect):
     """
 
     name = FRAME
-    kind = Kind.CONFIGURATION
     place_kind = "frames"
     summary = "turn of the base against gravity"
     parameters = tuple(_spec(axis) for axis in _AXES)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError
 from stiffcal.model.catalogue import built_in_effects, find_effects
+from stiffcal.model.motion import Motion
 from stiffcal.model.plugin_code import PluginCode, allow_line, read_plugins
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ def placed_robot(campaign: Campaign) -> CompliantRobot:
     InputError : the model file names an effect, a place or a parameter that does not exist.
     """
     robot = _whole_robot(campaign)
-    at_rest = tuple(placed_effect for placed_effect in robot.placed if not placed_effect.effect.in_motion)
+    at_rest = tuple(placed_effect for placed_effect in robot.placed if not isinstance(placed_effect.effect, Motion))
     return replace(robot, placed=(*_frames_to_fit(campaign), *_base_tilt(campaign, at_rest), *at_rest))
 
 
@@ -155,8 +156,8 @@ def _base_tilt(campaign: Campaign, at_rest: tuple[PlacedEffect, ...]) -> tuple[P
 
 def moving_effects(campaign: Campaign) -> tuple[PlacedEffect, ...]:
     """Return the effects of the model file that show in motion alone (friction of the drives), by joint."""
-    in_motion = [placed_effect for placed_effect in _whole_robot(campaign).placed if placed_effect.effect.in_motion]
-    return tuple(sorted(in_motion, key=lambda placed_effect: placed_effect.place.joints))
+    in_motion = [placed for placed in _whole_robot(campaign).placed if isinstance(placed.effect, Motion)]
+    return tuple(sorted(in_motion, key=lambda placed: placed.place.joints))
 
 
 def _whole_robot(campaign: Campaign) -> CompliantRobot:

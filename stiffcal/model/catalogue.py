@@ -70,7 +70,7 @@ def find_effects(plugins: PluginCode | None = None) -> dict[str, Effect]:
             names,
             "plugins",
             "defines no effect",
-            "derive a class from DocumentedEffect, with a name",
+            "derive a class from Law, Geometry, Instrument or Motion, with a name; a Law needs terms",
         )
     for file, effect in sourced_effects:
         if effect.name in effects:

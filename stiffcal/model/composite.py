@@ -2,13 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import Effect, ParameterRole, ParameterSpec, Place, Values
+from stiffcal.model.abilities import FiniteShift
+from stiffcal.model.effect import (
+    Covariate,
+    Effect,
+    EffectAtRest,
+    Geometry,
+    Inputs,
+    Instrument,
+    Law,
+    NodeLoads,
+    Observed,
+    ParameterRole,
+    ParameterSpec,
+    Place,
+    Term,
+    Values,
+)
 from stiffcal.model.forms import form_of
+from stiffcal.model.scalar_laws import ScalarLaw
 
 
 @dataclass(frozen=True)
@@ -29,7 +47,60 @@ class PlacedEffect:
     @property
     def changes_geometry(self) -> bool:
         """Whether the effect moves the unloaded chain or its angles: its parameters count from the robot file."""
-        return type(self.effect).geometry_terms is not Effect.geometry_terms
+        effect = self.effect
+        return isinstance(effect, Geometry) and type(effect).geometry_terms is not Geometry.geometry_terms
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether its law depends on the states before."""
+        return isinstance(self.effect, Law) and self.effect.has_memory
+
+    def terms(self, chain: Chain, loads: NodeLoads) -> Sequence[Term]:
+        """Return its law as a sum of terms; none of an effect that is no law."""
+        return self.effect.terms(self.place, chain, loads, self.shape()) if isinstance(self.effect, Law) else ()
+
+    def scalar_laws(self, chain: Chain) -> Sequence[ScalarLaw]:
+        """Return its law as data; none where it gives none."""
+        effect = self.effect
+        return effect.scalar_laws(self.place, chain, self.amplitudes()) if isinstance(effect, Law) else ()
+
+    def adjusted_chain(self, chain: Chain, values: Values | None = None) -> Chain:
+        """Return a chain as it is with these values, its own by default."""
+        if not isinstance(self.effect, Geometry):
+            return chain
+        return self.effect.adjusted_chain(self.place, chain, self.values if values is None else values)
+
+    def adjusted(self, inputs: Inputs, values: Values | None = None) -> Inputs:
+        """Return inputs as they are with these values, its own by default."""
+        if not isinstance(self.effect, Geometry | Instrument):
+            return inputs
+        return self.effect.adjusted(self.place, inputs, self.values if values is None else values)
+
+    def geometry_terms(self, chain: Chain, angles: Floats) -> Sequence[Term]:
+        """Return how its amplitudes move the undeformed chain at model angles (J, n); none where they do not."""
+        effect = self.effect
+        return effect.geometry_terms(self.place, chain, angles, self.shape()) if isinstance(effect, Geometry) else ()
+
+    def observation_columns(self, observed: Observed) -> dict[str, Floats]:
+        """Return amplitude symbol to (B, 6, n): what a unit of it adds to the readings; none where it adds nothing."""
+        effect = self.effect
+        return effect.observation_columns(self.place, observed, self.shape()) if isinstance(effect, Instrument) else {}
+
+    def observation_shift(self, observed: Observed, values: Values | None = None) -> Floats | None:
+        """Return (B, 6, n) by how much it shifts the readings with these values, its own by default; None: not at all.
+
+        Of an instrument whose shift does not bend it is the sum of its columns, with its own values.
+        """
+        if isinstance(self.effect, FiniteShift):
+            return self.effect.observation_shift(self.place, observed, self.values if values is None else values)
+        columns = self.observation_columns(observed).items()
+        parts = [self.amplitude(symbol) * column for symbol, column in columns if self.amplitude(symbol) != 0.0]
+        return sum(parts[1:], parts[0]) if parts else None
+
+    def covariate(self, chain: Chain, loads: NodeLoads) -> Covariate | None:
+        """Return what its residual in load states follows; None where it follows nothing there."""
+        effect = self.effect
+        return effect.covariate(self.place, chain, loads) if isinstance(effect, EffectAtRest) else None
 
     def amplitude(self, symbol: str) -> float:
         """What the law multiplies with: the value, of stiffnesses its inverse, of gains what they differ from 1 by.
@@ -92,24 +163,24 @@ class CompliantRobot:
         """The chain, and as it is after each of the effects."""
         chains = [self.chain]
         for placed_effect in self.acting:
-            chains.append(placed_effect.effect.adjusted_chain(placed_effect.place, chains[-1], placed_effect.values))
+            chains.append(placed_effect.adjusted_chain(chains[-1]))
         return tuple(chains)
 
     def chain_with(self, number: int, values: Values) -> Chain:
         """Return the chain with other values of one of the acting effects, by its number."""
         chain = self._chains[number]
-        chain = self.acting[number].effect.adjusted_chain(self.acting[number].place, chain, values)
+        chain = self.acting[number].adjusted_chain(chain, values)
         for placed_effect, before, after in zip(
             self.acting[number + 1 :], self._chains[number + 1 : -1], self._chains[number + 2 :], strict=True
         ):
             if after is not before:
-                chain = placed_effect.effect.adjusted_chain(placed_effect.place, chain, placed_effect.values)
+                chain = placed_effect.adjusted_chain(chain)
         return chain
 
     @property
     def has_memory(self) -> bool:
         """True where a law depends on the states before."""
-        return any(placed_effect.effect.has_memory for placed_effect in self.acting)
+        return any(placed_effect.has_memory for placed_effect in self.acting)
 
     def with_values(self, values: Mapping[str, float]) -> CompliantRobot:
         """Return the robot with parameters set by full name; names that the model lacks are ignored."""

@@ -29,7 +29,7 @@ from stiffcal.model.effect import Inputs, NodeLoads, StateOrder, Term, joint_nod
 from stiffcal.model.forms import MotorFriction
 from stiffcal.model.no_balance import NoBalanceError as NoBalanceError
 from stiffcal.model.no_balance import no_balance
-from stiffcal.model.stated_spring import stated_spring
+from stiffcal.model.stated_spring import parallel_spring, stated_spring
 
 # 1e-12 rad is 3 pm at three metres: a hundred-thousandth of the best tracker's noise.
 TOLERANCE = 1e-12
@@ -91,7 +91,7 @@ def law_terms(robot: CompliantRobot, loads: NodeLoads) -> list[tuple[PlacedEffec
     return [
         (placed_effect, term)
         for placed_effect in robot.acting
-        for term in placed_effect.effect.terms(placed_effect.place, robot.chain, loads, placed_effect.shape())
+        for term in placed_effect.terms(robot.chain, loads)
     ]  # fmt: skip
 
 
@@ -112,10 +112,11 @@ def add_side_torques(robot: CompliantRobot, angles: Floats, wrench: Floats) -> N
         component = robot.chain.drive_components[stated.joint - 1]
         wrench[joint_node(stated.joint), component] += stated.torque(angles[stated.joint - 1])
     for placed_effect in robot.acting:
-        torque = placed_effect.effect.joint_torque(placed_effect.place, robot.chain, angles, placed_effect.values)
-        if torque is not None:
-            joint = placed_effect.place.joints[0]
-            wrench[joint_node(joint), robot.chain.drive_components[joint - 1]] += torque
+        spring = parallel_spring(robot.chain, placed_effect)
+        if spring is not None:
+            wrench[joint_node(spring.joint), robot.chain.drive_components[spring.joint - 1]] += spring.torque(
+                angles[spring.joint - 1]
+            )
 
 
 def _take_off_friction(robot: CompliantRobot, wrench: Floats, order: StateOrder | None, weight: Floats | None) -> None:
@@ -141,7 +142,7 @@ def _take_off_friction(robot: CompliantRobot, wrench: Floats, order: StateOrder 
 def adjusted_inputs(robot: CompliantRobot, inputs: Inputs) -> Inputs:
     """Return the inputs as the robot's effects change them."""
     for placed_effect in robot.acting:
-        inputs = placed_effect.effect.adjusted(placed_effect.place, inputs, placed_effect.values)
+        inputs = placed_effect.adjusted(inputs)
     return inputs
 
 

@@ -12,11 +12,11 @@ from collections.abc import Iterable, Sequence
 from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import Effect, Place, Values
+from stiffcal.model.effect import Effect, EffectAtRest, Law, Place, Values
 from stiffcal.model.prismatic import at_prismatic_joint
 
 
-class WholeForm(Effect, ABC):
+class WholeForm(Law, ABC):
     """A form that takes the place of the usual one and of what it includes, with as many parameters.
 
     It is no addition: a search fits it once the law is in the model, and keeps whichever errs less. `lacking` is where
@@ -81,10 +81,11 @@ def curve_of(effect: Effect) -> Effect | None:
     return next((form for form in effect.forms if straight < set(symbols_of(form))), None)
 
 
-def added_forms(effect: Effect) -> Sequence[Effect]:
+def added_forms(effect: EffectAtRest) -> Sequence[EffectAtRest]:
     """Return the forms among which a search chooses, the usual one first: those that add to a model."""
     curve = curve_of(effect)
-    return [form for form in effect.forms if form is not curve and not isinstance(form, WholeForm)] or [effect]
+    forms = (form for form in effect.forms if form is not curve and not isinstance(form, WholeForm))
+    return [form for form in forms if isinstance(form, EffectAtRest)] or [effect]
 
 
 def whole_form(effect: Effect, chain: Chain, states: LoadStates) -> WholeForm | None:

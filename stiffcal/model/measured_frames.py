@@ -15,9 +15,8 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import (
-    DocumentedEffect,
     Inputs,
-    Kind,
+    Instrument,
     ParameterRole,
     ParameterSpec,
     Place,
@@ -50,14 +49,13 @@ def _load_point_spec(symbol: str) -> ParameterSpec:
     return ParameterSpec(symbol, "m", meaning, -1.0, 1.0, 5e-3, source, ParameterRole.SETUP)
 
 
-class FramePosition(DocumentedEffect):
+class FramePosition(Instrument):
     """A frame of which only the place is found: a target whose orientation is not measured.
 
     Law: its origin is where registration puts it plus (x, y, z), in the axes of the body that carries it.
     """
 
     name = FRAME
-    kind = Kind.OBSERVATION
     place_kind = "frames"
     summary = "position of a frame that the manifest leaves to be estimated"
     parameters = tuple(_spec(symbol) for symbol in AXES[:3])
@@ -85,7 +83,7 @@ class FramePosition(DocumentedEffect):
         return replace(inputs, tracker_error=error)
 
 
-class LoadPoint(DocumentedEffect):
+class LoadPoint(Instrument):
     """The position of a payload, known within a standard uncertainty that the manifest states.
 
     Law: the load acts at the manifest's place plus (x, y, z), in the axes of the body that carries it; each of these is
@@ -93,7 +91,6 @@ class LoadPoint(DocumentedEffect):
     """
 
     name = FRAME
-    kind = Kind.OBSERVATION
     place_kind = "frames"
     summary = "position of the payload, within the uncertainty that the manifest states"
     parameters = tuple(_load_point_spec(symbol) for symbol in AXES[:3])
@@ -149,7 +146,7 @@ def with_found_frames(robot: CompliantRobot, setup: MeasurementSetup) -> Measure
     inputs = Inputs(np.zeros((robot.chain.n_joints, 1)), np.zeros((6, 1)), setup)
     for placed in robot.placed:
         if isinstance(placed.effect, FramePosition):
-            inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
+            inputs = placed.adjusted(inputs)
     if inputs.tracker_error is None:
         return inputs.setup
     trackers = tuple(

@@ -15,7 +15,23 @@ import numpy as np
 from stiffcal.campaign.name_checks import odd_character
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.effect import Covariate, Effect, Inputs, Kind, ParameterRole, ParameterSpec, Place, PlaceKind, Term
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.effect import (
+    Covariate,
+    Effect,
+    Geometry,
+    Inputs,
+    Instrument,
+    Kind,
+    Law,
+    NodeLoads,
+    ParameterRole,
+    ParameterSpec,
+    Place,
+    PlaceKind,
+    Term,
+)
+from stiffcal.model.motion import Motion
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 
 MEND = "correct the file"
@@ -24,7 +40,7 @@ _UNIT = re.compile(r"[A-Za-z0-9·/() ⁰¹²³⁴⁵⁶⁷⁸⁹⁻]{1,60}")
 _SI_SYMBOLS = {"m", "rad", "N", "s", "kg", "K", "A", "Pa", "J", "W", "Hz", "or"}
 _TEXTS = ("summary", "fingerprint", "how_to_check")
 _NAMES = ("includes", "excludes", "needs", "looks_like")
-_FLAGS = ("has_memory", "in_motion", "in_drive", "general")
+_FLAGS = ("has_memory", "in_drive", "general")
 _MOST_TEXT = 10_000
 # Far beyond every quantity in SI units; the sum of the squares of many is still a number.
 _LARGEST = 1e100
@@ -59,7 +75,7 @@ def _held(member: type[Effect], file: str) -> type[Effect]:
     wrong = _wrong_attribute(member)
     if wrong:
         raise InputError.at(FaultCode.PLUGIN_INVALID, file, member.__name__, wrong, MEND)
-    methods = {name: _checked(member, name, check, file) for name, check in _ANSWERS.items()}
+    methods = {name: _checked(member, name, check, file) for name, check in _answers_of(member).items()}
     inner = {"__module__": member.__module__, "__qualname__": member.__qualname__, "__doc__": member.__doc__}
     kind: Callable[..., type[Effect]] = type(member)
     return kind(member.__name__, (member,), {**inner, **methods})
@@ -86,8 +102,10 @@ def _wrong_attribute(member: type[Effect]) -> str:
         return odd[0]
     if any("__getattribute__" in vars(base) or "__class__" in vars(base) for base in _own_bases(member)):
         return "replaces what every object has: __getattribute__ or __class__"
-    if not isinstance(getattr(member, "kind", None), Kind):
-        return f"kind is no Kind: {_shown(getattr(member, 'kind', None))}"
+    if not issubclass(member, Law | Geometry | Instrument | Motion):
+        return "is derived from none of Law, Geometry, Instrument and Motion"
+    if not isinstance(member.kind, Kind):
+        return f"kind is no Kind: {_shown(member.kind)}"
     if getattr(member, "place_kind", None) not in get_args(PlaceKind):
         return f"place_kind is none of {', '.join(get_args(PlaceKind))}: {_shown(getattr(member, 'place_kind', None))}"
     for text in _TEXTS:
@@ -98,11 +116,11 @@ def _wrong_attribute(member: type[Effect]) -> str:
         if not isinstance(declared, tuple | list) or not all(isinstance(word, str) for word in declared):
             return f"{names} is not a tuple of texts: {_shown(declared)}"
     for flag in _FLAGS:
-        if not isinstance(getattr(member, flag), bool):
+        if not isinstance(getattr(member, flag, False), bool):
             return f"{flag} is neither True nor False: {_shown(getattr(member, flag))}"
     if not (member.__doc__ is None or isinstance(member.__doc__, str)):
         return f"__doc__ is not a text: {_shown(member.__doc__)}"
-    for method in _ANSWERS:
+    for method in _answers_of(member):
         if not callable(getattr(member, method)):
             return f"{method} is not a method: {_shown(getattr(member, method))}"
     return _wrong_parameters(member.parameters)
@@ -162,7 +180,7 @@ def _checked(member: type[Effect], name: str, check: Callable[..., str], file: s
             raise InputError.at(FaultCode.PLUGIN_INVALID, file, f"{member.__name__}.{name}", f"returns {wrong}", MEND)
         return answer
 
-    method.__name__, method.__doc__ = name, getattr(Effect, name).__doc__
+    method.__name__, method.__doc__ = name, getattr(member, name).__doc__
     return method
 
 
@@ -183,15 +201,6 @@ def _terms(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any, sh
         if wrong := _wrong_array(term.value, (count,)):
             return f"a term whose value {wrong}"
     return ""
-
-
-def _joint_torque(effect: Effect, answer: Any, place: Place, chain: Any, angles: Any, values: Any) -> str:
-    return "" if answer is None else _torque(answer, angles.shape[-1:])
-
-
-def _torque(answer: Any, shape: tuple[int, ...]) -> str:
-    wrong = _wrong_array(answer, shape)
-    return f"a torque that {wrong}" if wrong else ""
 
 
 def _torque_columns(effect: Effect, answer: Any, velocity: Any, shape: Any) -> str:
@@ -234,6 +243,15 @@ def _inputs(effect: Effect, answer: Any, place: Place, inputs: Inputs, values: A
         if wrong := _wrong_array(getattr(answer, name), getattr(inputs, name).shape):
             return f"inputs whose {name} {wrong}"
     return "" if isinstance(answer.setup, type(inputs.setup)) else "inputs without a setup"
+
+
+def _adjusted_chain(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
+    return "" if isinstance(answer, Chain) else f"no Chain: {_shown(answer)}"
+
+
+def _geometry_terms(effect: Effect, answer: Any, place: Place, chain: Any, angles: Any, shape: Any) -> str:
+    nodes = np.broadcast_to(0.0, (2 * chain.n_joints + 2, 6, angles.shape[-1]))
+    return _terms(effect, answer, place, chain, NodeLoads(nodes, angles), shape)
 
 
 def _nonlinear_grid(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
@@ -300,7 +318,6 @@ def _spec(effect: Effect, answer: Any, *arguments: Any, **named: Any) -> str:
 # Method to the check of its answer, which returns what is wrong with it, "" where nothing is.
 _ANSWERS: dict[str, Callable[..., str]] = {
     "terms": _terms,
-    "joint_torque": _joint_torque,
     "scalar_laws": _scalar_laws,
     "balancing_spring": _balancing_spring,
     "torque_columns": _torque_columns,
@@ -311,6 +328,8 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "observation_columns": _observation_columns,
     "observation_shift": _observation_shift,
     "adjusted": _inputs,
+    "adjusted_chain": _adjusted_chain,
+    "geometry_terms": _geometry_terms,
     "nonlinear_grid": _nonlinear_grid,
     "places": _places,
     "covariate": _covariate,
@@ -319,6 +338,11 @@ _ANSWERS: dict[str, Callable[..., str]] = {
     "impossible": _text_or_none,
     "spec": _spec,
 }
+
+
+def _answers_of(member: type[Effect]) -> dict[str, Callable[..., str]]:
+    """Return the checks of the methods that a class has."""
+    return {name: check for name, check in _ANSWERS.items() if hasattr(member, name)}
 
 
 def _wrong_array(value: Any, shape: tuple[int, ...]) -> str:

@@ -8,8 +8,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.effect import Effect
+from stiffcal.model.abilities import ParallelSpring
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.scalar_laws import BalancingSpring
 
 
@@ -50,10 +50,15 @@ def stated_spring(robot: CompliantRobot) -> BalancingSpring | None:
     rate = stated_rate(robot.chain)
     if rate is None:
         return None
-    for placed in robot.acting:
-        if placed.effect.balancing_spring(placed.place, robot.chain, placed.values) is not None:
-            return None
+    if any(parallel_spring(robot.chain, placed) is not None for placed in robot.acting):
+        return None
     return spring_at_rate(robot.chain, rate)
+
+
+def parallel_spring(chain: Chain, placed: PlacedEffect) -> BalancingSpring | None:
+    """Return the spring that an effect puts in parallel with its joint's drive; None where it puts none."""
+    effect = placed.effect
+    return effect.balancing_spring(placed.place, chain, placed.values) if isinstance(effect, ParallelSpring) else None
 
 
 def spring_torque(chain: Chain, angles: Floats) -> Floats:
@@ -71,7 +76,7 @@ def is_spring_modelled(robot: CompliantRobot) -> bool:
     if robot.chain.compensator is None:
         return True
     joint = spring_joint(robot.chain)
-    of_springs = (p for p in robot.acting if type(p.effect).balancing_spring is not Effect.balancing_spring)
+    of_springs = (p for p in robot.acting if isinstance(p.effect, ParallelSpring))
     return any(placed.place.joints == (joint,) for placed in of_springs)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.drive_motion import DriveMotion, travel_since_reversal
+from stiffcal.model.motion import Motion
 
 
 def friction_torque(
@@ -23,7 +24,7 @@ def friction_torque(
     """
     torque = np.zeros_like(velocity)
     for placed in robot.placed:
-        if not placed.effect.in_motion:
+        if not isinstance(placed.effect, Motion):
             continue
         k = placed.place.joints[0] - 1
         travel = travel_since_reversal(joints[:, k], velocity[:, k])

@@ -335,8 +335,7 @@ def observed_shift(robot: CompliantRobot, displacement: Floats, order: StateOrde
     observed = Observed(np.moveaxis(displacement, 0, -1), order)
     total = np.zeros_like(observed.displacement)
     for placed_effect in robot.placed:
-        columns = placed_effect.effect.observation_columns(placed_effect.place, observed, placed_effect.shape())
-        for symbol, column in columns.items():
+        for symbol, column in placed_effect.observation_columns(observed).items():
             total = total + placed_effect.amplitude(symbol) * column
     return np.moveaxis(total, -1, 0)
 

@@ -171,7 +171,7 @@ def head_lines(
         yield f"LEFT OUT, not available in this code: {name}"
     for placed in fitted.robot.acting:
         at = f"{placed.effect.name}.{placed.place.label}"
-        if placed.effect.has_memory and not placed.effect.scalar_laws(placed.place, chain, placed.amplitudes()):
+        if placed.has_memory and not placed.scalar_laws(chain):
             yield f"static form, as after a long time under the same load: {at}"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, Observed, ParameterRole, Place, StateOrder
 from stiffcal.model.held_frame import HeldFrame
 from stiffcal.report.content import EffectPicture
@@ -35,7 +36,7 @@ def clamped_picture(
         jacobian=np.tile(_JACOBIAN[:, None, None], (1, n_joints, n)),
         wrench=np.outer(inverse, torque),
     )
-    columns = effect.observation_columns(place, Observed(np.zeros((1, 6, n)), order, held), {})
+    columns = PlacedEffect(effect, place).observation_columns(Observed(np.zeros((1, 6, n)), order, held))
     amplitudes = {
         spec.symbol: spec.amplitude_of(spec.typical)
         for spec in effect.parameters

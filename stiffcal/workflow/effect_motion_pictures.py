@@ -11,6 +11,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Covariate, Effect, Place
+from stiffcal.model.motion import Motion, as_motion
 from stiffcal.report.content import EffectPicture
 
 # The effect is drawn as large as this share of the largest torque without it.
@@ -37,7 +38,7 @@ class _Stroke:
 def torque_picture(effect: Effect, chain: Chain) -> EffectPicture | None:
     """Return the torque of a drive over what the effect follows, without and with it; None where it adds none."""
     places = effect.places(chain)
-    if not effect.in_motion or not places:
+    if not isinstance(effect, Motion) or not places:
         return None
     place = places[0]
     strokes = _strokes()
@@ -68,7 +69,7 @@ def _picture(
 def _torque(effect: Effect, place: Place, chain: Chain, motion: DriveMotion) -> Floats:
     """Return (n,) N·m of an effect at its usual size."""
     usual = {spec.symbol: spec.typical for spec in effect.parameters}
-    columns = effect.motion_columns(place, chain, motion, usual)
+    columns = as_motion(effect).motion_columns(place, chain, motion, usual)
     return np.asarray(sum((usual[symbol] * column for symbol, column in columns.items()), np.zeros(len(motion))))
 
 

@@ -21,9 +21,10 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import BeamFrame, Chain
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Effect, NodeLoads, Observed, ParameterRole, Place, StateOrder
+from stiffcal.model.effect import Effect, EffectAtRest, NodeLoads, Observed, ParameterRole, Place, StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.plugin_code import PluginCode
+from stiffcal.model.stated_spring import parallel_spring
 from stiffcal.report.content import EffectPicture
 from stiffcal.trust.output_kinds import EFFECT_PICTURE
 from stiffcal.trust.outputs import check_output, written
@@ -108,6 +109,8 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
     ('force along y [N]', 'deflection along y [mm]')
     """
     chain, setup = lever()
+    if not isinstance(effect, EffectAtRest):
+        return torque_picture(effect, chain)
     places = effect.places(chain)
     best: tuple[float, EffectPicture] | None = None
     for example in _examples(effect, places, chain):
@@ -121,7 +124,6 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
     return (
         _late_clock_picture(effect, chain, setup)
         or _torque_next_to(effect, places, chain)
-        or torque_picture(effect, chain)
         or weight_picture(effect, chain, setup, _caption(effect))
         or _clamped_picture(effect, places)
     )
@@ -164,7 +166,7 @@ def _picture_of(name: str, plugins: PluginCode | None) -> EffectPicture | None:
         return None
 
 
-def _examples(effect: Effect, places: Sequence[Place], chain: Chain) -> Iterator[LeverExample]:
+def _examples(effect: EffectAtRest, places: Sequence[Place], chain: Chain) -> Iterator[LeverExample]:
     """Return load cycles along each line; for effects that follow a joint's angle, poses under one load."""
     if not places:
         return
@@ -217,7 +219,7 @@ def _order(n: int, level: Floats | None = None) -> StateOrder:
 
 
 def _enlarged_picture(
-    effect: Effect, place: Place, chain: Chain, setup: MeasurementSetup, example: LeverExample
+    effect: EffectAtRest, place: Place, chain: Chain, setup: MeasurementSetup, example: LeverExample
 ) -> tuple[float, EffectPicture] | None:
     """Return how much of the effect shows at its usual size, and the picture with it enlarged."""
     springs = _springs()
@@ -298,11 +300,11 @@ def _torque_next_to(effect: Effect, places: Sequence[Place], chain: Chain) -> Ef
     values = {spec.symbol: spec.typical for spec in effect.parameters}
     angle = np.linspace(-np.pi, np.pi, 73)
     for place in places[:1]:
-        torque = effect.joint_torque(place, chain, np.tile(angle, (2, 1)), values)
-        if torque is not None:
+        spring = parallel_spring(chain, PlacedEffect(effect, place, values))
+        if spring is not None:
             return EffectPicture(
                 effect.name, "angle of joint 1 [°]", "additional torque on the joint [N·m]", np.degrees(angle),
-                np.zeros_like(angle), torque, np.zeros(len(angle), dtype=np.bool_), _caption(effect),
+                np.zeros_like(angle), spring.torque(angle), np.zeros(len(angle), dtype=np.bool_), _caption(effect),
             )  # fmt: skip
     return None
 
@@ -320,7 +322,7 @@ def _springs() -> tuple[PlacedEffect, ...]:
 
 
 def _usual(
-    effect: Effect, place: Place, robot: CompliantRobot, setup: MeasurementSetup, example: LeverExample
+    effect: EffectAtRest, place: Place, robot: CompliantRobot, setup: MeasurementSetup, example: LeverExample
 ) -> dict[str, float] | None:
     """Return values of usual size, shapes from the middle of the effect's grid; None where no shape shows."""
     values = {spec.symbol: spec.typical for spec in effect.parameters}
@@ -351,12 +353,7 @@ def _deflection(robot: CompliantRobot, setup: MeasurementSetup, example: LeverEx
     observed = Observed(displacement, example.order)
     observed_shift = displacement.copy()
     for placed_effect in robot.placed:
-        shift = placed_effect.effect.observation_shift(placed_effect.place, observed, placed_effect.values)
-        if shift is None:
-            columns = placed_effect.effect.observation_columns(placed_effect.place, observed, placed_effect.shape())
-            observed_shift = observed_shift + sum(
-                placed_effect.amplitude(symbol) * column for symbol, column in columns.items()
-            )
-        else:
+        shift = placed_effect.observation_shift(observed)
+        if shift is not None:
             observed_shift = observed_shift + shift
     return np.asarray(observed_shift[0, :3].T)

@@ -12,6 +12,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import plugin_code
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.effect import Effect
+from stiffcal.model.motion import Motion
 from stiffcal.model.plugin_code import PluginCode
 from stiffcal.workflow.command_results import EffectDescription, EffectParameter, EffectsResult
 
@@ -63,7 +64,7 @@ def _describe(effect: Effect) -> EffectDescription:
     return EffectDescription(
         name=effect.name,
         place={"setup": "set-up"}.get(effect.place_kind, effect.place_kind),
-        kind=IN_MOTION if effect.in_motion else effect.kind.value,
+        kind=IN_MOTION if isinstance(effect, Motion) else effect.kind.value,
         summary=effect.summary,
         physics=effect.describe(),
         parameters=[

@@ -87,7 +87,7 @@ def _wrench_per_radian(model: PlanModel, joints: Floats) -> tuple[Floats, Floats
     springs = tuple(
         placed
         for placed in model.robot.placed
-        if any(spec.compliance for spec in placed.effect.parameters) and not placed.effect.has_memory
+        if any(spec.compliance for spec in placed.effect.parameters) and not placed.has_memory
     )
     robot = replace(model.robot, placed=springs or model.robot.placed, deformed=False)
     angles, rest = chain.model_angles(joints), np.zeros((len(joints), 6))

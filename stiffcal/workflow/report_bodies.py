@@ -83,7 +83,7 @@ def _law(robot: CompliantRobot, joint: int, axis: int, load: Floats) -> tuple[Fl
     laws = tuple(
         placed_effect
         for placed_effect in robot.placed
-        if placed_effect.effect.kind is Kind.NODE_LAW and not placed_effect.effect.has_memory
+        if placed_effect.effect.kind is Kind.NODE_LAW and not placed_effect.has_memory
     )
     alone = replace(
         robot, placed=tuple(placed_effect for placed_effect in laws if placed_effect.place.joints == (joint,))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, ProposedEffect
+from stiffcal.model.effect import Law
 from stiffcal.model.summary import EffectAt
 from stiffcal.report.content import EvidenceFigure, ReportContent
 from stiffcal.results.identify_result import IdentifyResult
@@ -84,7 +85,7 @@ def _evidence(
                 after=columns["after"][rows],
                 branch=branch[rows],
                 run=run[rows],
-                path_run=_most_significant_run(evidence) if effect.has_memory else "",
+                path_run=_most_significant_run(evidence) if isinstance(effect, Law) and effect.has_memory else "",
                 summary=effect.summary,
                 fingerprint=effect.fingerprint,
                 check=effect.how_to_check,

@@ -23,7 +23,7 @@ from stiffcal.identification.observation import evaluate, observe
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values
+from stiffcal.model.effect import Law, NodeLoads, ParameterSpec, Place, Term, Values
 from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.mujoco_states import NOISE, turn_by
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
@@ -33,11 +33,10 @@ FIRST_ORDER, BALANCED, GIGABYTES = 3.0, 8.0, 1.5
 STATES_PER_RUN = 100
 
 
-class JointSprings(DocumentedEffect):
+class JointSprings(Law):
     """All six compliances of a joint: joint-compliance, bearing-tilt and joint-translation together."""
 
     name = "joint-springs"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "six springs in a joint"
     parameters = tuple(

@@ -17,8 +17,9 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
-from stiffcal.model.effect import Effect, Inputs, NodeLoads, Observed, ParameterRole, ParameterSpec, Place
+from stiffcal.model.effect import Effect, EffectAtRest, Inputs, NodeLoads, Observed, ParameterRole, ParameterSpec, Place
 from stiffcal.model.equilibrium import rest_under_weight
+from stiffcal.model.stated_spring import parallel_spring
 from tests.laboratory.effect_bench import bare_states, robot_chain
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axis_joints
 
@@ -68,7 +69,7 @@ def chain() -> Chain:
 
 def measures_moments(effect: Effect) -> bool:
     """True but for the effect that needs a force-only set-up."""
-    return "moments" not in (effect.lacking(chain(), bare_states([0])) or "")
+    return not isinstance(effect, EffectAtRest) or "moments" not in (effect.lacking(chain(), bare_states([0])) or "")
 
 
 @cache
@@ -110,7 +111,10 @@ def placed(effect: Effect, place: Place) -> CompliantRobot:
         if not (effect.name == drive.name or drive.name in effect.includes) or (k + 1) not in place.joints
     )
     values = {spec.symbol: spec.typical for spec in effect.parameters}
-    for symbol, grid in effect.nonlinear_grid(place, chain(), node_loads(measures_moments(effect))).items():
+    grids = {}
+    if isinstance(effect, EffectAtRest):
+        grids = effect.nonlinear_grid(place, chain(), node_loads(measures_moments(effect)))
+    for symbol, grid in grids.items():
         if len(grid):
             values[symbol] = float(grid[len(grid) // 2])
     return CompliantRobot(chain(), (*drives, PlacedEffect(effect, place, values)))
@@ -185,6 +189,8 @@ def test_places_are_of_the_kind_it_states(effect: Effect) -> None:
 
 def test_reasons_are_sentences(effect: Effect) -> None:
     """On states of which nothing is known, an effect says in words what it lacks, or nothing."""
+    if not isinstance(effect, EffectAtRest):
+        return
     reason = effect.lacking(chain(), bare_states([0, 1, 2]))
     assert reason is None or len(reason) > 15
 
@@ -197,7 +203,7 @@ def test_zero_load_gives_zero(effect: Effect) -> None:
     for place in effect.places(chain()):
         one = placed(effect, place).placed[-1]
         for order in (still, None):
-            for term in effect.terms(place, chain(), replace(nothing, order=order), one.shape()):
+            for term in one.terms(chain(), replace(nothing, order=order)):
                 assert not np.any(term.value), term
 
 
@@ -210,25 +216,28 @@ def test_neutral_parameters_change_no_observation(effect: Effect) -> None:
         if spec.role is not ParameterRole.NONLINEAR and not spec.inverse
     }
     seen = Observed(np.random.default_rng(1).normal(size=(1, 6, data.n_states)), data.order)
-    shift = effect.observation_shift(place, seen, neutral)
+    one = PlacedEffect(effect, place, neutral)
+    shift = one.observation_shift(seen)
     assert shift is None or not np.any(shift)
     inputs = Inputs(data.angles, data.wrench, data.setup)
-    after = effect.adjusted(place, inputs, neutral)
+    after = one.adjusted(inputs)
     np.testing.assert_array_equal(after.wrench, inputs.wrench)
-    for one, other in (
+    for changed, other in (
         (after.setup.wrench_axes, inputs.setup.wrench_axes),
         (after.setup.wrench_point, inputs.setup.wrench_point),
         *zip(after.setup.targets, inputs.setup.targets, strict=True),
     ):
-        np.testing.assert_array_equal(one.transform, other.transform)
-    torque = effect.joint_torque(place, chain(), data.angles, neutral)
-    assert torque is None or not np.any(torque)
+        np.testing.assert_array_equal(changed.transform, other.transform)
+    spring = parallel_spring(chain(), one)
+    assert spring is None or not np.any(spring.torque(data.angles[spring.joint - 1]))
 
 
 def test_grids_lie_within_the_bounds(effect: Effect) -> None:
     carried = node_loads(measures_moments(effect))
     shapes = {spec.symbol: spec for spec in effect.parameters if spec.role is ParameterRole.NONLINEAR}
     for place in effect.places(chain()):
+        if not isinstance(effect, EffectAtRest):
+            continue
         grid = effect.nonlinear_grid(place, chain(), carried)
         assert set(grid) == set(shapes)
         for symbol, values in grid.items():
@@ -239,7 +248,7 @@ def test_grids_lie_within_the_bounds(effect: Effect) -> None:
 def test_driver_has_a_value_per_state(effect: Effect) -> None:
     carried = node_loads(measures_moments(effect))
     for place in effect.places(chain()):
-        covariate = effect.covariate(place, chain(), carried)
+        covariate = PlacedEffect(effect, place).covariate(chain(), carried)
         if covariate is not None:
             assert covariate.value.shape == (carried.wrench.shape[2],)
             assert np.isfinite(covariate.value).all()
@@ -252,7 +261,7 @@ def test_terms_name_the_effects_own_amplitudes(effect: Effect) -> None:
     amplitudes = {spec.symbol for spec in effect.parameters if spec.role is ParameterRole.AMPLITUDE} | {""}
     for place in effect.places(chain()):
         one = placed(effect, place).placed[-1]
-        for term in effect.terms(place, chain(), carried, one.shape()):
+        for term in one.terms(chain(), carried):
             assert term.symbol in amplitudes
             assert term.value.shape == (data.n_states,)
             assert np.isfinite(term.value).all()
@@ -262,7 +271,7 @@ def test_a_compliance_along_a_component_is_displacement_over_load_along_it(effec
     carried = node_loads(measures_moments(effect))
     declared = {spec.symbol: spec.along for spec in effect.parameters if spec.along is not None}
     for place in effect.places(chain()) if declared else ():
-        terms = effect.terms(place, chain(), carried, {})
+        terms = PlacedEffect(effect, place).terms(chain(), carried)
         for symbol, along in declared.items():
             own = [term for term in terms if term.symbol == symbol and term.component == along]
             assert len(own) == 1, symbol

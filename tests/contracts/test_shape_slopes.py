@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.model.abilities import KnownSlopes
 from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.effect import Effect, NodeLoads, ParameterRole, Place
+from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.effect import Effect, EffectAtRest, NodeLoads, ParameterRole, Place
 from stiffcal.model.forms import WholeForm
 from tests.laboratory.effect_bench import order_of, robot_chain
 
@@ -36,7 +38,8 @@ def forms(effect: Effect) -> list[Effect]:
 def values_of(effect: Effect, place: Place, loads: NodeLoads) -> dict[str, float]:
     """Return typical values; shapes from the grid of these loads; of a whole curve, one that bends by a fifth."""
     values = {spec.symbol: spec.typical for spec in effect.parameters}
-    for symbol, grid in effect.nonlinear_grid(place, robot_chain(), loads).items():
+    grids = effect.nonlinear_grid(place, robot_chain(), loads) if isinstance(effect, EffectAtRest) else {}
+    for symbol, grid in grids.items():
         if len(grid):
             values[symbol] = float(grid[len(grid) // 2])
     if not all(values.values()):
@@ -49,7 +52,7 @@ def values_of(effect: Effect, place: Place, loads: NodeLoads) -> dict[str, float
 def law(effect: Effect, place: Place, loads: NodeLoads, values: dict[str, float]) -> dict[tuple[int, int], Floats]:
     """Return the displacement by node and component."""
     total: dict[tuple[int, int], Floats] = {}
-    for term in effect.terms(place, robot_chain(), loads, values):
+    for term in PlacedEffect(effect, place, values).terms(robot_chain(), loads):
         key = (term.node, term.component)
         amplitude = values[term.symbol] if term.symbol else 1.0
         total[key] = total.get(key, np.zeros(N)) + amplitude * term.value
@@ -61,11 +64,13 @@ def test_slopes_are_those_of_the_law(name: str) -> None:
     loads = carried()
     for effect in forms(EFFECTS[name]):
         shapes = {spec.symbol for spec in effect.parameters if spec.role is ParameterRole.NONLINEAR}
-        own = type(effect).shape_slopes is not Effect.shape_slopes
+        own = isinstance(effect, KnownSlopes)
         for place in effect.places(robot_chain()):
             values = values_of(effect, place, loads)
             slopes: dict[str, dict[tuple[int, int], Floats]] = {}
-            for term in effect.shape_slopes(place, robot_chain(), loads, values):
+            for term in (
+                effect.shape_slopes(place, robot_chain(), loads, values) if isinstance(effect, KnownSlopes) else ()
+            ):
                 entry = slopes.setdefault(term.symbol, {})
                 key = (term.node, term.component)
                 entry[key] = entry.get(key, np.zeros(N)) + term.value
@@ -86,8 +91,6 @@ def test_slopes_are_those_of_the_law(name: str) -> None:
 def test_some_laws_give_slopes_of_their_own() -> None:
     """Else the comparison above would compare nothing."""
     with_slopes = {
-        name
-        for name, effect in EFFECTS.items()
-        if any(type(form).shape_slopes is not Effect.shape_slopes for form in forms(effect))
+        name for name, effect in EFFECTS.items() if any(isinstance(form, KnownSlopes) for form in forms(effect))
     }
     assert with_slopes >= {"backlash", "cubic-stiffness"}

@@ -21,18 +21,17 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_terms, drive_torque
-from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values
+from stiffcal.model.effect import Effect, Law, NodeLoads, ParameterSpec, Place, Term, Values
 from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.absolute_places import SIGMA, absolute_states
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs
 
 
-class LoadFriction(DocumentedEffect):
+class LoadFriction(Law):
     """Friction in proportion to the load, in the direction from which the joint came."""
 
     name = "load-friction"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "outside"
     parameters = (ParameterSpec("c", "rad/(N·m)", "size", -1.0, 1.0, 1e-7, "invented"),)
@@ -70,7 +69,7 @@ def test_the_compliance_follows_the_last_motion() -> None:
     assert pattern.share > 0.9
     (value,) = pattern.parameters
     assert value.value == pytest.approx(-5e-8, rel=0.05)
-    names: dict[str, type[DocumentedEffect]] = {}
+    names: dict[str, type[Effect]] = {}
     exec(plugin_text(pattern, "follows-it"), names)
     state = Linearised.about(fit.robot, fit.data)
     written = state.regressor(names["FollowsIt"](), Place("joints", (2,)), {})

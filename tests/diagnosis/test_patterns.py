@@ -15,7 +15,7 @@ from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.regressors import Linearised
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import DocumentedEffect, Place
+from stiffcal.model.effect import Effect, Law, Place
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 from tests.rates.outside import CrossStiffness, QuadraticCross, TorqueProduct
@@ -67,9 +67,10 @@ def test_the_effect_that_is_written_has_the_same_law(hidden: PlacedEffect) -> No
     fit, states = campaign_with(hidden)
     pattern = find_pattern(fit, states)
     assert pattern is not None
-    names: dict[str, type[DocumentedEffect]] = {}
+    names: dict[str, type[Effect]] = {}
     exec(plugin_text(pattern, "follows-it"), names)
     effect = names["FollowsIt"]()
+    assert isinstance(effect, Law)
     assert effect.name == "follows-it"
     state = Linearised.about(fit.robot, fit.data)
     values = {parameter.symbol: parameter.value or 0.0 for parameter in pattern.parameters}

@@ -10,7 +10,7 @@ import pytest
 from stiffcal.arrays import Floats, Integers
 from stiffcal.effects.friction_hysteresis import FrictionHysteresis
 from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.effect import RZ, NodeLoads, Place, joint_node
+from stiffcal.model.effect import RZ, Law, NodeLoads, Place, joint_node
 from stiffcal.model.forms import form_of
 from stiffcal.model.memory import play_operator
 from stiffcal.workflow.fitted_robot import _left_out
@@ -125,6 +125,7 @@ def test_absolute_places_need_both_directions_of_a_drive() -> None:
     assert "order of approach" in (EFFECT.lacking(robot_chain(), states) or "")
     one_way = replace(states, approach=np.ones((3, 6)))
     form = form_of(EFFECT, ["width"])
+    assert isinstance(form, Law)
     assert form.lacking(robot_chain(), one_way)
     both = one_way.approach.copy()
     both[1, 4] = -1.0

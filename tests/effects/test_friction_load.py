@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.effects.friction_load import FrictionLoad
 from tests.laboratory.drive_motions import strokes
-from tests.laboratory.effect_bench import bare_states, robot_chain
+from tests.laboratory.effect_bench import robot_chain
 
 EFFECT, CHAIN = FrictionLoad(), robot_chain()
 PLACE = EFFECT.places(CHAIN)[1]
@@ -31,4 +31,3 @@ def test_what_is_missing_is_named() -> None:
     constant = replace(MOTION, load=np.full(len(MOTION), -40.0))
     assert "differs in size" in str(EFFECT.lacking_motion(CHAIN, constant))
     assert "both directions" in str(EFFECT.lacking_motion(CHAIN, weight.block(weight.velocity > 0.0)))
-    assert "friction runs" in str(EFFECT.lacking(CHAIN, bare_states([0, 0, 0])))

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.effects.friction_temperature import FrictionTemperature
 from tests.laboratory.drive_motions import strokes
-from tests.laboratory.effect_bench import bare_states, robot_chain
+from tests.laboratory.effect_bench import robot_chain
 
 EFFECT, CHAIN = FrictionTemperature(), robot_chain()
 PLACE = EFFECT.places(CHAIN)[0]
@@ -36,4 +36,3 @@ def test_what_is_missing_is_named() -> None:
     assert "a temperature in the logs" in str(EFFECT.lacking_motion(CHAIN, MOTION))
     assert "changes" in str(EFFECT.lacking_motion(CHAIN, replace(MOTION, temperature=np.zeros(len(MOTION)))))
     assert "both directions" in str(EFFECT.lacking_motion(CHAIN, warming.block(warming.velocity > 0.0)))
-    assert "friction runs" in str(EFFECT.lacking(CHAIN, bare_states([0, 0, 0])))

@@ -24,11 +24,10 @@ CHAIN = replace(
 
 
 def torque(angles: Floats, rate: float = 1e5) -> Floats:
-    joints = np.zeros((6, len(angles)))
-    joints[1] = angles
-    found = EFFECT.joint_torque(PLACE, CHAIN, joints, {"rate": rate})
-    assert found is not None
-    return found
+    spring = EFFECT.balancing_spring(PLACE, CHAIN, {"rate": rate})
+    assert spring is not None
+    assert spring.joint == PLACE.joints[0]
+    return spring.torque(angles)
 
 
 def length(angle: float) -> float:
@@ -56,7 +55,7 @@ def test_preload_at_the_joints_zero() -> None:
 def test_proportional_to_the_rate_and_nothing_without() -> None:
     angles = np.array([0.3, -0.7])
     np.testing.assert_allclose(torque(angles, 3e5), 3.0 * torque(angles), rtol=1e-12)
-    assert EFFECT.joint_torque(PLACE, CHAIN, np.zeros((6, 1)), {}) is None
+    assert EFFECT.balancing_spring(PLACE, CHAIN, {}) is None
 
 
 def test_slope_adds_to_the_joints_stiffness() -> None:

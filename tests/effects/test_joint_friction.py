@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.effects.joint_friction import JointFriction
 from stiffcal.effects.stribeck import Stribeck
 from stiffcal.model.drive_motion import DriveMotion
-from tests.laboratory.effect_bench import bare_states, robot_chain
+from tests.laboratory.effect_bench import robot_chain
 from tests.laboratory.friction_law import friction_torque
 
 EFFECT = JointFriction()
@@ -30,7 +30,6 @@ def test_limits() -> None:
 
 
 def test_what_is_missing_is_named() -> None:
-    assert "friction runs" in str(EFFECT.lacking(robot_chain(), bare_states([0, 0, 0])))
     one_way = DriveMotion.at_velocity(np.array([0.1, 0.3]))
     assert "both directions" in str(EFFECT.lacking_motion(robot_chain(), one_way))
     assert EFFECT.lacking_motion(robot_chain(), DriveMotion.at_velocity(np.array([0.1, -0.3]))) is None

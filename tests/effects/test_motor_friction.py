@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -22,8 +23,7 @@ from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.effect_bench import bare_states, order_of, robot_chain
 from tests.laboratory.robots import force_sensor_setup
 
-FORM = form_of(FrictionHysteresis(), ["coulomb", "per_Nm"])
-assert isinstance(FORM, MotorFriction)
+FORM = cast(MotorFriction, form_of(FrictionHysteresis(), ["coulomb", "per_Nm"]))
 PLACE = Place("joints", (2,))
 ONE_RUN = np.zeros(6, dtype=np.int64)
 # Of the simulated drive: N·m/rad, N·m, 1. Size of the published reducers.

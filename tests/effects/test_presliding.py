@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from stiffcal.effects.presliding import Presliding
 from tests.laboratory.drive_motions import strokes
-from tests.laboratory.effect_bench import bare_states, robot_chain
+from tests.laboratory.effect_bench import robot_chain
 
 EFFECT, CHAIN = Presliding(), robot_chain()
 PLACE = EFFECT.places(CHAIN)[1]
@@ -48,4 +48,3 @@ def test_what_is_missing_is_named() -> None:
     assert "contain reversals" in str(EFFECT.lacking_motion(CHAIN, unknown))
     late = motion.block(motion.travel > 0.5)
     assert "soon after a reversal" in str(EFFECT.lacking_motion(CHAIN, late))
-    assert "friction runs" in str(EFFECT.lacking(CHAIN, bare_states([0, 0, 0])))

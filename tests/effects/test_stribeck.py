@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.effects.stribeck import Stribeck
 from stiffcal.model.drive_motion import DriveMotion
 from tests.laboratory.drive_motions import strokes
-from tests.laboratory.effect_bench import bare_states, robot_chain
+from tests.laboratory.effect_bench import robot_chain
 
 EFFECT, CHAIN = Stribeck(), robot_chain()
 PLACE = EFFECT.places(CHAIN)[1]
@@ -35,7 +35,6 @@ def test_speeds_of_fading_lie_about_the_measured_speeds() -> None:
 
 
 def test_what_is_missing_is_named() -> None:
-    assert "friction runs" in str(EFFECT.lacking(CHAIN, bare_states([0, 0, 0])))
     assert "both directions" in str(EFFECT.lacking_motion(CHAIN, DriveMotion.at_velocity(np.linspace(0.1, 1.0, 9))))
     assert "4 different speeds" in str(EFFECT.lacking_motion(CHAIN, strokes((0.1, 0.2, 0.4), 1.0)))
     assert EFFECT.lacking_motion(CHAIN, strokes((0.1, 0.2, 0.4, 0.8), 1.0)) is None

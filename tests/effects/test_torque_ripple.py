@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.effects.torque_ripple import MOST_INTEGERS, TorqueRipple
 from tests.laboratory.drive_motions import strokes
-from tests.laboratory.effect_bench import bare_states, robot_chain
+from tests.laboratory.effect_bench import robot_chain
 
 EFFECT = TorqueRipple()
 CHAIN = replace(robot_chain(), gear_orders=((), (171,), (), (), (), ()))
@@ -49,4 +49,3 @@ def test_what_is_missing_is_named() -> None:
     assert EFFECT.lacking_motion(CHAIN, strokes((0.4,), 1.0)) is None
     assert "shorter than one wave" in str(EFFECT.lacking_motion(CHAIN, strokes((0.01,), 0.02)))
     assert not len(EFFECT.motion_grid(FIRST, CHAIN, strokes((0.01,), 0.02))["order"])
-    assert "friction runs" in str(EFFECT.lacking(CHAIN, bare_states([0, 0, 0])))

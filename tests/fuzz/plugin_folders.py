@@ -24,12 +24,11 @@ from tests.fuzz.running import fresh_folder, fresh_state, run_fenced
 MARK = "import pathlib\npathlib.Path(__file__).with_name('ran').touch()\n"
 CODE = '''"""{doc}"""
 import numpy as np
-from stiffcal.effects_api import RZ, DocumentedEffect, Kind, ParameterSpec, Place, Term, joint_node
+from stiffcal.effects_api import RZ, Law, ParameterSpec, Place, Term, joint_node
 
-class CrossStiffness(DocumentedEffect):
+class CrossStiffness(Law):
     """{doc}"""
     name = "cross-stiffness"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "the joint's compliance follows joint 1's angle"
     parameters = (ParameterSpec("c", "rad/(N·m)", "amplitude of the change", -1e-3, 1e-3, 1e-7, "our cell"),)
@@ -45,8 +44,8 @@ VALUES = (
     "None", "0", "-1", "1.5", "float('nan')", "float('inf')", "''", "'x'", "'c'", "()", "[]", "{}", "object()",
     "(None,)",
     "(1, 2)", "[[1], [2, 3]]", "np.nan", "np.zeros(0)", "np.zeros((3, 3))", "np.full(10**3, np.nan)", "np.array(['a'])",
-    "b'x'", "lambda *a: a", "type", "Kind", "range(10**9)", "iter(())", "(x for x in [1])", "'\\x1b[31m'", "'a\\nb'",
-    "'\\u202e'", "'x' * 5000", "True", "10**400", "np.array(None)", "complex(0, 1)", "Kind.OBSERVATION",
+    "b'x'", "lambda *a: a", "type", "Law", "range(10**9)", "iter(())", "(x for x in [1])", "'\\x1b[31m'", "'a\\nb'",
+    "'\\u202e'", "'x' * 5000", "True", "10**400", "np.array(None)", "complex(0, 1)", "Term",
     "NotImplemented",
 )  # fmt: skip
 TERMS = (
@@ -63,9 +62,7 @@ ATTRIBUTES = (
     "sort",
 )  # fmt: skip
 METHODS = (
-    "places", "lacking", "terms", "joint_torque", "torque_columns", "adjusted",
-    "motion_columns", "motion_grid", "motion_covariate", "lacking_motion",
-    "observation_columns", "observation_shift", "nonlinear_grid", "impossible", "covariate", "spec",
+    "places", "lacking", "terms", "scalar_laws", "nonlinear_grid", "impossible", "covariate", "spec",
     "describe",
     "__init__", "__new__", "__eq__", "__hash__", "__getattribute__", "__class__", "__repr__", "__bool__",
 )  # fmt: skip

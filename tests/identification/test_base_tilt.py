@@ -65,7 +65,7 @@ def fitted(states: LoadStates, chain: Chain, springs: tuple[int, ...] = (1, 2, 3
 def test_a_turned_base_has_gravity_turned_back_in_its_axes() -> None:
     chain = six_axes()
     tilt = placed_base_tilt(chain)
-    turned = tilt.effect.adjusted_chain(tilt.place, chain, {"rx": 0.01, "ry": -0.02})
+    turned = tilt.adjusted_chain(chain, {"rx": 0.01, "ry": -0.02})
     base_from_robot_file = rotation_from_vector(np.array([0.01, -0.02, 0.0]))
     np.testing.assert_allclose(turned.gravity, base_from_robot_file.T @ chain.gravity, rtol=1e-12)
 

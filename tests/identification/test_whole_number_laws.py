@@ -12,16 +12,15 @@ from stiffcal.measurements.load_states import Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.drives import drive_terms, drive_torque
-from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values
+from stiffcal.model.effect import Law, NodeLoads, ParameterSpec, Place, Term, Values
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
 
-class RoundedTorque(DocumentedEffect):
+class RoundedTorque(Law):
     """A drive that turns by whole numbers of its torque."""
 
     name = "rounded-torque"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     parameters = (ParameterSpec("c", "rad/(N·m)", "compliance", -1e-3, 1e-3, 1e-6, "none"),)
 

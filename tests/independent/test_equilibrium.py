@@ -17,7 +17,7 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values
+from stiffcal.model.effect import Law, NodeLoads, ParameterSpec, Place, Term, Values
 from stiffcal.model.equilibrium import Balance, solve_balance
 from tests.laboratory.hidden_arrays import HiddenCampaign, read_arrays, scatter_within_runs, small_turns
 from tests.laboratory.mujoco_robot import MujocoRobot, Settled, Spring
@@ -36,11 +36,10 @@ AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 AGREEMENT = 1e-10  # m and rad; our balance stops at 1e-12 rad in the last sweep
 
 
-class Springs(DocumentedEffect):
+class Springs(Law):
     """Springs at any components of any nodes, as a user's own effect would state them."""
 
     name = "springs"
-    kind = Kind.NODE_LAW
     place_kind = "setup"
     summary = "springs anywhere"
 

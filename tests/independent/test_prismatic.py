@@ -89,7 +89,7 @@ def test_link_geometry_is_the_slope_of_pinocchios_placements(name: str) -> None:
         placed = robot.placed[column.placed]
         ends = []
         for sign in (1.0, -1.0):
-            changed = placed.effect.adjusted_chain(placed.place, chain, {column.symbol: sign * step})
+            changed = placed.adjusted_chain(chain, {column.symbol: sign * step})
             model = pinocchio_model(changed)
             ends.append([place_and_jacobian(model, chain, q, target)[0] for q in data.angles.T])
         slope = (np.array(ends[0]) - np.array(ends[1])) / (2.0 * step)

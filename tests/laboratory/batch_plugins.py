@@ -8,10 +8,9 @@ from stiffcal.trust.record import open_record
 
 PLUGIN = """
 import os, signal, time
-from stiffcal.effects_api import DocumentedEffect, Kind
-class Own(DocumentedEffect):
+from stiffcal.effects_api import Law
+class Own(Law):
     name = "own"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = fingerprint = how_to_check = "of no consequence"
     def terms(self, place, chain, loads, shape):

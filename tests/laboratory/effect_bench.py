@@ -78,7 +78,7 @@ def displacement(
     """Return (14, 6, n) the nodes' displacements: terms times amplitudes."""
     one = PlacedEffect(effect, place, values)
     total: Floats = np.zeros_like(carried.wrench)
-    for term in effect.terms(place, chain or robot_chain(), carried, one.shape()):
+    for term in one.terms(chain or robot_chain(), carried):
         assert term.value.shape == (carried.wrench.shape[2],)
         total[term.node, term.component] += one.amplitude(term.symbol) * term.value
     return total

@@ -50,7 +50,7 @@ def rigid_places(fit: Fit, robot: CompliantRobot, angles: Floats) -> Floats:
     inputs = Inputs(angles, np.zeros((6, angles.shape[1])), fit.data.setup)
     for placed in robot.placed:
         if placed.effect.name != "joint-eccentricity":
-            inputs = placed.effect.adjusted(placed.place, inputs, placed.values)
+            inputs = placed.adjusted(inputs)
     reported = reported_targets(stacked_bodies(robot.adjusted_chain, inputs.angles), inputs)
     return np.array([target.position.T for target in reported]).swapaxes(0, 1).reshape(-1, 3)
 

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.effects_api import DocumentedEffect, DriveMotion, Floats, Kind, ParameterRole, ParameterSpec, Values
+from stiffcal.effects_api import DriveMotion, Floats, Motion, ParameterRole, ParameterSpec, Values
 from tests.laboratory.effect_bench import robot_chain
 
 
-class _Drag(DocumentedEffect):
+class _Drag(Motion):
     """Torque in proportion to a power of the speed, written with `torque_columns` alone."""
 
     name = "drag"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
-    in_motion = True
     parameters = (
         ParameterSpec("factor", "N·m", "torque at 1 rad/s", 0.0, 1e3, 1.0, "example"),
         ParameterSpec("power", "1", "power of the speed", 0.5, 4.0, 2.0, "example", ParameterRole.NONLINEAR),

@@ -48,7 +48,7 @@ def move_by_mujoco(plan: LoadStates, whole: CompliantRobot) -> Motion:
     angles = chain.model_angles(plan.joints)
     inputs = Inputs(np.ascontiguousarray(angles.T), np.ascontiguousarray(plan.wrench.T), plan.setup)
     for one in whole.placed:
-        inputs = one.effect.adjusted(one.place, inputs, one.values)
+        inputs = one.adjusted(inputs)
     springs = [spring for one in whole.placed for spring in springs_of(chain, one)]
     cables = [_strut(chain, one) for one in whole.placed if one.effect.name == "gravity-compensator"]
     laws = [law for one in whole.placed for law in laws_of(chain, one)]
@@ -99,12 +99,8 @@ def _as_read(placed: Sequence[PlacedEffect], plan: LoadStates, moved: Floats) ->
     )
     for one in placed:
         observed = Observed(np.ascontiguousarray(moved.T)[None], order)
-        shift = one.effect.observation_shift(one.place, observed, one.values)
-        if shift is None:
-            columns = one.effect.observation_columns(one.place, observed, one.shape())
-            for symbol, column in columns.items():
-                moved = moved + one.amplitude(symbol) * column[0].T
-        else:
+        shift = one.observation_shift(observed)
+        if shift is not None:
             moved = moved + shift[0].T
     return moved
 

@@ -11,8 +11,8 @@ from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
-    DocumentedEffect,
-    Kind,
+    Instrument,
+    Law,
     NodeLoads,
     Observed,
     ParameterRole,
@@ -33,10 +33,9 @@ def number(symbol: str, value: float) -> ParameterSpec:
     return ParameterSpec(symbol, "1", "shape", -np.inf, np.inf, value, "invented", ParameterRole.NONLINEAR)
 
 
-class InventedLaw(DocumentedEffect):
+class InventedLaw(Law):
     """A law of how the robot is loaded, of one size, that the catalogue does not hold."""
 
-    kind = Kind.NODE_LAW
     summary = "outside"
     parameters: ClassVar[tuple[ParameterSpec, ...]] = (amplitude(),)
 
@@ -94,11 +93,10 @@ class LooseBeyond(InventedLaw):
         return (*drive_terms(chain, b, "c", beyond * drive_torque(chain, loads.wrench, b)),)
 
 
-class Wander(DocumentedEffect):
+class Wander(Instrument):
     """The target wanders up and down, to and fro: a sum of waves with no rate in common."""
 
     name = "wander"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "outside"
     parameters = (amplitude(), number("seed", 0.0))

@@ -16,6 +16,7 @@ from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.model.campaign_effects import model_effects
 from stiffcal.model.drive_motion import DriveMotion
+from stiffcal.model.motion import Motion
 from stiffcal.trust.record import open_record
 from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.documentation import plugin_of_the_documentation
@@ -26,6 +27,16 @@ RETURNED = 'return (*drive_terms(chain, joint, "c", np.sin(2.3 * loads.angles[0]
 INSTEAD = """from stiffcal.effects_api import RZ, Term, joint_node
         node = joint_node(joint)
         return ({},)"""
+
+
+def other_kind(kind: str, method: str) -> str:
+    """Return code that makes the effect one of another kind, of which one method returns nothing."""
+    constants = ("name", "place_kind", "summary", "parameters", "fingerprint", "how_to_check")
+    body = "".join(f"    {one} = _Law.{one}\n" for one in constants)
+    return (
+        f"from stiffcal.effects_api import {kind}\n_Law = CrossStiffness\n"
+        f"class CrossStiffness({kind}):\n{body}    def {method}(self, *a): return None\n"
+    )
 
 
 @pytest.fixture
@@ -65,9 +76,11 @@ def test_terms_that_are_none_are_a_fault_of_the_file(folder: Path, term: str, wo
 @pytest.mark.parametrize(
     ("statement", "words"),
     [
-        ("CrossStiffness.joint_torque = lambda *a: np.zeros((3, 3))", "returns a torque that has the shape (3, 3)"),
-        ("CrossStiffness.adjusted = lambda *a: None", "returns no Inputs: None"),
-        ("CrossStiffness.observation_columns = lambda *a: {'c': 1.0}", "returns a column of c that is no array"),
+        ("CrossStiffness.terms = lambda *a: 5", "returns no tuple of terms: 5"),
+        (other_kind("Geometry", "adjusted_chain"), "returns no Chain: None"),
+        (other_kind("Geometry", "adjusted"), "returns no Inputs: None"),
+        (other_kind("Instrument", "adjusted"), "returns no Inputs: None"),
+        (other_kind("Instrument", "observation_columns"), "returns no mapping of symbols to arrays: None"),
         ("CrossStiffness.places = lambda *a: 5", "returns no list of places of kind joints: 5"),
         ("CrossStiffness.forms = (None,)", "forms is not a tuple of effects: tuple"),
     ],
@@ -94,9 +107,10 @@ def test_other_answers_that_are_none_are_a_fault_of_the_file(
     ],
 )
 def test_answers_on_free_motion_that_are_none_are_a_fault_of_the_file(folder: Path, statement: str, words: str) -> None:
-    write_plugin(folder, f"\nCrossStiffness.{statement}\n")
+    write_plugin(folder, f"\n{other_kind('Motion', 'unused')}\nCrossStiffness.{statement}\n")
     campaign = load_campaign(folder)
     (effect,) = (effect for effect in model_effects(campaign).values() if type(effect).__name__ == "CrossStiffness")
+    assert isinstance(effect, Motion)
     place, motion = effect.places(campaign.chain)[0], DriveMotion.at_velocity(np.ones(3))
     answers: dict[str, Callable[[], object]] = {
         "motion_columns": lambda: effect.motion_columns(place, campaign.chain, motion, {}),
@@ -117,6 +131,10 @@ def test_answers_on_free_motion_that_are_none_are_a_fault_of_the_file(folder: Pa
         ("CrossStiffness.name = 5", "name is not a text"),
         ("CrossStiffness.name = 'a\\x1b[2J'", "contains U+001B"),
         ("CrossStiffness.kind = 'node law'", "kind is no Kind"),
+        (
+            "from stiffcal.effects_api import Effect\nclass Bare(Effect):\n    name = 'bare'",
+            "none of Law, Geometry, Instrument",
+        ),
         ("CrossStiffness.place_kind = 'everywhere'", "place_kind is none of joints, links, pairs, frames, setup"),
         ("CrossStiffness.parameters = 'c'", "parameters is not a tuple of ParameterSpec"),
         ("CrossStiffness.parameters *= 2", "two parameters have the symbol c"),

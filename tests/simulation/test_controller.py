@@ -16,6 +16,7 @@ from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.model.catalogue import find_effects
+from stiffcal.model.effect import EffectAtRest
 from stiffcal.reduction.commanded import without_commands
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign
@@ -89,6 +90,7 @@ def test_commands_are_no_motors_pushed_off(tmp_path: Path) -> None:
     states = reduce_campaign(campaign, no_progress).states
     assert [run.compensated for run in states.runs] == [False, True]
     effect = find_effects()["servo-deflection"]
+    assert isinstance(effect, EffectAtRest)
     assert effect.lacking(campaign.chain, states) is None  # the log moves by the corrections
     plain = without_commands(states, campaign.chain)
     assert effect.lacking(campaign.chain, plain) is not None

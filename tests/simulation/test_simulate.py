@@ -261,14 +261,13 @@ PLUGIN = '''
 
 import numpy as np
 
-from stiffcal.effects_api import RZ, DocumentedEffect, Kind, ParameterSpec, Term, joint_node
+from stiffcal.effects_api import RZ, Instrument, Law, ParameterSpec, Term, joint_node
 
 
-class Wandering(DocumentedEffect):
+class Wandering(Instrument):
     """The target wanders along x at a constant rate."""
 
     name = "wandering"
-    kind = Kind.OBSERVATION
     place_kind = "setup"
     summary = "drift"
     parameters = (ParameterSpec("x", "m/s", "rate", -1.0, 1.0, 1e-8, "made up"),)
@@ -279,11 +278,10 @@ class Wandering(DocumentedEffect):
         return {"x": column}
 
 
-class Yielding(DocumentedEffect):
+class Yielding(Law):
     """Joint 1 goes on turning while the load is held."""
 
     name = "yielding"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "creep"
     has_memory = True

@@ -12,8 +12,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.effects_api import (
     Chain,
-    DocumentedEffect,
-    Kind,
+    Law,
     NodeLoads,
     ParameterSpec,
     Place,
@@ -33,11 +32,10 @@ FOLDER = Path(__file__).parents[2] / "campaigns" / "irb4400"
 COLD, PER_HOUR, PER_KELVIN, JOINT = 288.15, 60.0, 5e-8, 2
 
 
-class WarmJoint(DocumentedEffect):
+class WarmJoint(Law):
     """δ_Rz = c (T − 288.15 K) τ."""
 
     name = "warm-joint"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "softer as it warms"
     parameters = (ParameterSpec("c", "rad/(N·m·K)", "per kelvin", -1e-6, 1e-6, 1e-8, "test"),)

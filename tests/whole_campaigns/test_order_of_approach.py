@@ -10,6 +10,8 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.effect import EffectAtRest
+from stiffcal.model.forms import added_forms
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
@@ -121,7 +123,9 @@ def test_what_is_not_tried_without_the_order(tmp_path: Path, logged: str, not_tr
     folder = campaign(tmp_path, CREEP, logged)
     ingest_campaign(folder)
     chain, states, effects = load_campaign(folder).chain, stored_states(folder), built_in_effects()
-    lacking = {name: effects[name].lacking(chain, states) or "" for name in ("friction-hysteresis", "creep")}
+    laws = {name: law for name in ("friction-hysteresis", "creep") if isinstance(law := effects[name], EffectAtRest)}
+    reasons = {name: [form.lacking(chain, states) for form in added_forms(law)] for name, law in laws.items()}
+    lacking = {name: "" if None in every else str(every[0]) for name, every in reasons.items()}
     assert {name for name, needs in lacking.items() if needs} == not_tried
     assert all("order of approach" in lacking[name] for name in not_tried)
 

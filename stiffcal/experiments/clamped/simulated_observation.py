@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Kind, Observed, StateOrder
+from stiffcal.model.effect import Instrument, Observed, StateOrder
 from stiffcal.model.held_frame import HeldFrame
 
 
@@ -43,10 +43,10 @@ def drift_of_readings(robot: CompliantRobot, time: Floats, warmer: Floats) -> Fl
 def _shift(placed: PlacedEffect, held: HeldFrame, order: StateOrder) -> Floats:
     """Return (6, n) what an observation effect adds to the held frame's motion because the frame is held."""
     shift = np.zeros_like(held.wrench)
-    if placed.effect.kind is Kind.OBSERVATION:
+    if isinstance(placed.effect, Instrument):
         for sign, frame in ((1.0, held), (-1.0, None)):
             observed = Observed(np.zeros((1, *held.wrench.shape)), order, frame)
-            columns = placed.effect.observation_columns(placed.place, observed, placed.shape())
+            columns = placed.observation_columns(observed)
             for symbol, column in columns.items():
                 shift = shift + sign * placed.amplitude(symbol) * column[0]
     return shift

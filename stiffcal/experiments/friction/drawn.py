@@ -14,6 +14,7 @@ from stiffcal.experiments.friction.row_columns import RowColumns
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.results import IdentifiedModel
 from stiffcal.model.campaign_effects import moving_effects
+from stiffcal.model.motion import Motion
 from stiffcal.store import values_of
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def driver_of_rows(data: MeasuredRuns, effect: Effect, joint: int) -> DrawnVaria
     from stiffcal.experiments.friction.evidence import driver_of
 
     rows, chain = friction_rows(data), data.campaign.chain
-    if rows is None or not effect.in_motion or not (rows.joint == joint).any():
+    if rows is None or not isinstance(effect, Motion) or not (rows.joint == joint).any():
         return None
     place = next(place for place in effect.places(chain) if place.joints == (joint,))
     return driver_of(rows, chain, effect, place)

@@ -14,6 +14,7 @@ from stiffcal.experiments.presentation import Digits, Marks, Panel, Picture, Wor
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, Place
+from stiffcal.model.motion import as_motion
 
 HEIGHT_MM = 48.0
 # Pictures of a page: those of missing effects come first.
@@ -75,7 +76,7 @@ def driver_of(rows: FrictionRows, chain: Chain, effect: Effect, place: Place) ->
     """Return what an effect at a joint follows, the mean of each row's samples; NaN in the rows of other joints."""
     joint = place.joints[0]
     samples = rows.joint[rows.row] == joint
-    covariate = effect.motion_covariate(place, chain, rows.motion_of(joint))
+    covariate = as_motion(effect).motion_covariate(place, chain, rows.motion_of(joint))
     count = np.bincount(rows.row[samples], minlength=len(rows))
     mean = np.bincount(rows.row[samples], weights=covariate.value, minlength=len(rows)) / np.maximum(count, 1)
     mean[rows.joint != joint] = np.nan

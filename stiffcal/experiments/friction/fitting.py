@@ -17,6 +17,7 @@ from stiffcal.experiments.friction.part_fit import PartFit
 from stiffcal.experiments.friction.rows import FrictionRows, together
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.motion import as_motion
 
 
 @dataclass(frozen=True)
@@ -187,7 +188,8 @@ def friction_curve(
     for law in placed:
         full = {symbol: law.parameter_name(symbol) for symbol in (spec.symbol for spec in law.effect.parameters)}
         shape = law.shape() | {symbol: values[full[symbol]] for symbol in law.shape() if full[symbol] in values}
-        columns = law.effect.torque_columns(speed, shape)
+        effect = as_motion(law.effect)
+        columns = effect.torque_columns(speed, shape)
         for symbol, column in columns.items():
             torque += values.get(full[symbol], 0.0) * column
             if full[symbol] in slopes:
@@ -195,9 +197,7 @@ def friction_curve(
         for symbol in shape:
             if columns and full[symbol] in slopes:
                 small = 1e-4 * shape[symbol]
-                ends = [
-                    law.effect.torque_columns(speed, shape | {symbol: shape[symbol] + way * small}) for way in (1, -1)
-                ]
+                ends = [effect.torque_columns(speed, shape | {symbol: shape[symbol] + way * small}) for way in (1, -1)]
                 slopes[full[symbol]] = np.asarray(
                     sum(values.get(full[s], 0.0) * (ends[0][s] - ends[1][s]) / (2.0 * small) for s in columns)
                 )

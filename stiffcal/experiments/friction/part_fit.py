@@ -22,6 +22,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole
+from stiffcal.model.motion import as_motion
 from stiffcal.uncertainty import NORMAL_95
 
 # A shape whose standard uncertainty is more than this share of it is not determined.
@@ -144,7 +145,7 @@ class PartFit:
         """(k,) N·m of the laws that follow more than the velocity."""
         torque = np.zeros(len(self.rows))
         for placed in self.robot.placed:
-            if not placed.effect.torque_columns(np.ones(1), placed.shape()):
+            if not as_motion(placed.effect).torque_columns(np.ones(1), placed.shape()):
                 torque += self.solved.torque_of(placed)
         return torque
 

@@ -181,6 +181,7 @@ def friction_evidence(data: MeasuredRuns) -> list[Picture]:
     from stiffcal.campaign.model_file import default_model
     from stiffcal.experiments.friction.evidence import evidence_pictures
     from stiffcal.model.campaign_effects import all_effects
+    from stiffcal.model.motion import Motion
 
     rows, placed = friction_rows(data), moving_effects(data.campaign)
     if rows is None:
@@ -189,7 +190,7 @@ def friction_evidence(data: MeasuredRuns) -> list[Picture]:
     missing = [
         PlacedEffect(catalogue[at.effect], Place("joints", (at.where.joints[0],)))
         for at in data.missing
-        if at.effect in catalogue and catalogue[at.effect].in_motion and at.where.joints
+        if at.effect in catalogue and isinstance(catalogue[at.effect], Motion) and at.where.joints
     ]
     basic = [entry.type for entry in default_model(data.campaign.chain.n_joints, {FRICTION}).effects]
     fitted = rows.select(~heldout_runs(data, rows))

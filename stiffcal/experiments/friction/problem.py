@@ -21,7 +21,7 @@ from stiffcal.identification.search_subject import SearchSubject
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
-from stiffcal.model.motion_effect import is_constant_torque
+from stiffcal.model.motion import Motion, as_motion, is_constant_torque
 
 
 @dataclass(frozen=True)
@@ -102,22 +102,22 @@ class FrictionProblem(RowProblem):
 
     def places(self, effect: Effect) -> list[Place]:
         """Return the joints of an effect that shows in motion."""
-        if not effect.in_motion:
+        if not isinstance(effect, Motion):
             return []
         return [place for place in effect.places(self._chain) if place.joints and place.joints[0] in self.joints]
 
     def lacking(self, effect: Effect, place: Place) -> str | None:
         """Return the data missing to determine an effect of a joint, or None."""
-        joint = place.joints[0]
+        joint, law = place.joints[0], as_motion(effect)
         of_joint = self._rows.joint == joint
         constants = (UnknownKind.STRETCH, UnknownKind.TORQUE_ZERO)
         absorbed = any(
             unknown.kind in constants and self._rows.nuisance[of_joint, k].any()
             for k, unknown in enumerate(self._rows.unknown)
         )
-        if absorbed and is_constant_torque(effect, place, self._chain):
+        if absorbed and is_constant_torque(law, place, self._chain):
             return "an axis without torque of weight: with weight, free constants absorb a constant torque"
-        return effect.lacking_motion(self._chain, self._rows.motion_of(joint, with_travel=True))
+        return law.lacking_motion(self._chain, self._rows.motion_of(joint, with_travel=True))
 
     def covariates(self) -> list[RowCovariate]:
         """Return temperature, time, time in the run, position, speed and load, as far as they were logged and vary."""
@@ -174,12 +174,13 @@ class FrictionProblem(RowProblem):
         motion = self._rows.motion_of(place.joints[0])
         if not np.isfinite(motion.temperature).all() or np.ptp(motion.time) <= 0.0:
             return None
-        warm = effect.motion_columns(place, self._chain, motion, shape)
-        cold = effect.motion_columns(place, self._chain, replace(motion, temperature=np.zeros(len(motion))), shape)
+        law = as_motion(effect)
+        warm = law.motion_columns(place, self._chain, motion, shape)
+        cold = law.motion_columns(place, self._chain, replace(motion, temperature=np.zeros(len(motion))), shape)
         if all(np.array_equal(warm[symbol], cold[symbol]) for symbol in warm):
             return None
         clock = motion.time / np.ptp(motion.time) * np.ptp(motion.temperature)
-        timed = effect.motion_columns(place, self._chain, replace(motion, temperature=clock), shape)
+        timed = law.motion_columns(place, self._chain, replace(motion, temperature=clock), shape)
         return _regressor(effect, place, shape, self._made.averaged(place, timed), len(self._rows))
 
 

@@ -12,6 +12,7 @@ from stiffcal.experiments.friction.rows import FrictionRows
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Effect, Place
+from stiffcal.model.motion import as_motion
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class RowColumns:
     def of(self, effect: Effect, place: Place, shape: Mapping[str, float]) -> dict[str, Floats]:
         """Return amplitude symbol to (k,) torque per unit, N·m; 0 in other joints' rows."""
         motion, _ = self._of_joint(place.joints[0])
-        return self.averaged(place, effect.motion_columns(place, self.chain, motion, shape))
+        return self.averaged(place, as_motion(effect).motion_columns(place, self.chain, motion, shape))
 
     def averaged(self, place: Place, columns: Mapping[str, Floats]) -> dict[str, Floats]:
         """Return the means (k,) over each row's samples of columns over the samples of a place's joint."""

@@ -19,6 +19,7 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rigid_body import drive_matrix, rigid_torque
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.motion import Motion
 from stiffcal.model.stated_spring import spring_torque
 from stiffcal.simulation.drive_friction import friction_torque
 from stiffcal.simulation.kinds import RunSetup, RunSimulation
@@ -166,7 +167,7 @@ def _with_nodes_for_waves(program: StrokesProgram, robot: CompliantRobot) -> Str
         placed.values.get(spec.symbol, spec.typical)
         for placed in robot.placed
         for spec in placed.effect.parameters
-        if placed.effect.in_motion and spec.discrete
+        if isinstance(placed.effect, Motion) and spec.discrete
     ]
     parts = int(np.ceil(NODE_RAD * max(orders, default=0.0) * NODES_PER_WAVE / (2.0 * np.pi)))
     if parts < 2:

@@ -27,7 +27,7 @@ from stiffcal.experiments.friction.rows import FrictionRows, UnknownKind
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole
-from stiffcal.model.motion_effect import is_constant_torque
+from stiffcal.model.motion import as_motion, is_constant_torque
 
 # Half the step, as a share of a shape, over which its slope is taken.
 SLOPE_STEP = 1e-4
@@ -60,7 +60,7 @@ class MotionSource:
         fixed : as the field.
         """
         for effect in placed:
-            if is_constant_torque(effect.effect, effect.place, chain):
+            if is_constant_torque(as_motion(effect.effect), effect.place, chain):
                 # the constants at each speed would absorb it
                 rows = rows.without(UnknownKind.STRETCH, effect.place.joints[0])
         # shapes without a value begin at their usual one

@@ -15,6 +15,7 @@ from stiffcal.experiments.friction.row_columns import RowColumns
 from stiffcal.experiments.friction.source import MotionSource
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole, Place
+from stiffcal.model.motion import as_motion
 
 # Singular values below this share of the largest: amplitudes of one law that these rows do not distinguish.
 RANK = 1e-9
@@ -50,7 +51,7 @@ def with_best_shapes(source: MotionSource, space: DriveSpace) -> CompliantRobot:
 
 def _possible(made: RowColumns, placed: PlacedEffect, fixed: Collection[str]) -> list[dict[str, float]]:
     """Return the shapes to try: those of the effect's grid that are possible, fixed ones kept."""
-    effect, usual = placed.effect, placed.shape()
+    effect, usual = as_motion(placed.effect), placed.shape()
     motion = made.rows.motion_of(placed.place.joints[0], with_travel=True)
     grid = effect.motion_grid(placed.place, made.chain, motion)
     values = [[usual[symbol]] if placed.parameter_name(symbol) in fixed else grid[symbol].tolist() for symbol in grid]
@@ -102,7 +103,7 @@ def within_reach(source: MotionSource) -> MotionSource:
             continue
         placed = source.robot.placed[column.placed]
         motion = source.rows.motion_of(placed.place.joints[0])
-        grid = placed.effect.motion_grid(placed.place, source.made.chain, motion)
+        grid = as_motion(placed.effect).motion_grid(placed.place, source.made.chain, motion)
         shape = placed.shape()
         value = shape[column.symbol]
         values = np.sort(grid.get(column.symbol, np.array([value])))

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stiffcal.effects_api import RZ, DocumentedEffect, Kind, NodeLoads, ParameterSpec, Place, Term, Values, joint_node
+from stiffcal.effects_api import RZ, Law, NodeLoads, ParameterSpec, Place, Term, Values, joint_node
 from stiffcal.mechanics.chain import Chain
 
 
-class AngleStiffness(DocumentedEffect):
+class AngleStiffness(Law):
     """The compliance of a joint follows the sine of 2.3 times the angle of joint 1.
 
     Law: δ_Rz = c sin(2.3 q1) τ.
@@ -21,7 +21,6 @@ class AngleStiffness(DocumentedEffect):
     """
 
     name = "angle-stiffness"
-    kind = Kind.NODE_LAW
     place_kind = "joints"
     summary = "the joint's compliance follows joint 1's angle"
     parameters = (ParameterSpec("c", "rad/(N·m)", "amplitude of the change", -1e-3, 1e-3, 1e-7, "made up for a test"),)
