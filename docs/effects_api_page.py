@@ -24,7 +24,7 @@ WITHOUT_DOCSTRING = {
 
 
 def effects_api_page() -> str:
-    """Every public name of `stiffcal.effects_api`, then the members of an effect."""
+    """Every public name of `stiffcal.effects_api`, then the members of an effect of each kind."""
     rows = [(code(name), cell(line_of(name))) for name in effects_api.__all__]
     return "\n".join(
         [
@@ -34,8 +34,10 @@ def effects_api_page() -> str:
             table(("name", "what it is"), rows),
             "## What an effect consists of\n",
             "```{eval-rst}",
-            ".. autoclass:: stiffcal.effects_api.Effect",
-            "   :members:\n",
+            *(
+                f".. autoclass:: stiffcal.effects_api.{kind}\n   :members:\n   :inherited-members:\n"
+                for kind in ("Effect", "Law", "Geometry", "Instrument", "Motion")
+            ),
             ".. autoclass:: stiffcal.effects_api.ParameterSpec",
             "   :members:\n",
             ".. autoclass:: stiffcal.effects_api.NodeLoads",

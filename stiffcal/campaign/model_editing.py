@@ -10,7 +10,6 @@ import tomlkit
 from tomlkit.items import AoT, Comment, Table, Whitespace
 
 from stiffcal.campaign.model_file import MODEL_FILE, EffectEntry, check_model, default_model_text, place_names
-from stiffcal.campaign.moved_parameters import move_in_document
 from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import parse_for_editing, read_toml, toml_text
 from stiffcal.errors import InputError
@@ -165,9 +164,7 @@ def _document(folder: Path, n_joints: int) -> tomlkit.TOMLDocument:
     path = folder / MODEL_FILE
     check_own(folder, MODEL_FILE)
     if path.exists():
-        existing = parse_for_editing(toml_text(path, MODEL_FILE), MODEL_FILE, check_model)
-        move_in_document(existing)
-        return existing
+        return parse_for_editing(toml_text(path, MODEL_FILE), MODEL_FILE, check_model)
     document = parse_for_editing(default_model_text(_experiments(folder)), MODEL_FILE, check_model)
     for entry in document["effects"]:
         if entry.get("joints") == "all":

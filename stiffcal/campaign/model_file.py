@@ -10,7 +10,6 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stiffcal.campaign.experiment_kinds import experiment_kind
-from stiffcal.campaign.moved_parameters import with_moved_parameters
 from stiffcal.campaign.reach import check_own
 from stiffcal.campaign.toml_reading import parse_toml, read_toml, validate
 from stiffcal.campaign.typed import Counting, Name, TomlTable, WrongValueError
@@ -206,9 +205,9 @@ def check_model(document: dict[str, Any]) -> ModelFile:
 
 
 def _with_all_joints(model: ModelFile, document: dict[str, Any], n_joints: int) -> ModelFile:
-    """Replace ``joints = "all"`` by all joints, and parameters that are another effect's now by that effect."""
+    """Replace ``joints = "all"`` by all joints."""
     effects = [
         entry.model_copy(update={"joints": tuple(range(1, n_joints + 1))}) if raw.get("joints") == "all" else entry
         for entry, raw in zip(model.effects, document.get("effects", []), strict=True)
     ]
-    return model.model_copy(update={"effects": with_moved_parameters(tuple(effects))})
+    return model.model_copy(update={"effects": tuple(effects)})

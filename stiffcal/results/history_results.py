@@ -25,7 +25,7 @@ class HistoryEntry:
     """The error in held-out data, as ``validate`` states it; null until it is validated."""
     scheme: OrAbsent[str] = None
     """How data were left out, as in ``validate``: "leave-one-pose-out", "poses-region" of absolute poses …; None until
-    it is validated, and of fits of earlier versions.
+    it is validated.
     """
     fit_rms: Rms
     """Of the residuals."""
@@ -59,7 +59,7 @@ class StoredFit:
     model: ModelSummary
     heldout_rms: Rms | None
     scheme: OrAbsent[str] = None
-    """How data were left out; None of fits of earlier versions."""
+    """How data were left out; None until it is validated."""
     fit_rms: Rms
     noise: Rms | None
     loss: Literal["linear", "huber"]
@@ -67,8 +67,8 @@ class StoredFit:
     """A hash of all that went into it."""
     model_text: str
     """The model file, "" where there was none."""
-    parameters: OrAbsent[list[EstimatedParameter]] = None
-    """The identified values; None of fits of version 0.1."""
-    states_key: OrAbsent[str] = None
-    """A hash of the load states; None of fits of version 0.1."""
+    parameters: list[EstimatedParameter]
+    """The identified values."""
+    states_key: str
+    """A hash of the load states."""
     origin: OrAbsent[Origin] = None

@@ -23,7 +23,6 @@ from stiffcal.files import MENDS
 from stiffcal.plain_files import is_refused, open_inside
 
 SCHEMA = "stiffcal/store/2"
-FIRST_SCHEMA = "stiffcal/store/1"
 """Of stiffcal 0.1, whose index holds no hashes."""
 INDEX = "generation.json"
 OWN, TRUSTED_PLACE, FOREIGN = "own", "trusted place", "foreign"
@@ -99,7 +98,7 @@ class Entry:
     rows: int = -1
     """Of a table, else -1."""
     sha256: str = ""
-    """Of its file, hexadecimal; "" in stores of version 0.1."""
+    """Of its file, hexadecimal; "" where the index that held it is damaged."""
     origin: str = OWN
     """From whom it comes, as its writer recorded it."""
 
@@ -202,9 +201,9 @@ def _parsed(content: bytes, digest: str, display_name: str) -> Index:
         document = parse_json(content)
         schema = document.get("schema")
         check_version(schema, SCHEMA, display_name, INDEX)
-        if schema not in (FIRST_SCHEMA, SCHEMA):
+        if schema != SCHEMA:
             raise ValueError(f"schema {str(schema)[:80]!r}")
-        tables, documents = (_entries(document[kind], kind, hashed=schema == SCHEMA) for kind in _KINDS)
+        tables, documents = (_entries(document[kind], kind) for kind in _KINDS)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise DamagedStoreError.at(
             FaultCode.STORE_DAMAGED, display_name, INDEX, f"damaged ({error})", REBUILD
@@ -212,18 +211,18 @@ def _parsed(content: bytes, digest: str, display_name: str) -> Index:
     return Index(tables, documents, digest)
 
 
-def _entries(listed: Document, kind: str, *, hashed: bool) -> dict[str, Entry]:
+def _entries(listed: Document, kind: str) -> dict[str, Entry]:
     entries = {}
     for name, entry in listed.items():
         if not 0 < len(name) <= _MOST_NAME or "\0" in name:
             raise ValueError(f"not a name of a table or document: {name[:80]!r}")
         name.encode()  # half a surrogate pair is no name of a file
         file_of(name, ENDINGS[kind])
-        rows, size, digest = entry.get("rows", -1), entry["bytes"], entry["sha256"] if hashed else ""
+        rows, size, digest = entry.get("rows", -1), entry["bytes"], entry["sha256"]
         origin = entry.get("origin", OWN)
         if not (_is_count(size) and (rows == -1 or _is_count(rows)) and origin in ORIGINS):
             raise ValueError(f"the entry of {name[:80]!r}")
-        if hashed and not (isinstance(digest, str) and _SHA256.fullmatch(digest)):
+        if not (isinstance(digest, str) and _SHA256.fullmatch(digest)):
             raise ValueError(f"the hash of {name[:80]!r}")
         entries[name] = Entry(size, rows, digest, origin)
     return entries

@@ -25,7 +25,7 @@ def fit_changes(data: Ingested) -> tuple[FitChange, ...]:
     """
     stored, states = stored_document(data.store, HISTORY) or {"fits": []}, key_of_table(data.table)
     fits = [result_from(StoredFit, fit, data.store.display_name, HISTORY) for fit in stored["fits"]]
-    comparable = [fit for fit in fits if fit.states_key == states and fit.parameters is not None]
+    comparable = [fit for fit in fits if fit.states_key == states]
     pairs = itertools.pairwise(comparable)
     changes = [change for before, after in pairs if (change := _change(before, after)) is not None]
     whole = _change(comparable[0], comparable[-1]) if len(changes) > 1 else None
@@ -44,6 +44,6 @@ def _change(before: StoredFit, after: StoredFit) -> FitChange | None:
         before=before.id,
         after=after.id,
         change=text,
-        values=tuple(values_before_and_after(before.parameters or [], after.parameters or [])),
+        values=tuple(values_before_and_after(before.parameters, after.parameters)),
         own=FOREIGN not in (before.origin, after.origin),
     )

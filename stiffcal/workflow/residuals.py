@@ -29,7 +29,7 @@ def residual_columns(data: Ingested, identified: IdentifyResult, table: str) -> 
     stored = {name: judged.column(name).to_numpy(zero_copy_only=False) for name in judged.column_names}
     index = stored.pop("state")
     carried = {}
-    if LOAD not in stored:  # the table of the fit, and those that version 0.1 has written
+    if LOAD not in stored:  # the table of the fit
         robot = placed_robot(data.campaign).with_values(identified.robot_values())
         carried = {name: values[index] for name, values in load_columns(states, robot).items()}
     slides = data.campaign.chain.prismatic

@@ -141,7 +141,7 @@ def view_models(
                 heldout_rms=fit.heldout_rms,
                 values=[_value(entry) for entry in estimated_parameters(identified.parameters)]
                 if present
-                else [_value(entry) for entry in fit.parameters or ()],
+                else [_value(entry) for entry in fit.parameters],
                 residual_fit=inside,
                 residual_heldout=outside,
                 shares=share_of(outside if outside is not None else inside),

@@ -21,7 +21,6 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.store.file_systems import shows_mapped_writes
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from stiffcal.workflow.validate import validate_campaign
@@ -141,20 +140,6 @@ def test_logs_are_not_hashed_again_where_the_file_system_says_they_are_unchanged
     assert hashed == []
     batch(delivered)
     assert hashed == ["raw/states.csv"]  # a batch looks at all that counts
-
-
-def test_a_store_of_version_0_1_is_computed_again_and_its_history_kept(delivered: Path) -> None:
-    index = delivered / "store" / "current" / "generation.json"
-    document = json.loads(index.read_text("utf-8"))
-    document["schema"] = "stiffcal/store/1"
-    for kind in ("tables", "documents"):
-        for entry in document[kind].values():
-            del entry["sha256"]
-    index.write_text(json.dumps(document), "utf-8")
-    said: list[str] = []
-    assert identify_campaign(delivered, RunContext(notify=said.append)).origin == "own"
-    assert said[0] == NOT_YOURS
-    assert [fit["origin"] for fit in document_of(read_history(delivered))["fits"]] == ["foreign", "own"]
 
 
 def test_in_a_trusted_place_what_others_wrote_counts(delivered: Path, state: Path) -> None:

@@ -17,6 +17,7 @@ FOLDER = Path(__file__).parent
 PACKAGES = {
     "readers": "stiffcal.readers",
     "effects": "stiffcal.effects",
+    "effect_kinds": "stiffcal.effects",
     "experiments": "stiffcal.experiments",
     "load_experiments": "stiffcal.experiments",
     "sections": "stiffcal.report.sections",
