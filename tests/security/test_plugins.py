@@ -302,13 +302,13 @@ def test_code_is_limited_in_size(folder: Path, monkeypatch: pytest.MonkeyPatch) 
 @pytest.mark.parametrize(
     ("further", "words"),
     [
-        ("raise SystemExit(0)", "line 25: ends the program: SystemExit: 0"),
-        ("import sys; sys.exit()", "line 25: ends the program: SystemExit"),
-        ("class Own(BaseException): pass\nraise Own('x')", "line 26: ends the program: Own: x"),
-        ("1 / 0", "line 25: does not run: ZeroDivisionError: division by zero"),
-        ("x = (", "line 25: does not run: SyntaxError: '(' was never closed"),
+        ("raise SystemExit(0)", "line 24: ends the program: SystemExit: 0"),
+        ("import sys; sys.exit()", "line 24: ends the program: SystemExit"),
+        ("class Own(BaseException): pass\nraise Own('x')", "line 25: ends the program: Own: x"),
+        ("1 / 0", "line 24: does not run: ZeroDivisionError: division by zero"),
+        ("x = (", "line 24: does not run: SyntaxError: '(' was never closed"),
         ("exec('1 +')", "does not run: SyntaxError"),
-        ("class Second(CrossStiffness):\n    def __init__(self): raise SystemExit", "line 26: ends the program"),
+        ("class Second(CrossStiffness):\n    def __init__(self): raise SystemExit", "line 25: ends the program"),
         ("CrossStiffness.name = 'backlash'", "this effect exists already"),
     ],
 )
@@ -350,7 +350,7 @@ def test_an_exception_out_of_an_effect_is_a_fault_of_its_file(
     code, document_ = document(capsys, "identify", folder)
     assert code == 2
     assert document_["error"]["file"] == NAME
-    assert document_["error"]["place"] == "line 26"
+    assert document_["error"]["place"] == "line 25"
     outcome = run_task(BatchTask(folder=str(folder), campaign="stranger", report=False))
     assert outcome.state == "broken"
     assert outcome.error is not None
