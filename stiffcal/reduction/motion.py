@@ -15,7 +15,7 @@ from stiffcal.mechanics.kinematics import attached_poses, jacobians
 
 
 @dataclass(frozen=True)
-class Motion:
+class MeasuredMotion:
     """Components of translation as measured: k of them in n states."""
 
     measured: Floats
@@ -39,7 +39,7 @@ class Motion:
         return np.asarray(np.einsum("nk,nki->ni", change, self.axes))
 
 
-def motion_of(states: LoadStates, chain: Chain, all_targets: bool = False) -> Motion:
+def motion_of(states: LoadStates, chain: Chain, all_targets: bool = False) -> MeasuredMotion:
     """Return the first target's translation; where only gauges were read, their readings along their directions.
 
     Parameters
@@ -56,8 +56,8 @@ def motion_of(states: LoadStates, chain: Chain, all_targets: bool = False) -> Mo
             turn, place = placed[:3, :3], 0.0 if states.deflection_given else placed[:3, 3]
             measured[read] = ((displacement[read, :count] - place) @ turn).reshape(-1, 3 * count)
             axes[read] = np.tile(turn.T, (count, 1))
-        return Motion(measured, axes, tuple(np.repeat(np.arange(count), 3).tolist()))
-    return Motion(
+        return MeasuredMotion(measured, axes, tuple(np.repeat(np.arange(count), 3).tolist()))
+    return MeasuredMotion(
         states.displacement.copy(), gauge_directions(states, chain), tuple(g.target for g in states.setup.gauges)
     )
 

@@ -17,7 +17,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.motion import Motion, motion_of
+from stiffcal.reduction.motion import MeasuredMotion, motion_of
 from stiffcal.reduction.rezeroed_tables import joint_springs
 from stiffcal.reduction.still_components import rounding_of
 
@@ -67,7 +67,7 @@ _Stretch: TypeAlias = tuple[Integers, Integers]
 """Components of a target, and states one after the other, in which they read the same."""
 
 
-def _stretches(states: LoadStates, motion: Motion) -> Iterator[_Stretch]:
+def _stretches(states: LoadStates, motion: MeasuredMotion) -> Iterator[_Stretch]:
     """Yield the stretches of whole targets, then those of single components next to others that change."""
     whole = np.zeros(motion.measured.shape, dtype=np.bool_)
     targets, rounding = np.array(motion.target), rounding_of(motion.measured)

@@ -26,7 +26,7 @@ from stiffcal.model.summary import EffectAt
 from stiffcal.report.compensation_content import WithAndWithout
 from stiffcal.report.joint_curves import JointPicture
 from stiffcal.report.link_pictures import LinkPicture
-from stiffcal.report.provenance_content import Instrument, ReportProvenance
+from stiffcal.report.provenance_content import ReportInstrument, ReportProvenance
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
@@ -299,7 +299,7 @@ class ReportContent:
     are several, what all of them together changed comes before them."""
     ingest: IngestResult | None = None
     """How the load states came about; None where that is not known."""
-    instruments: tuple[Instrument, ...] = ()
+    instruments: tuple[ReportInstrument, ...] = ()
     """The sensors."""
     set_aside: tuple[SetAsideRows, ...] = ()
     """What was not used and why."""

@@ -38,7 +38,7 @@ class ReportProvenance:
 
 
 @dataclass(frozen=True)
-class Instrument:
+class ReportInstrument:
     """A sensor's signal, one line of the table of instruments."""
 
     source: str

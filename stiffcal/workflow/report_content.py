@@ -37,7 +37,7 @@ from stiffcal.model.summary import EffectAt
 from stiffcal.reduction.load_cycles import LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import ReportContent, ReportRun, ReportStates, ResidualCovariate, SetAsideRows
-from stiffcal.report.provenance_content import Instrument, ReportProvenance, ReportSource
+from stiffcal.report.provenance_content import ReportInstrument, ReportProvenance, ReportSource
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
@@ -288,7 +288,7 @@ def _sources(data: Ingested, read: Sequence[SourceFile]) -> tuple[ReportSource, 
     return (*entries, *(ReportSource(source.file, source.sha256, source.bytes) for source in read))
 
 
-def _instruments(data: Ingested) -> list[Instrument]:
+def _instruments(data: Ingested) -> list[ReportInstrument]:
     instruments = []
     for source, name, signal in data.campaign.manifest.signals():
         kind = name.split(".")[0]
@@ -304,7 +304,7 @@ def _instruments(data: Ingested) -> list[Instrument]:
         if frame:
             detail.append(f"frame {frame}")
         instruments.append(
-            Instrument(
+            ReportInstrument(
                 source=source,
                 measures=f"{measures} of {body}" if body else measures,
                 detail=", ".join(detail),
