@@ -96,6 +96,8 @@ class DataQuality:
         self._watched: dict[tuple[str, str, str], LogQuality] = {}
         self._settings = {name: _LogSettings.of(campaign, name) for name in campaign.manifest.sources}
         self._copies = RoundedCopies()
+        self._copied: tuple[int, list[CopiedRuns]] | None = None
+        """Of how many logs, and what was found."""
         self._unit_conflicts: dict[tuple[str, str], tuple[str, ...]] = {}
         self._compared: set[str] = set()
         """Sources whose units were compared with those that a log states."""
@@ -202,8 +204,10 @@ class DataQuality:
         return constant_signals(self.logs)[0]
 
     def copied_runs(self) -> list[CopiedRuns]:
-        """Return the runs whose logs hold the same readings."""
-        return copied_runs(self.logs)
+        """Return the runs whose logs hold the same readings; sought once, until more logs have been read."""
+        if self._copied is None or self._copied[0] != len(self.logs):
+            self._copied = len(self.logs), copied_runs(self.logs)
+        return self._copied[1]
 
     def remarks(self) -> list[str]:
         """Return warnings: doubts that are no faults."""

@@ -103,9 +103,13 @@ def _new_zero(run: Unloaded, start: int, end: int, least: int = LEAST_RETURNS) -
     ----------
     start : an unloaded state. end : the next one, or the number of states. least : of them.
     """
+    if end - start <= LEAST_RETURNS:  # fewer states between them
+        return []
     force = run.force[start + 1 : end] - run.force[start]
     like = LikeReadings(force, run.step)
     returned = like.counts >= max(least, LEAST_RETURNS)
+    if not returned.any():
+        return []
     # of those returned to most often, the nearest
     for k in np.lexsort((np.sqrt((force**2).sum(axis=1)), -like.counts)):
         if not returned[k]:
