@@ -77,7 +77,7 @@ def condition_text(column: str, operator: str, value: float | str) -> str:
     """
     is_bare = _BARE.fullmatch(column) is not None
     name = column if is_bare else "`" + column.replace("`", "``") + "`"
-    written = "'" + value.replace("'", "''") + "'" if isinstance(value, str) else f"{value:g}"
+    written = "'" + value.replace("'", "''") + "'" if isinstance(value, str) else f"{value:.12g}"
     return f"{name} {operator} {written}"
 
 

@@ -291,7 +291,7 @@ def _at_rest(file: Path) -> Iterator[Path]:
 
 def _lacks_line_end(file: Path) -> bool:
     with open_given(file) as stream:
-        if encoding_of(stream.read(FIRST_BYTES)).startswith("utf-16"):
+        if encoding_of(stream.read(FIRST_BYTES)).startswith(("utf-16", "utf-32")):
             return False
         stream.seek(-min(2, stream.seek(0, SEEK_END)), SEEK_END)
         return b"\n" not in stream.read()

@@ -121,7 +121,7 @@ class DataQuality:
                 of_source.columns,
                 elsewhere={signal: (own, place(own)) for signal, own in of_source.files.items()},
                 slides=frozenset() if settings.joints is None else settings.joints.length_columns(),
-                declared={column: unit.name for column, unit in declared_units(settings).items()},
+                declared=declared_units(settings),
                 by_the_wall=settings.time is not None and settings.time.in_words,
                 sampler=None if settings.is_states else ReadingSampler(of_source.columns, of_source.units),
             )

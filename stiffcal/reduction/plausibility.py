@@ -17,17 +17,24 @@ from stiffcal.campaign.row_filter import condition_text
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
-from stiffcal.quantities import unit
+from stiffcal.quantities import Unit
 from stiffcal.reduction.coarse_clock import coarse_clock
+from stiffcal.reduction.filled_numbers import FilledNumber, filled_number
 from stiffcal.reduction.frozen import FrozenChannels
 from stiffcal.reduction.log_summary import SATURATED, ChannelRemark, LogSummary, column_of_channel
 from stiffcal.reduction.reading_bounds import first_impossible
 from stiffcal.reduction.sampled_readings import ReadingSampler
+from stiffcal.wording import count, listing
 
 GAP = 10.0  # times the usual interval
 MOST_GAPS = 3  # that are listed one by one
 WHOLE = -1  # in place of a channel: all of a position
+MOST_STRETCHES = 5  # of rows that are named
 HOUR_S = 3600.0  # what daylight saving takes or gives
+
+_PLACES = ("position", "marker")
+_NOISY = (*_PLACES, "wrench", "lengths", "displacement")
+"""Signals whose readings differ by noise from one to the next."""
 
 
 @dataclass
@@ -46,7 +53,7 @@ class LogQuality:
     """Signal to its own file and row to ``line n``, where a source lies in several files."""
     slides: frozenset[str] = frozenset()
     """Columns that hold positions of prismatic joints."""
-    declared: Mapping[str, str] = field(default_factory=dict)
+    declared: Mapping[str, Unit] = field(default_factory=dict)
     """Column to its unit, as the manifest states it."""
     by_the_wall: bool = False
     """True where times are dates, which may be local ones."""
@@ -91,10 +98,12 @@ class LogQuality:
         for name, values in signals.items():
             with np.errstate(invalid="ignore"):
                 low, high = np.fmin.reduce(values, axis=1), np.fmax.reduce(values, axis=1)
+            if self.sampled:
+                self._check_lost(name, number, values)
+            self._check_filled(name, number, values, low, high)
             self._update_extremes(name, values, low, high)
             self._check_bounds(name, number, values, low, high)
             if self.sampled:
-                self._check_lost(name, number, values)
                 self._update_frozen(name, number, values)
 
     def _update_time(self, number: NDArray[np.int64], time: Floats) -> None:
@@ -151,14 +160,14 @@ class LogQuality:
         InputError
             With the line of the first such reading.
         """
-        if name.split(".")[0] not in ("position", "marker") or len(values) != 3:
+        if name.split(".")[0] not in _PLACES or len(values) != 3:
             return
         filled = (values == values[0]).all(axis=0)
         if not filled.any():
             return
         first = int(filled.argmax())
         column = next(iter(self.columns.get(name, ("X",))), "X")
-        factor = unit(self.declared[column], "length").factor if column in self.declared else 1.0
+        factor = self.declared[column].factor if column in self.declared else 1.0
         number_read = float(f"{values[0, first] / factor:.12g}")
         shown = "zero" if number_read == 0.0 else f"{number_read:g}"
         reason = f"the position is {shown} in all columns ({int(filled.sum())} rows near here): the target was lost"
@@ -166,12 +175,49 @@ class LogQuality:
         mend = f"exclude such rows: {condition} next to columns or position"
         self._fail(name, int(number[first]), reason, mend)
 
+    def _check_filled(self, name: str, number: NDArray[np.int64], values: Floats, low: Floats, high: Floats) -> None:
+        """Refuse a number that was written where there was no reading.
+
+        Parameters
+        ----------
+        name : the signal. number : (n,) the rows' numbers in the log. values : (c, n) the batch, SI.
+        low, high : (c,) least and largest value of each channel in the batch.
+
+        Raises
+        ------
+        InputError : with the line of the first such number, columns, rows, and the condition that leaves them out.
+        """
+        kind, names = name.split(".")[0], self.columns.get(name, ())
+        if kind in ("quaternion", *(() if self.sampled else _PLACES)):
+            return
+        found: dict[str, FilledNumber] = {}
+        for k, column in enumerate(names[: len(values)]):
+            before = (self.low[name][k], self.high[name][k]) if name in self.low else None
+            own = filled_number(
+                values[k], low[k], high[k], before, self.declared.get(column), self.sampled and kind in _NOISY
+            )
+            if own is not None and not any((own.filled <= other.filled).all() for other in found.values()):
+                found[column] = own
+        if not found:
+            return
+        column, own = next(iter(found.items()))
+        rows = number[np.logical_or.reduce([one.filled for one in found.values()])]
+        low_read, high_read = own.others
+        reason = (
+            f"{'column ' if len(found) == 1 else 'columns '}{listing(list(found))}: {own.number:.10g} in {rows.size} "
+            f"row{'s' * (rows.size > 1)} ({_stretches(rows)}) where all others are {low_read:.4g} to {high_read:.4g}: "
+            "a number that was written where there was no reading"
+        )
+        condition = toml_text.pair("rows", " and ".join(one.condition(column) for column, one in found.items()))
+        mend = f"leave such rows out: {condition} next to the names of the columns"
+        self._fail(name, int(rows[0]), reason, mend)
+
     def _update_frozen(self, name: str, number: NDArray[np.int64], values: Floats) -> None:
         """Look for readings that stop changing: of a target all components together, then each by itself."""
         kind = name.split(".")[0]
-        if kind not in ("position", "marker", "wrench", "lengths", "displacement"):
+        if kind not in _NOISY:
             return
-        if kind in ("position", "marker"):
+        if kind in _PLACES:
             self.frozen.setdefault((name, WHOLE), FrozenChannels()).update(number, values)
         for k in range(len(values)):
             self.frozen.setdefault((name, k), FrozenChannels()).update(number, values[k : k + 1])
@@ -204,7 +250,8 @@ class LogQuality:
         ------
         InputError : with the line of the first such reading.
         """
-        impossible = first_impossible(name, values, low, high, self.columns.get(name, ()), self.slides, self.declared)
+        units = {column: declared.name for column, declared in self.declared.items()}
+        impossible = first_impossible(name, values, low, high, self.columns.get(name, ()), self.slides, units)
         if impossible is not None:
             self._fail(name, row_numbers[impossible.row], impossible.reason, impossible.mend)
 
@@ -287,6 +334,14 @@ def _rows(watch: FrozenChannels, place: Callable[[int], str]) -> str:
     """Return how long a row of equal readings is and where: places in the file, and rows as [[exclude]] counts them."""
     first, last = watch.first, watch.last
     return f"{watch.longest} readings, {place(first)} to {place(last)} (rows {first}-{last})"
+
+
+def _stretches(rows: NDArray[np.int64]) -> str:
+    """Return rows' numbers, ascending, as [[exclude]] counts them: 21, 30-34."""
+    parts = np.split(rows, np.flatnonzero(np.diff(rows) != 1) + 1)
+    named = [f"{own[0]}" if own.size == 1 else f"{own[0]}-{own[-1]}" for own in parts[:MOST_STRETCHES]]
+    more = len(parts) - len(named)
+    return ", ".join(named) + (f" and {count(more, 'stretch', 'stretches')} more" if more else "")
 
 
 _AS_THEY_STAND = "they are used as they are: exclude these rows with [[exclude]], or keep them"

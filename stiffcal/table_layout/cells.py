@@ -18,9 +18,13 @@ GAP_WORDS = frozenset(
 GROUP_MARKS = "., '\u00a0\u202f\u2019"
 """What separates groups of three digits: a point, a comma, a blank (also one that does not break), an apostrophe."""
 
-_PLAIN = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
-_POINT = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
+# the exponent of a double number in Fortran, 1.5D+03, follows a decimal mark: 3D2 is a name
+_PLAIN = re.compile(r"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|(?:\d+\.\d*|\.\d+)[dD][+-]?\d+)")
+_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eEdD][+-]?\d+)?")
+_POINT = re.compile(r"[+-]?\d*\.\d+(?:[eEdD][+-]?\d+)?")
+FORTRAN_EXPONENT = re.compile(rb"\d[.,]\d*[dD][+-]?\d")
+"""Of a number in the bytes of a text."""
+_D_AS_E = str.maketrans("dD", "eE")
 _GROUPED = re.compile(rf"[+-]?\d{{1,3}}(?P<groups>(?:([{GROUP_MARKS}])\d{{3}})(?:\2\d{{3}})*)(?:(?P<decimal>[.,])\d+)?")
 _TIME = re.compile(
     r"'?(?:\d{1,4}([-./ ])(?:\d{1,2}|[^\W\d_]{3,9}\.?)\1\d{1,4}(?:[ T,]+\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?)?"
@@ -77,11 +81,11 @@ def number(cell: str, decimal: str, thousands: str) -> float | None:
 
     Examples
     --------
-    >>> number("1.234,5", ",", "."), number("1,5", ".", ""), number("+3e2", ".", "")
-    (1234.5, None, 300.0)
+    >>> number("1.234,5", ",", "."), number("1,5", ".", ""), number("+3e2", ".", ""), number("1.5D+03", ".", "")
+    (1234.5, None, 300.0, 1500.0)
     """
     plain = _without_marks(cell, decimal, thousands)
-    return float(plain) if _PLAIN.fullmatch(plain) else None
+    return float(plain.translate(_D_AS_E)) if _PLAIN.fullmatch(plain) else None
 
 
 def _without_marks(cell: str, decimal: str, thousands: str) -> str:

@@ -25,7 +25,13 @@ _LINES_JUDGED, _ROWS_JUDGED = 40, 120
 _LONGEST_QUOTED = 8  # lines of one quoted name; more is a quotation mark that was never closed
 # What programs on Japanese, Chinese and Korean Windows write.
 _OF_SIGNS = ("cp932", "gb18030", "cp949", "big5")
-_BOMS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
+_BOMS = (
+    (codecs.BOM_UTF8, "utf-8"),
+    (codecs.BOM_UTF32_LE, "utf-32"),  # before that of UTF-16, with which it begins
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
 _APART = re.compile(r"[ \t]{2,}|\t")
 _BEFORE_UNIT = re.compile(r"[ \t]+(?![\[(])")
 _NUMBERS_APART = re.compile(r"[\d.,\w] [ \t]*[-+.,\d]|\t +[-+.,\d]")
@@ -82,7 +88,7 @@ class TextLayout:
 
 
 def encoding_of(content: bytes) -> str:
-    """Return the encoding of a text by its first bytes: UTF-8 or UTF-16 where they are, else that of a Windows.
+    """Return the encoding of a text by its first bytes: UTF-8, UTF-16 or UTF-32 where they are, else that of a Windows.
 
     One of Japan, China or Korea where words of a header come out so, else the one of Western Europe.
 
@@ -98,6 +104,11 @@ def encoding_of(content: bytes) -> str:
     for mark, encoding in _BOMS:
         if content.startswith(mark):
             return encoding
+    zeros, most = [content[k:400:4].count(0) for k in range(4)], min(len(content), 400) // 4
+    # two bytes of four are zero in each character of a language in use
+    for order, pair in (("le", zeros[2:]), ("be", zeros[:2])):
+        if 0 < most == min(pair) and sum(zeros) < 4 * most:
+            return f"utf-32-{order}"
     odd, even = content[1:200:2].count(0), content[:200:2].count(0)
     if max(odd, even) > 20 * min(odd, even) and max(odd, even) * 4 >= min(len(content), 200):
         return "utf-16-le" if odd > even else "utf-16-be"

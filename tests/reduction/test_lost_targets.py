@@ -12,6 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import LoadStates, Sigma, TrackerPlace
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.quantities import unit
 from stiffcal.reduction.consistency import check_kinematics
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.run_displacements import check_displacements
@@ -82,7 +83,7 @@ def test_a_component_that_is_dead_in_all_runs_is_named(runs: LoadStates) -> None
 
 def test_numbers_filled_in_are_a_lost_target() -> None:
     columns = {"position.probe": ("X", "Y", "Z")}
-    log = LogQuality("raw/a.csv", "line {}".format, True, columns, declared=dict.fromkeys("XYZ", "mm"))
+    log = LogQuality("raw/a.csv", "line {}".format, True, columns, declared=dict.fromkeys("XYZ", unit("mm", "length")))
     places = np.random.default_rng(1).uniform(1.0, 1.1, (3, 40))
     places[:, 20:23] = -9.999
     with pytest.raises(InputError) as refused:

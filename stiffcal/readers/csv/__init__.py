@@ -39,7 +39,7 @@ from stiffcal.readers import Batch, FuzzInput, Header, Options, RawRows, Reader,
 from stiffcal.readers.csv.faults import check_last_line, find_fault
 from stiffcal.readers.csv.layout import CsvOptions, open_log, section_titles
 from stiffcal.readers.csv.lines import LogText
-from stiffcal.table_layout.cells import GAP_WORDS, is_gap, number
+from stiffcal.table_layout.cells import FORTRAN_EXPONENT, GAP_WORDS, is_gap, number
 from stiffcal.table_layout.text import FIRST_BYTES, TextLayout, text_layout
 
 # Large enough that the parser's cost per block vanishes, small enough for flat memory.
@@ -179,7 +179,8 @@ def _read(
     """
     with open_log(path, options, display_name, wanted) as (text, layout):
         row = 0
-        as_words |= frozenset(wanted.numbers if layout.rows.thousands else ())
+        unusual = layout.rows.thousands or FORTRAN_EXPONENT.search(text.peek(FIRST_BYTES))
+        as_words |= frozenset(wanted.numbers if unusual else ())
         try:
             for records in _parse(text, layout, wanted, as_words):
                 batch = _batch(records, layout, wanted, row + 1, display_name, as_words)

@@ -261,5 +261,5 @@ def _last_cell(line: bytes, layout: TextLayout) -> str:
 
 def _decimals(cell: str, decimal: str) -> tuple[int, int] | None:
     """Return the number of digits after the decimal mark and in the exponent; None without a decimal mark."""
-    match = re.fullmatch(r"[+-]?\d*" + re.escape(decimal) + r"(\d+)(?:[eE]([+-]?\d+))?", cell)
+    match = re.fullmatch(r"[+-]?\d*" + re.escape(decimal) + r"(\d+)(?:[eEdD]([+-]?\d+))?", cell)
     return (len(match[1]), len(match[2] or "")) if match else None

@@ -41,7 +41,7 @@ def find_codec(encoding: str, display_name: str) -> str:
             display_name,
             "csv.encoding",
             f"no encoding {encoding!r}",
-            'give "utf-8", "latin-1", "cp1252" or "utf-16"',
+            'give "utf-8", "latin-1", "cp1252", "utf-16" or "utf-32"',
         ) from None
 
 
