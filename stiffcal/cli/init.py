@@ -47,7 +47,7 @@ def init(
     urdf: Annotated[Path | None, typer.Option(metavar="F", help="The robot as a URDF, or its package.")] = None,
     robot: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="A bundled robot (irb4400, …) or a robot.toml."),
+        typer.Option(metavar="NAME", help="A bundled robot (irb4400, …), a robot.toml, or a URDF."),
     ] = None,
     tool: Annotated[
         str | None,

@@ -7,14 +7,25 @@ from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.propose.templates import bundled_robots
 
 URDF, XACRO = ".urdf", ".xacro"
 MOST_FILES = 20_000
 """Files of a folder that are looked at: a package has hundreds."""
 
 
-def chosen_urdf(given: Path) -> Path:
+def is_urdf_or_package(robot: str) -> bool:
+    """Return whether what names a robot is a URDF, or the folder of a package, and no robot that is bundled."""
+    path = Path(robot)
+    return path.suffix.lower() in (URDF, XACRO) or (robot not in bundled_robots() and path.is_dir())
+
+
+def chosen_urdf(given: Path, option: str = "--urdf") -> Path:
     """Return a URDF: the file itself, or the only one in a folder.
+
+    Parameters
+    ----------
+    given : the file, or the folder of a package. option : of the command line, with which it was given.
 
     Raises
     ------
@@ -22,7 +33,7 @@ def chosen_urdf(given: Path) -> Path:
         It is written in xacro, or the folder holds none, or several.
     """
     if given.suffix.lower() == XACRO:
-        raise _to_expand(given)
+        raise _to_expand(given, option)
     if not given.is_dir():
         return given
     files = [path for path in islice(given.rglob("*"), MOST_FILES) if path.suffix.lower() in (URDF, XACRO)]
@@ -32,16 +43,14 @@ def chosen_urdf(given: Path) -> Path:
     if urdfs:
         listed = ", ".join(str(path) for path in urdfs[:12])
         reason = f"the folder holds {len(urdfs)} URDFs"
-        raise InputError.at(FaultCode.OPTION_INVALID, str(given), "--urdf", reason, f"give one of them: {listed}")
+        raise InputError.at(FaultCode.OPTION_INVALID, str(given), option, reason, f"give one of them: {listed}")
     xacros = sorted(path for path in files if ".urdf" in path.name or "macro" not in path.stem)
     if xacros:
-        raise _to_expand(xacros[0])
-    raise InputError.at(
-        FaultCode.FILE_MISSING, str(given), "--urdf", "the folder holds no URDF", "give the file *.urdf"
-    )
+        raise _to_expand(xacros[0], option)
+    raise InputError.at(FaultCode.FILE_MISSING, str(given), option, "the folder holds no URDF", "give the file *.urdf")
 
 
-def _to_expand(path: Path) -> InputError:
+def _to_expand(path: Path, option: str) -> InputError:
     name = path.name.removesuffix(XACRO).removesuffix(URDF)
     mend = f"expand it where ROS is installed: xacro {path} > {name}.urdf, and give that file"
-    return InputError.at(FaultCode.URDF_INVALID, str(path), "--urdf", "xacro is a program that writes a URDF", mend)
+    return InputError.at(FaultCode.URDF_INVALID, str(path), option, "xacro is a program that writes a URDF", mend)

@@ -95,7 +95,7 @@ def bundled_robot(name: str) -> str:
     """
     if name not in bundled_robots():
         known_names = ", ".join(bundled_robots())
-        mend = f"use one of {known_names}, a robot file that ends in .toml, or a URDF: --urdf FILE"
+        mend = f"use one of {known_names}, a robot file that ends in .toml, a URDF or the folder of its package"
         raise InputError.at(FaultCode.OPTION_INVALID, "", "--robot", f'stiffcal has no robot "{name}"', mend)
     return (_HERE / "robots" / f"{name}.toml").read_text(encoding="utf-8")
 

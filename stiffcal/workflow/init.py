@@ -12,7 +12,7 @@ from stiffcal.campaign.reach import check_given
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
-from stiffcal.propose.chosen_urdf import chosen_urdf
+from stiffcal.propose.chosen_urdf import chosen_urdf, is_urdf_or_package
 from stiffcal.propose.explained import unused_in_words
 from stiffcal.propose.from_logs import KINDS_OF_LOGS
 from stiffcal.propose.from_table import Proposal
@@ -45,8 +45,8 @@ def init_campaign(
     tables : propose the campaign from the headers and values of one table, or of several of equal length (angles in
         one, forces in another), instead; for clamped and friction runs from their logs, one run each. Or one folder of
         logs.
-    urdf, robot : the robot as URDF (a file, or the folder of its package), or the name of a bundled one or a robot file
-        (*.toml), not both; of templates that of "load" alone takes one.
+    urdf, robot : the robot as URDF (a file, or the folder of its package), or the name of a bundled one, a robot file
+        (*.toml) or what `urdf` takes, not both; of templates that of "load" alone takes one.
     tool : with a table: where the load acts and the displacement is measured, m, in the flange frame.
     ask : of a folder of logs: called with what no log states, returns the answer or "".
     overwrite : also over files that are there.
@@ -84,6 +84,8 @@ def init_campaign(
         )
     if urdf is not None:
         urdf = chosen_urdf(urdf)
+    elif robot is not None and is_urdf_or_package(str(robot)):
+        urdf, robot = chosen_urdf(Path(robot), "--robot"), None
     if not tables and tool is None and kind in (None, "load") and (urdf is not None or robot is not None):
         from stiffcal.propose.of_robot import write_for_robot
 

@@ -35,8 +35,10 @@ def package(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("inside", ["", "urdf/arm.urdf"])
-def test_the_robot_of_a_package_is_in_the_folder(package: Path, tmp_path: Path, inside: str) -> None:
-    init_campaign(tmp_path / "cell", urdf=package / inside)
+@pytest.mark.parametrize("option", ["urdf", "robot"])
+def test_the_robot_of_a_package_is_in_the_folder(package: Path, tmp_path: Path, inside: str, option: str) -> None:
+    given = {"urdf": package / inside} if option == "urdf" else {"robot": str(package / inside)}
+    init_campaign(tmp_path / "cell", **given)
     campaign = load_campaign(tmp_path / "cell", check_files=False)
     assert campaign.chain.joint_names == tuple(f"j{k}" for k in range(1, 8))
     joints = campaign.manifest.sources["controller"].joints
@@ -69,6 +71,21 @@ def test_what_is_no_single_urdf_is_named(package: Path, tmp_path: Path) -> None:
     assert fault(cell, package / "meshes.urdf").code == FaultCode.FILE_MISSING
     (tmp_path / "empty").mkdir()
     assert fault(cell, tmp_path / "empty").code == FaultCode.FILE_MISSING
+
+
+def test_a_package_without_a_urdf_is_named_with_the_option(package: Path, tmp_path: Path) -> None:
+    (package / "urdf" / "arm.urdf").unlink()
+    with pytest.raises(InputError) as caught:
+        init_campaign(tmp_path / "cell", robot=str(package))
+    (only,) = caught.value.faults
+    assert (only.code, only.place) == (FaultCode.FILE_MISSING, "--robot")
+
+
+def test_a_folder_called_like_a_bundled_robot_is_not_meant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "kr125").mkdir()
+    init_campaign(tmp_path / "cell", robot="kr125")
+    assert len(load_campaign(tmp_path / "cell", check_files=False).chain.joint_names) == 6
 
 
 @pytest.mark.parametrize("further", [{}, {"kind": "load", "tool": (0.0, 0.0, 0.2)}])
