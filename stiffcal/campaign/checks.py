@@ -320,7 +320,7 @@ def _format_faults(manifest: Manifest, name: str, source: Source) -> Iterator[Fa
 def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterator[Fault]:
     for source, name, signal in manifest.signals():
         place = f"sources.{source}.{name}"
-        for key, frame in _frames_of(signal, name):
+        for key, frame in frames_of_signal(signal, name):
             fault = frame_fault(manifest, links, frame, f"{place}.{key}")
             if fault is not None:
                 yield fault
@@ -364,7 +364,7 @@ def _signal_faults(manifest: Manifest, links: tuple[str, ...] | None) -> Iterato
             )
 
 
-def _frames_of(signal: Signal, name: str) -> list[tuple[str, str]]:
+def frames_of_signal(signal: Signal, name: str) -> list[tuple[str, str]]:
     """Return (key, frame) of every frame a signal names."""
     named_frames: list[tuple[str, str | None]] = []
     if isinstance(signal, Wrench):

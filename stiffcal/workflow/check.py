@@ -11,6 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.found_runs import nothing_found, unpartnered_remarks
+from stiffcal.campaign.unused_settings import unused_settings
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.proposals import propose_sources
@@ -124,7 +125,7 @@ def check_loaded(
             measured = poses_without_frames(campaign, gathered)
             return replace(
                 result,
-                warnings=unpartnered_remarks(campaign.manifest, campaign.found) + quality.remarks(),
+                warnings=unpartnered_remarks(campaign.manifest, campaign.found) + quality.remarks() + _unused(campaign),
                 runs=[replace(entry, work_J=None) for entry in _load_runs(campaign, measured, reduced)],
                 n_states=int(measured.used.sum()),
                 missing=missing + needed,
@@ -180,11 +181,30 @@ def check_loaded(
     remarks = unpartnered_remarks(campaign.manifest, campaign.found) + _new_runs(campaign)
     return replace(
         result,
-        warnings=[*remarks, *result.warnings],
+        warnings=[*remarks, *result.warnings, *_unused(campaign)],
         proposals=propose_sources(campaign) or None,
         ready=not missing,
         missing=missing,
     )
+
+
+def _unused(campaign: Campaign) -> list[str]:
+    """Return a sentence for each setting of the manifest that nothing reads."""
+    return unused_settings(campaign.manifest, _frames_of_simulation(campaign))
+
+
+def _frames_of_simulation(campaign: Campaign) -> list[str]:
+    """Return the frames that simulate.toml may name; all where it cannot be read, which `simulate` reports."""
+    if not (campaign.folder / "simulate.toml").exists():
+        return []
+    from stiffcal.simulation.settings import Loads, load_settings
+
+    try:
+        settings = load_settings(campaign.folder)
+    except InputError:
+        return list(campaign.manifest.frames)
+    words = str(settings.model_dump())
+    return [name for name in campaign.manifest.frames if repr(name) in words or name == Loads().point]
 
 
 def _new_runs(campaign: Campaign) -> list[str]:
