@@ -22,7 +22,7 @@ JOINT_STEMS = (
     *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
     *("gelenkwinkel", "gelenkposition", "achsposition", "eixo", "junta"),
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
-    *("aiposa", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
+    *("aiposa", "fieldposition", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
     *("軸", "関節", "関節角", "関節角度", "角度", "轴", "关节", "关节角", "关节角度"),
     *("jointpositions", "jointangles", "jointpos", "actualjointpositions", "joints", "axes"),
 )
@@ -42,7 +42,10 @@ NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")
 """Names of a quaternion's components, the scalar first, where numbers show one: the squares add up to 1."""
 XYZ = "xyz"
 
-_WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
+_NARROW = str.maketrans(
+    {chr(0xFEE0 + code): chr(code) for code in range(0x21, 0x7F)} | dict(zip("\u3010\u3011", "[]", strict=True))
+)
+"""Brackets, letters and digits of double width, as Japanese and Chinese keyboards write them, to usual ones."""
 _LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
 _BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\))\s*+$")
 # A unit behind a slash (DIN 1313: "F / kN"), a word, an underscore or a blank: part of the name unless it is one.
@@ -164,7 +167,7 @@ def header_parts(header: str) -> ColumnHeader:
         return ColumnHeader(header, None)
     if header.lower() in TIMES_BY_UNIT and is_unit(header):
         return ColumnHeader(header, header)
-    header = header.translate(_WIDE_BRACKETS)
+    header = header.translate(_NARROW)
     bracketed = _BRACKETED.match(header)
     if bracketed is not None and not (bracketed["a"] or bracketed["b"] or "").strip().isdigit():  # q[0] is a name
         return ColumnHeader(bracketed["name"].strip(), (bracketed["a"] or bracketed["b"] or "").strip() or None)
@@ -208,7 +211,7 @@ def is_unit_of(text: str, quantity: str) -> bool:
 
 def bare_unit(cell: str) -> str:
     """Return a cell of a row of units without brackets."""
-    return cell.strip("[]() （）［］【】")
+    return cell.translate(_NARROW).strip("[]() ")
 
 
 def is_unit_row(row: Sequence[str]) -> bool:

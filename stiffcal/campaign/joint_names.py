@@ -18,8 +18,14 @@ _ALONE, _AT_ITS_BEGIN, _AT_ITS_END = re.compile(_WORDS), re.compile(f"^{_WORDS}"
 _LONGEST_NAME = 300  # characters; a longer one is taken apart in the square of its length
 
 
+_NAMED = (("shoulderpan", "shoulderlift", "elbow", "wrist1", "wrist2", "wrist3"),)
+"""Joints that have names, base to tip, of arms common in laboratories: Universal Robots (`ur_description`)."""
+
+
 def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
     """Return the names that are numbered from 1 or 0 without a gap, three or more, with a stem that means joints.
+
+    Also those of the arms in `_NAMED`, in the order of the arm: messages list them by the alphabet.
 
     Examples
     --------
@@ -28,13 +34,19 @@ def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
     >>> numbered_joints([f"Joint {k} {what}" for k in (1, 2, 3) for what in ("torque", "angle")])
     ('Joint 1 angle', 'Joint 2 angle', 'Joint 3 angle')
     """
+    named: dict[str, str] = {}
     groups: dict[tuple[str, str], dict[int, str]] = {}
     for name in names:
         if len(name) > _LONGEST_NAME:
             continue
+        bare = _AT_ITS_END.sub("", _AT_ITS_BEGIN.sub("", _joint_name(name)))
+        named.setdefault(bare.replace("joint", ""), name)
         match = re.fullmatch(r"(\D*)0*(\d+)(\D*)", _joint_name(name))
         if match is not None:
             groups.setdefault((match[1], match[3]), {})[int(match[2])] = name
+    for arm in _NAMED:
+        if all(joint in named for joint in arm):
+            return tuple(named[joint] for joint in arm)
     ranked = [(_rank_of_joints(*key), group) for key, group in groups.items() if _are_joints(group)]
     known = [(rank, number) for number, (rank, _) in enumerate(ranked) if rank is not None]
     if not known:

@@ -47,9 +47,11 @@ _OTHER_WAYS = tuple(
         (rf"{_DIGITS}{_CLOCK}", _YEAR_FIRST),
         # as names of files have it, in which there is no colon
         (
-            rf"{_DIGITS}(?P<hour>\d{{2}})[-_.]?(?P<minute>\d{{2}})[-_.]?(?P<second>\d{{2}}(?:[.,]\d{{1,9}})?)",
-            r"\g<year>-\g<month>-\g<day> \g<hour>:\g<minute>:\g<second>",
+            rf"{_DIGITS}(?P<hour>\d{{2}})[-_.]?(?P<minute>\d{{2}})[-_.]?(?P<second>\d{{2}}(?:[.,]\d{{1,9}})?)(?P<zone>Z?)",
+            r"\g<year>-\g<month>-\g<day> \g<hour>:\g<minute>:\g<second>\g<zone>",
         ),
+        # minutes and seconds, as a spreadsheet writes times below an hour
+        (r"(?P<minute>\d{1,2}):(?P<second>\d{2}[.,]\d{1,9})", r"0:\g<minute>:\g<second>"),
     )
 )
 # Halves of the day that stand before the clock: Korean, Chinese, Japanese.
@@ -90,6 +92,8 @@ def in_usual_form(text: str) -> str:
     --------
     >>> [in_usual_form(text) for text in ("2026年11月20日 10:15:30", "Nov 20, 2026 1:15 PM", "20261120_101530", "x")]
     ['2026-11-20 10:15:30', '20-Nov-2026 1:15 PM', '2026-11-20 10:15:30', 'x']
+    >>> in_usual_form("05:30.25"), in_usual_form("20261120T101530.5Z")
+    ('0:05:30.25', '2026-11-20 10:15:30.5Z')
     >>> in_usual_form("2026. 11. 20. 오후 1:15:30")
     '2026-11-20 1:15:30 PM'
     >>> in_usual_form("Fr 20.11.2026 10:15:30"), in_usual_form("2026年11月20日(金) 10時15分30秒")

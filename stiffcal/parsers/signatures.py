@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from stiffcal.files import open_regular
 
+_JSON = re.compile(rb'(?:\xef\xbb\xbf)?\s*(?:\[\s*)?\{\s*"')
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -22,3 +24,13 @@ def begins_like_hdf5(path: Path) -> bool:
     except OSError:
         return False
     return False
+
+
+def begins_like_json(path: Path) -> bool:
+    """Return True for a text that begins with an object that has a key, or a list of objects."""
+    try:
+        with open_regular(path) as file:
+            start = file.read(256)
+    except OSError:
+        return False
+    return _JSON.match(start) is not None

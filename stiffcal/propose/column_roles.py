@@ -23,6 +23,7 @@ from stiffcal.campaign.column_names import (
 from stiffcal.campaign.joint_names import numbered_joints
 from stiffcal.propose.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of, single_target
 from stiffcal.propose.table_sniffing import SniffedColumn
+from stiffcal.propose.time_lines import stands_still
 from stiffcal.quantities import unit
 
 _RUNS = (
@@ -135,7 +136,7 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     left = [column for column in columns if column.values and column not in assigned]
     # when it was measured, rather than when a recorder took it: not every driver fills it in
     stamps = [column for column in left if any(column.values)]
-    time = _single(stamps, plain, (MEASURED_AT,)) or _single(left, plain, TIMES)
+    time = _single(stamps, plain, (MEASURED_AT,)) or _single(left, plain, TIMES) or _among_words(left)
     mass = _single([column for column in columns if column.values and column not in assigned], plain, _MASSES)
     further = [role for _, role in targets]
     # a rotation belongs to a displacement; next to a place it is written in too many ways to be taken
@@ -299,6 +300,23 @@ def _matrix(columns: list[SniffedColumn], plain: dict[str, str]) -> Role | None:
         if all(element in found for element in elements):
             return Role(tuple(found[element] for element in elements))
     return None
+
+
+def _among_words(columns: list[SniffedColumn]) -> SniffedColumn | None:
+    """Return the first column that grows from row to row and has a word for time among those of its name."""
+    for column in columns:
+        words = words_of(column.name)[0]
+        if _OF_A_STATE & set(words) or not any(word in TIMES for word in words if len(word) >= _LEAST_WORD):
+            continue
+        if len(column.values) >= _LEAST_GROWING and not stands_still(column):
+            return column
+    return None
+
+
+_LEAST_WORD = 4  # letters: "time", "zeit"; what is shorter is a part of another name
+_LEAST_GROWING = 3
+_OF_A_STATE = frozenset(("hold", "held", "dwell", "halte", "haltezeit", "settling", "cycle", "step", "delta", "ramp"))
+"""What a time of each load state is called."""
 
 
 def _single(columns: list[SniffedColumn], plain: dict[str, str], names: tuple[str, ...]) -> SniffedColumn | None:

@@ -19,16 +19,18 @@ GROUP_MARKS = "., '\u00a0\u202f\u2019"
 """What separates groups of three digits: a point, a comma, a blank (also one that does not break), an apostrophe."""
 
 # the exponent of a double number in Fortran, 1.5D+03, follows a decimal mark: 3D2 is a name
-_PLAIN = re.compile(r"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|(?:\d+\.\d*|\.\d+)[dD][+-]?\d+)")
-_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eEdD][+-]?\d+)?")
-_POINT = re.compile(r"[+-]?\d*\.\d+(?:[eEdD][+-]?\d+)?")
-FORTRAN_EXPONENT = re.compile(rb"\d[.,]\d*[dD][+-]?\d")
-"""Of a number in the bytes of a text."""
-_D_AS_E = str.maketrans("dD", "eE")
-_GROUPED = re.compile(rf"[+-]?\d{{1,3}}(?P<groups>(?:([{GROUP_MARKS}])\d{{3}})(?:\2\d{{3}})*)(?:(?P<decimal>[.,])\d+)?")
+_PLAIN = re.compile(r"[+\-\u2212]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|(?:\d+\.\d*|\.\d+)[dD][+-]?\d+)")
+_COMMA = re.compile(r"[+\-\u2212]?\d*,\d+(?:[eEdD][+-]?\d+)?")
+_POINT = re.compile(r"[+\-\u2212]?\d*\.\d+(?:[eEdD][+-]?\d+)?")
+WRITTEN_OTHERWISE = re.compile(rb"\d[.,]\d*[dD][+-]?\d|\xe2\x88\x92[\d.,]")
+"""Numbers in the bytes of a text that only `number` reads: exponents of Fortran, the minus sign of Sweden (U+2212)."""
+_AS_USUAL = str.maketrans("dD\u2212", "eE-")
+_GROUPED = re.compile(
+    rf"[+\-\u2212]?\d{{1,3}}(?P<groups>(?:([{GROUP_MARKS}])\d{{3}})(?:\2\d{{3}})*)(?:(?P<decimal>[.,])\d+)?"
+)
 _TIME = re.compile(
     r"'?(?:\d{1,4}([-./ ])(?:\d{1,2}|[^\W\d_]{3,9}\.?)\1\d{1,4}(?:[ T,]+\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?)?"
-    r"|\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?)"
+    r"|\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?|\d{1,2}:\d{2}[.,]\d+)"
     r"(?: ?[AaPp][Mm])?(?: ?(?:Z|UTC|GMT|[+-]\d{2}:?\d{2}))?"
 )
 _LONGEST_GAP = 12
@@ -85,7 +87,7 @@ def number(cell: str, decimal: str, thousands: str) -> float | None:
     (1234.5, None, 300.0, 1500.0)
     """
     plain = _without_marks(cell, decimal, thousands)
-    return float(plain.translate(_D_AS_E)) if _PLAIN.fullmatch(plain) else None
+    return float(plain.translate(_AS_USUAL)) if _PLAIN.fullmatch(plain) else None
 
 
 def _without_marks(cell: str, decimal: str, thousands: str) -> str:
@@ -109,12 +111,12 @@ def is_time(cell: str) -> bool:
 
     Examples
     --------
-    >>> [is_time(cell) for cell in ("20.11.2026 10:15:30,000", "10:15:30.5", "Nov 20, 2026 1:15 PM", "1.5", "A1")]
+    >>> [is_time(cell) for cell in ("20.11.2026 10:15:30,000", "0:15:30.5", "Nov 20, 2026 1:15 PM", "1.5", "A1")]
     [True, True, True, False, False]
     """
     if len(cell) > _LONGEST:
         return False
-    if cell[:2].strip("'").isdigit() and _TIME.fullmatch(cell) is not None:
+    if cell.removeprefix("'")[:1].isdigit() and _TIME.fullmatch(cell) is not None:
         return True
     # written in another way it is longer than any number of rows or names of columns
     return len(cell) >= _SHORTEST_DATE and not cell.isdigit() and in_usual_form(cell) != cell

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from stiffcal.campaign.column_names import header_parts
+from stiffcal.campaign.column_names import Reading, component_of, header_parts
 
 _COMPONENTS = frozenset(("x", "y", "z", "w", "qx", "qy", "qz", "qw", "rx", "ry", "rz"))
+XYZ_NAMES = ("x", "y", "z")
 _NAME_LABELS = frozenset(("name", "names", "marker", "markers", "body", "bodies", "label", "labels"))
 """What stands before a row of names in an export whose rows of the header are labelled."""
 
@@ -35,10 +36,12 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
     (['Force X', 'Moment X'], {'Force X': 'N', 'Moment X': 'Nm'})
     >>> composed_names(["", "", "X1", "Y1"], [["Frame#", "Time", "probe", ""]])[0]
     ['Frame#', 'Time', 'X1', 'Y1']
+    >>> composed_names(["", "x", "y", "z"], [["t", "Force [N]", "", ""]])
+    (['t', 'Force x', 'Force y', 'Force z'], {'Force x': 'N', 'Force y': 'N', 'Force z': 'N'})
     """
     counts = Counter(names)
     if all(count == 1 or not name for name, count in counts.items()):
-        return names_with_those_above(names, above), {}
+        return _with_what_is_measured(names_with_those_above(names, above), above)
     repeated = [k for k, name in enumerate(names) if not name or counts[name] > 1 or name.lower() in _COMPONENTS]
     rows = [_spread(row, repeated, len(names)) for row in above]
     labels = [_label(row, repeated) in _NAME_LABELS for row in above]
@@ -56,6 +59,24 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
         if unit is not None and composed[c]:
             units[composed[c]] = unit
     return composed, units
+
+
+def _with_what_is_measured(names: list[str], above: Sequence[Sequence[str]]) -> tuple[list[str], dict[str, str]]:
+    """Return names that are unique, axes alone with the cell above that says what is measured along them.
+
+    By themselves x, y, z are a place: "force" above them is no name of a target, as a word that means nothing is.
+    """
+    axes = [c for c, name in enumerate(names) if name.lower() in XYZ_NAMES]
+    found, units = list(names), {}
+    for row in reversed(above if len(axes) == len(XYZ_NAMES) else ()):
+        spread = _spread(row, axes, len(names))
+        for c in axes:
+            part = header_parts(spread[c])
+            meant = component_of(f"{part.name} {names[c]}", part.unit) if part.name else None
+            if found[c] == names[c] and meant is not None and meant.reading is not Reading.POSITION:
+                found[c] = f"{part.name} {names[c]}"
+                units |= {} if part.unit is None else {found[c]: part.unit}
+    return found, units
 
 
 def names_with_those_above(names: Sequence[str], above: Sequence[Sequence[str]]) -> list[str]:

@@ -184,6 +184,28 @@ def of_words(time: str, x: str, y: str, z: str) -> str:
     return f"{time};{x};{y};{z}\n" + lines_of(next_to(TIME, FORCE), ";", ",")
 
 
+def below(first: str, second: str) -> str:
+    return f"{first}\n{second}\n" + lines_of(next_to(TIME, FORCE), ",")
+
+
+def force_of(time: Callable[[float], str], head: str = "Time,Fx,Fy,Fz") -> str:
+    return f"{head}\n" + lines_of(next_to([time(float(own)) for own in TIME], FORCE), ",")
+
+
+def joint_states(head: str) -> str:
+    """Write Universal Robots' joints by the alphabet, as messages of ROS list them."""
+    names = ["elbow", "shoulder_lift", "shoulder_pan", "wrist_1", "wrist_2", "wrist_3"]
+    angles = np.radians(JOINTS)[:, [2, 1, 0, 3, 4, 5]]
+    return ",".join(["time", *(head.format(name) for name in names)]) + "\n" + lines_of(next_to(TIME, angles), ",")
+
+
+def rostopic() -> str:
+    head = ["%time", *(f"field.name{k}" for k in range(6)), *(f"field.position{k}" for k in range(6))]
+    stamps = [str(1785175389640000000 + round(1e9 * own)) for own in TIME]
+    rows = next_to(stamps, *[[f"joint_a{k}"] * N for k in range(6)], np.radians(JOINTS))
+    return ",".join(head) + "\n" + lines_of(rows, ",")
+
+
 WRENCH, POSITION, ANGLES = "wrench", "position.tool", "joints"
 LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
     "OptiTrack Motive": (motive, "take.csv", "utf-8", POSITION),
@@ -248,6 +270,38 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
         "utf-8",
         WRENCH,
     ),
+    "what is measured above its axes": (lambda: below("time,force,force,force", ",x,y,z"), "log.csv", "utf-8", WRENCH),
+    "what is measured, merged, with its unit": (lambda: below("t,Force [N],,", ",x,y,z"), "log.csv", "utf-8", WRENCH),
+    "an hour of one digit": (lambda: force_of(lambda t: f"0:00:{t:06.3f}"), "log.csv", "utf-8", WRENCH),
+    "minutes and seconds": (lambda: force_of(lambda t: f"00:{t:06.3f}"), "log.csv", "utf-8", WRENCH),
+    "digits alone and a zone": (
+        lambda: force_of(lambda t: f"20261120T1015{30 + t:06.3f}Z"),
+        "log.csv",
+        "utf-8",
+        WRENCH,
+    ),
+    "a word next to the time": (
+        lambda: of_words("Zeit  1 - Standardrate [s]", "Fx [N]", "Fy [N]", "Fz [N]"),
+        "k.asc",
+        "cp1252",
+        WRENCH,
+    ),
+    "a clock in place of a unit": (
+        lambda: force_of(lambda t: f"10:15:{30 + t:06.3f}", "Measurement time [hh:mm:ss],Fx [N],Fy [N],Fz [N]"),
+        "k.asc",
+        "utf-8",
+        WRENCH,
+    ),
+    "minus sign of Sweden": (lambda: force_of(repr).replace("-", "\u2212"), "log.csv", "utf-8", WRENCH),
+    "letters of double width": (
+        lambda: force_of(repr, "時刻［ｓ］,Ｆｘ［Ｎ］,Ｆｙ［Ｎ］,Ｆｚ［Ｎ］"),
+        "log.csv",
+        "utf-8",
+        WRENCH,
+    ),
+    "joints by names": (lambda: joint_states("{}_joint"), "log.csv", "utf-8", ANGLES),
+    "joints by names of a message": (lambda: joint_states("position.{}_joint"), "log.csv", "utf-8", ANGLES),
+    "messages by rostopic": (rostopic, "log.csv", "utf-8", ANGLES),
     "low resolution": (low_resolution, "plc.csv", "cp1252", WRENCH),
     "NDI capture": (ndi, "participant.csv", "utf-8", POSITION),
     "NDI Polaris": (polaris, "polaris.csv", "utf-8", POSITION),

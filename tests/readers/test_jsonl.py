@@ -74,3 +74,34 @@ def test_a_line_that_is_cut_off_and_an_empty_file(tmp_path: Path) -> None:
     assert fault(path, WantedColumns(("t",)))[0] == FaultCode.FILE_INCOMPLETE
     path.write_text("\n\n", encoding="utf-8")
     assert fault(path, WantedColumns(("t",)))[0] == FaultCode.FILE_EMPTY
+
+
+COLUMNS = {"t": [0.0, 0.1, 0.2], "ft": {"F": [1.5, 2.5, 3.5]}}
+OBJECTS = [{"t": t, "ft": {"F": f}} for t, f in zip(COLUMNS["t"], [1.5, 2.5, 3.5], strict=True)]
+DOCUMENTS = {
+    "a list of objects": OBJECTS,
+    "columns": COLUMNS,
+    "columns and what is stated about them": {"rate": 10, "samples": OBJECTS},
+    "pandas, split": {"columns": ["t", "ft.F"], "index": [0, 1, 2], "data": [[0.0, 1.5], [0.1, 2.5], [0.2, 3.5]]},
+    "pandas": {"t": {"0": 0.0, "1": 0.1, "2": 0.2}, "ft.F": {"0": 1.5, "1": 2.5, "2": 3.5}},
+}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+@pytest.mark.parametrize("indent", [None, 2])
+@pytest.mark.parametrize("name", ["log.json", "log.log"])
+def test_a_document_that_holds_a_table_is_read(tmp_path: Path, document: str, indent: int | None, name: str) -> None:
+    path = tmp_path / name
+    path.write_text(json.dumps(DOCUMENTS[document], indent=indent), encoding="utf-8")
+    found = read(path, WantedColumns(("t", "ft.F")))
+    assert found["t"].tolist() == [0.0, 0.1, 0.2]
+    assert found["ft.F"].tolist() == [1.5, 2.5, 3.5]
+
+
+@pytest.mark.parametrize(
+    "text", ['[{"t": 1}, 2]', '{"t": [1, 2], "F": [1]}', '[{"t": 1', '[{"t": 1}, {"t": 1, "t": 2}]', '{"a": {"b": {}}}']
+)
+def test_a_document_that_holds_none_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "log.json").write_text(text, encoding="utf-8")
+    code, _ = fault(tmp_path / "log.json", WantedColumns(("t",)))
+    assert code in (FaultCode.SYNTAX_INVALID, FaultCode.KEY_CONFLICT, FaultCode.COLUMN_MISSING)

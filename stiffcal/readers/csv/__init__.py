@@ -35,11 +35,12 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import ROWS
 from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.timestamps import seconds_of_times
+from stiffcal.parsers.signatures import begins_like_json
 from stiffcal.readers import Batch, FuzzInput, Header, Options, RawRows, Reader, WantedColumns, first_not_finite
 from stiffcal.readers.csv.faults import check_last_line, find_fault
 from stiffcal.readers.csv.layout import CsvOptions, open_log, section_titles
 from stiffcal.readers.csv.lines import LogText
-from stiffcal.table_layout.cells import FORTRAN_EXPONENT, GAP_WORDS, is_gap, number
+from stiffcal.table_layout.cells import GAP_WORDS, WRITTEN_OTHERWISE, is_gap, number
 from stiffcal.table_layout.text import FIRST_BYTES, TextLayout, text_layout
 
 # Large enough that the parser's cost per block vanishes, small enough for flat memory.
@@ -151,6 +152,8 @@ READER = CsvReader()
 
 def _is_table(path: Path) -> bool:
     """Return whether a file is text with rows of numbers, whatever its name ends with."""
+    if begins_like_json(path):  # numbers between commas
+        return False
     try:
         with LogText(path, None, path.name) as text:
             content = text.peek(FIRST_BYTES)
@@ -179,7 +182,7 @@ def _read(
     """
     with open_log(path, options, display_name, wanted) as (text, layout):
         row = 0
-        unusual = layout.rows.thousands or FORTRAN_EXPONENT.search(text.peek(FIRST_BYTES))
+        unusual = layout.rows.thousands or WRITTEN_OTHERWISE.search(text.peek(FIRST_BYTES))
         as_words |= frozenset(wanted.numbers if unusual else ())
         try:
             for records in _parse(text, layout, wanted, as_words):
