@@ -67,7 +67,8 @@ def _with_what_is_measured(names: list[str], above: Sequence[Sequence[str]]) -> 
     By themselves x, y, z are a place: "force" above them is no name of a target, as a word that means nothing is.
     """
     axes = [c for c, name in enumerate(names) if name.lower() in XYZ_NAMES]
-    found, units = list(names), {}
+    found = list(names)
+    units: dict[str, str] = {}
     for row in reversed(above if len(axes) == len(XYZ_NAMES) else ()):
         spread = _spread(row, axes, len(names))
         for c in axes:

@@ -165,6 +165,7 @@ def text_layout(
     rows, last_lines = rows_of_lines(lines[skip_rows or 0 :][:_ROWS_JUDGED], chosen)
     if chosen == BLANKS:
         _join_names(rows, lines[skip_rows or 0 :])
+    _part_names(rows, chosen)
     header = next((k for k, row in enumerate(rows) if any(row)), None) if skip_rows is not None else None
     layout = layout_of_rows(rows, wanted=wanted, header_row=header, unit_row=unit_row, decimal=decimal)
     before = skip_rows or 0
@@ -226,6 +227,20 @@ def _join_names(rows: list[list[str]], lines: Sequence[str]) -> None:
             rows[k] = _names_between_blanks(lines[k], len(below)) or rows[k]
 
 
+def _part_names(rows: list[list[str]], delimiter: str) -> None:
+    """Part names that stand apart by another sign than the numbers below them, as those that a person wrote on top."""
+    for k in range(min(_LINES_JUDGED, len(rows) - 1)):
+        below = rows[k + 1]
+        if len(below) < 2 or not is_number_row(below) or is_number_row(rows[k]):
+            continue
+        line = " ".join(rows[k])
+        others = [other for other in DELIMITERS if other not in (delimiter, BLANKS) and other in line]
+        parted = [[name.strip() for name in without_comment_sign(_split(line, other), 0)] for other in others]
+        found = next((names for names in parted if len(names) == len(below) and all(names)), None)
+        if found is not None and (len(rows[k]) != len(below) or delimiter == BLANKS):
+            rows[k] = found
+
+
 def is_number_row(row: Sequence[str]) -> bool:
     """Return whether a row holds a number, with either decimal mark."""
     return any(is_reading(cell, mark, "") for cell in row for mark in ".,")
@@ -279,6 +294,7 @@ def _merit(
     """
     rows, _ = rows_of_lines(below, delimiter)
     names, _ = rows_of_lines(judged[: _LINES_JUDGED + 1], delimiter)
+    _part_names(names, delimiter)
     held = bool(wanted) and any(set(wanted) <= set(without_comment_sign(row, 0)) for row in names)
     mark, thousands = marks_of(cell for row in rows for cell in row)
     mark = decimal or mark

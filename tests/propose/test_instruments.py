@@ -409,6 +409,21 @@ def test_dates_that_can_be_read_in_two_ways_are_refused_and_both_are_named(tmp_p
     assert caught.value.faults[0].code is FaultCode.TIME_AMBIGUOUS
 
 
+@pytest.mark.parametrize(("delimiter", "decimal"), [(",", "."), (" ", "."), ("\t", "."), (";", ","), ("   ", ".")])
+def test_the_line_of_names_that_is_asked_for_can_be_written_as_it_is_printed(
+    tmp_path: Path, delimiter: str, decimal: str
+) -> None:
+    text = lines_of(next_to(TIME, PLACE, FORCE), delimiter, decimal)
+    why = proposed(tmp_path, "log.txt", text).why_not
+    asked = why.split("at its top, ")[1].split(" ")[0]
+    assert asked.count("?") == 6
+    for name in ("X [mm]", "Y [mm]", "Z [mm]", "Fx", "Fy", "Fz"):
+        asked = asked.replace("?", name, 1)
+    _, signals = readings(tmp_path, "log.txt", proposed(tmp_path, "log.txt", f"{asked}\n{text}"))
+    assert np.allclose(signals[POSITION], PLACE.T / 1e3, rtol=1e-12)
+    assert np.allclose(signals[WRENCH][:3], FORCE.T, rtol=1e-12)
+
+
 def test_large_t_beside_forces_is_no_moment(tmp_path: Path) -> None:
     rows = next_to(TIME, np.tile([1.0, 2.0, 3.0], (N, 1)), np.tile([-100.1, 20.0, -1500.0], (N, 1)))
     kind = proposed(tmp_path, "both.csv", "Time,Fx,Fy,Fz,Tx,Ty,Tz\n" + lines_of(rows, ","))

@@ -329,7 +329,7 @@ def test_a_hostile_cell(style: tuple[str, str], row: int, column: int, cell: byt
     else:
         # What is still a number has to be the one that stands there.
         number = cell.decode("utf-8", "replace").replace("1,234.5" if style[1] == "." else "1.234,5", "1234.5")
-        number = number.replace(style[1], ".")
+        number = number.replace(style[1], ".").replace("\u2212", "-")
         assert found[COLUMNS[column]][row] == float(number.strip(' "\ufeff'))
 
 
