@@ -32,11 +32,19 @@ TIMES = (
     *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
     *("uhrzeit", "heure", "hora", "ora", "timeofday"),
     *("temps", "tiempo", "tempo", "時間", "時刻", "日時", "时间", "시간", "일시", "epochtime", "systemtime", "ipoc"),
-    *("stamp", "unixtime", "epoch", "ts", "timesec", "timems", "elapsed"),
+    *("stamp", "unixtime", "epoch", "ts", "timesec", "timems", "elapsed", "sec", "secs"),
     *(TIMES_BY_UNIT := ("ms", "us", "ns", "seconds", "sekunden", "milliseconds", "millisekunden")),
 )
 """The likeliest first. The last ones are units, after which nothing but a time is called: s may be a travel, min a
 least value."""
+FRACTIONS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "ns": ("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds", "nanosekunden"),
+        "us": ("us", "usec", "usecs", "microsec", "microsecond", "microseconds", "mikrosekunden"),
+        "ms": ("ms", "msec", "msecs", "millis", "millisec", "millisecond", "milliseconds", "millisekunden", "millitm"),
+    }
+)
+"""By their unit the words for what is added to whole seconds that stand in another column."""
 QUATERNIONS = (*(("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz")),)
 NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")
 """Names of a quaternion's components, the scalar first, where numbers show one: the squares add up to 1."""

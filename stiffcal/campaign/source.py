@@ -23,7 +23,7 @@ from stiffcal.campaign.signals import (
     Temperature,
     Wrench,
 )
-from stiffcal.campaign.typed import Name, Positive, TomlTable, WrongValueError
+from stiffcal.campaign.typed import Name, Positive, TimeUnit, TomlTable, WrongValueError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import UnknownUnitError, unit, unit_names
 
@@ -62,16 +62,29 @@ LogTimeUnit: TypeAlias = Annotated[
 
 
 class TimeAxis(TomlTable):
-    """The time of each row: a column with its unit, or a rate where rows come evenly."""
+    """The time of each row: a column with its unit, or a rate where rows come evenly.
+
+    Attributes
+    ----------
+    fraction : a column of what is added to the first one's time, as nanoseconds next to seconds.
+    fraction_unit : its unit.
+    """
 
     column: Name | None = None
     unit: LogTimeUnit | None = None
     rate_hz: Positive | None = None
+    fraction: Name | None = None
+    fraction_unit: TimeUnit | None = None
 
     @property
     def in_words(self) -> bool:
         """True where the column holds dates or times of day instead of numbers."""
         return self.unit in TIMES_IN_WORDS
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns that are read: of the time, and of its fraction."""
+        return tuple(name for name in (self.column, self.fraction) if name is not None)
 
     @property
     def date_order(self) -> str:
@@ -91,6 +104,12 @@ class TimeAxis(TomlTable):
             )
         if self.column is None and self.unit is not None:
             raise WrongValueError("a rate needs no unit", "remove unit")
+        if (self.fraction is None) != (self.fraction_unit is None):
+            raise WrongValueError(
+                "fraction and fraction_unit belong together", 'write fraction = "nanosec", fraction_unit = "ns", say'
+            )
+        if self.fraction is not None and self.column in (None, self.fraction):
+            raise WrongValueError("a fraction is added to the time of another column", "name that as column")
         return self
 
 
@@ -216,7 +235,7 @@ class Source(SourceFiles):
     def columns(self) -> tuple[str, ...]:
         """Return every column that is read, each once: run, time, then the signals'."""
         names = [self.run.column] if self.run is not None else []
-        names += [self.time.column] if self.time is not None else []
+        names += self.time.columns if self.time is not None else ()
         names += [condition.column for condition in self.row_conditions]
         for signal in self.signals().values():
             names += [

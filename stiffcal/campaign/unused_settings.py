@@ -68,7 +68,7 @@ def _of_sources(manifest: Manifest) -> Iterator[tuple[str, str]]:
                     if quantity in written:
                         yield f"{place}.{of_table}.{quantity}", "no column of this signal holds it; remove it"
             if isinstance(signal, JointSignals) and signal.torque_constant is not None and signal.current is None:
-                yield f"{place}.torque_constant", "no currents are read; add current = […], or remove it"
+                yield f"{place}.torque_constant", "no currents are read; name their columns as current, or remove it"
 
 
 def _options(manifest: Manifest, name: str, source: Source) -> Iterator[tuple[str, str]]:

@@ -28,6 +28,8 @@ def declared_units(source: Source) -> dict[str, Unit]:
     time = source.time
     if time is not None and time.column is not None and not time.in_words:
         declared[time.column] = unit(time.unit or "s", "time")
+    if time is not None and time.fraction is not None:
+        declared[time.fraction] = unit(time.fraction_unit or "s", "time")
     return declared
 
 

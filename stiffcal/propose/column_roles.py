@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from stiffcal.campaign.column_names import (
+    FRACTIONS,
     MEASURED_AT,
     NUMBERED_QUATERNION,
     QUANTITY,
@@ -21,6 +22,7 @@ from stiffcal.campaign.column_names import (
     words_of,
 )
 from stiffcal.campaign.joint_names import numbered_joints
+from stiffcal.campaign.source import TIMES_IN_WORDS
 from stiffcal.propose.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of, single_target
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.propose.time_lines import stands_still
@@ -81,6 +83,8 @@ class Roles:
     """The column of the runs' names."""
     time: SniffedColumn | None = None
     """The column of the time."""
+    time_fraction: tuple[SniffedColumn, str] | None = None
+    """The column of what is added to it, and its unit: nanoseconds next to seconds."""
     targets: tuple[tuple[str, Role], ...] = ()
     """Where places of several targets are measured: each with its name, `position` is the first. Otherwise empty."""
     unused: tuple[SniffedColumn, ...] = field(default=())
@@ -137,12 +141,16 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     # when it was measured, rather than when a recorder took it: not every driver fills it in
     stamps = [column for column in left if any(column.values)]
     time = _single(stamps, plain, (MEASURED_AT,)) or _single(left, plain, TIMES) or _among_words(left)
+    fraction = _fraction_of(time, left)
     mass = _single([column for column in columns if column.values and column not in assigned], plain, _MASSES)
     further = [role for _, role in targets]
     # a rotation belongs to a displacement; next to a place it is written in too many ways to be taken
     taken = [role for name, role in triples.items() if name != Reading.ROTATION or Reading.DEFLECTION in triples]
     roles = [role for role in (joints, quaternion, matrix, *taken, *further) if role is not None]
-    used = {column for role in roles for column in role.all_columns} | {c for c in (run, time, mass) if c is not None}
+    single = (run, time, mass, fraction[0] if fraction is not None else None)
+    used = {column for role in roles for column in role.all_columns} | {
+        column for column in single if column is not None
+    }
     return Roles(
         joints=joints,
         quaternion=quaternion,
@@ -150,6 +158,7 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
         mass=None if mass is None else Role((mass,)),
         run=run,
         time=time,
+        time_fraction=fraction,
         targets=targets,
         unused=tuple(column for column in columns if column not in used),
         **triples,
@@ -310,6 +319,23 @@ def _among_words(columns: list[SniffedColumn]) -> SniffedColumn | None:
             continue
         if len(column.values) >= _LEAST_GROWING and not stands_still(column):
             return column
+    return None
+
+
+def _fraction_of(time: SniffedColumn | None, columns: list[SniffedColumn]) -> tuple[SniffedColumn, str] | None:
+    """Return the column of what is added to a time that repeats its seconds, and its unit; None where there is none."""
+    if time is None or not stands_still(time):
+        return None
+    for column in columns:
+        last = (words_of(column.header)[0] or [""])[-1]
+        written = next((name for name, words in FRACTIONS.items() if last in words), None)
+        if column is time or written is None or len(column.values) != len(time.values):
+            continue
+        factor = unit(written, "time").factor
+        whole = 1.0 if time.unit in TIMES_IN_WORDS or time.unit is None else unit(time.unit, "time").factor
+        moments = [whole * own + factor * more for own, more in zip(time.values, column.values, strict=True)]
+        if min(column.values) >= 0.0 and factor * max(column.values) < 1.0 and sorted(set(moments)) == moments:
+            return column, written
     return None
 
 

@@ -49,6 +49,7 @@ def explained(tables: Sequence[SniffedTable], roles: Roles) -> list[ExplainedCol
     for target, role in roles.targets:
         taken |= {column.header: f"position of {target}" for column in role.columns}
     taken |= {roles.time.header: "time"} if roles.time is not None else {}
+    taken |= {roles.time_fraction[0].header: "time"} if roles.time_fraction is not None else {}
     taken |= {roles.run.header: "run"} if roles.run is not None else {}
     orientations = [role for role in (roles.quaternion, roles.matrix) if role is not None and role.stands_still]
     still = {column for role in orientations for column in role.columns}
@@ -56,7 +57,7 @@ def explained(tables: Sequence[SniffedTable], roles: Roles) -> list[ExplainedCol
     for table in tables:
         for column in table.columns:
             signal = taken.get(column.header, "")
-            by_name = "it holds words" if not column.values else "its name is that of no signal"
+            by_name = (column.doubt or "it holds words") if not column.values else "its name is that of no signal"
             by_name = f"a strain is read of a rod: {_OF_RODS}" if is_strain(column) else by_name
             by_name = "its name" if signal else by_name
             why = reason_of.get(column.header, by_name)

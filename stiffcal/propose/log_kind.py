@@ -170,7 +170,8 @@ def log_kind(
 def _even(reader: Reader, path: Path, display_name: str, kind: LogKind) -> LogKind:
     """Return the source, without its lines where its columns are of unequal length."""
     roles = [role for role in vars(kind.roles).values() if isinstance(role, Role)]
-    time = (kind.roles.time,) if kind.roles.time is not None else ()
+    time = [kind.roles.time] if kind.roles.time is not None else []
+    time += [kind.roles.time_fraction[0]] if kind.roles.time_fraction is not None else []
     columns = tuple(dict.fromkeys(column.header for column in (*time, *(c for role in roles for c in role.columns))))
     try:
         next(iter(reader.read_batches(path, kind.options, WantedColumns(columns), display_name)), None)
@@ -204,6 +205,9 @@ def _kinds(
     if not parts:
         listed = ", ".join(headers[:12])
         why = f"no signal recognised in its columns ({listed}): {_NO_NAMES}"
+        doubted = [column for column in table.columns if column.doubt is not None and not column.values]
+        if doubted:
+            why = f"column {doubted[0].header}: {doubted[0].doubt}"
         if unnamed:
             why = (
                 f"it has no line of names: write one at its top, {missing_names(table.columns, roles)} (each ? is open)"
@@ -215,7 +219,7 @@ def _kinds(
             "",
             log_format,
             table.options,
-            time_line(roles.time, table.rate_hz),
+            time_line(roles.time, table.rate_hz, roles.time_fraction),
             (*signal_lines(part, names), *_counts_lines(part, text)),
             part,
             headers,

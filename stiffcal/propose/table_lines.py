@@ -39,7 +39,7 @@ def source_lines(
     absolute = serves_absolute(roles)
     lines = [*map(ProposedLine, texts), ProposedLine('sampling = "states"') if absolute else _run_line(roles)]
     if not _needs_no_time(roles):
-        time = time_line(roles.time, None)
+        time = time_line(roles.time, None, roles.time_fraction)
         lines += [time] if time is not None else []
     if absolute:
         payload = _payload_lines(roles)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
-from stiffcal.campaign.column_names import header_parts
+from stiffcal.campaign.column_names import header_parts, is_unit
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell, toml_text
 from stiffcal.fault_codes import FaultCode
@@ -221,12 +221,23 @@ def _column(header: str, layout: Layout, cells: list[str]) -> SniffedColumn:
     has_reading = tuple(found is not None for found in numbers)
     if not values and (times := column_of_times(header, cells)) is not None:
         return times
+    if not values and (with_unit := next((cell for cell in cells if _holds_unit(cell)), None)) is not None:
+        doubt = f"units stand in its cells ({with_unit!r}): write the unit into its name, and numbers alone below"
+        return SniffedColumn(header, header, None, (), has_reading, doubt)
     parts = header_parts(header)
     name, written = parts.name, parts.unit or layout.units.get(header)
     if header.startswith(f"{TIME} ") and written == TIME_UNIT:  # of one channel of a scope
         name = TIME
     filled = sum(1 for cell in cells if not is_gap(cell))  # a target is hidden at times
     return SniffedColumn(header, name, written, values if len(values) > 0.5 * filled else (), has_reading)
+
+
+_NUMBER_AND_UNIT = re.compile(r"[+-]?\d[\d.,]{0,20}(?:[eE][+-]?\d{1,3})? {0,2}(?P<unit>[^\s\d.,;]{1,6})")
+
+
+def _holds_unit(cell: str) -> bool:
+    match = _NUMBER_AND_UNIT.fullmatch(cell)
+    return match is not None and is_unit(match["unit"])
 
 
 def column_of_times(header: str, cells: list[str]) -> SniffedColumn | None:

@@ -12,18 +12,22 @@ from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.quantities import unit
 
 
-def time_line(time: SniffedColumn | None, rate_hz: float | None) -> ProposedLine | None:
+def time_line(
+    time: SniffedColumn | None, rate_hz: float | None, fraction: tuple[SniffedColumn, str] | None = None
+) -> ProposedLine | None:
     """Return the line of a log's time: its column, or the rate where the column stands still; None without both.
 
     Parameters
     ----------
     time : the column; None where there is none. rate_hz : as the log states it, where it does.
+    fraction : the column of what is added to it, and its unit.
     """
-    if time is not None and (rate_hz is None or not stands_still(time)):
+    if time is not None and (rate_hz is None or fraction is not None or not stands_still(time)):
         known = time.unit in TIMES_IN_WORDS or (time.unit is not None and is_unit_of(time.unit, "time"))
         written = str(time.unit) if known else _likely_time_unit(time)
         written = written if written in TIMES_IN_WORDS else unit(written, "time").name
-        line = toml_text.pair("time", {"column": time.header, "unit": written})
+        added = {} if fraction is None else {"fraction": fraction[0].header, "fraction_unit": fraction[1]}
+        line = toml_text.pair("time", {"column": time.header, "unit": written} | added)
         return ProposedLine(line, time.doubt if known else f"{written}, judged by the values (up to {time.size:.10g})")
     if rate_hz is None:
         return None

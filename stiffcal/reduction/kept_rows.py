@@ -93,10 +93,10 @@ def unjudged_columns(source: Source, exclusions: RowExclusions) -> frozenset[str
     """Return the columns that a reader may not judge: rows that are left out are known only behind it."""
     if not exclusions.entries and not source.row_conditions:
         return frozenset()
-    time = source.time.column if source.time is not None else None
+    time = source.time.columns if source.time is not None else ()
     names = {name for signal in source.signals().values() for name in signal.column_names()}
     names |= _sigma_columns(source)
-    return frozenset(names | {condition.column for condition in source.row_conditions} | ({time} if time else set()))
+    return frozenset(names | {condition.column for condition in source.row_conditions} | set(time))
 
 
 def first_missing(rows: KeptRows, optional: frozenset[str]) -> tuple[int, str] | None:

@@ -181,7 +181,10 @@ def _time(source: Source, numbers: Mapping[str, Floats], number: Integers) -> Fl
     if axis.rate_hz is not None:
         return np.asarray((number - 1) / axis.rate_hz)
     factor = 1.0 if axis.in_words else unit(axis.unit or "s", "time").factor
-    return np.asarray(numbers[axis.column or ""] * factor)
+    time = numbers[axis.column or ""] * factor
+    if axis.fraction is not None:
+        time = time + numbers[axis.fraction] * unit(axis.fraction_unit or "s", "time").factor
+    return np.asarray(time)
 
 
 def reader_options(source: Source, log_format: str, file: str = "") -> dict[str, object]:
@@ -280,6 +283,7 @@ def wanted_columns(
         texts.append(source.run.column)
     if source.time is not None and source.time.column is not None and signals is None:
         (times if source.time.in_words else numbers).append(source.time.column)
+        numbers += source.time.columns[1:]
     chosen = [signal for name, signal in source.signals().items() if signals is None or name in signals]
     conditions = source.row_conditions if signals is None else [c for signal in chosen for c in signal.row_conditions]
     numbers += [column for signal in chosen for column in signal.column_names()]
@@ -301,9 +305,10 @@ def _of_column(source: Source, signal: str, column: str) -> WantedColumns:
     """Return the column of the run's names, or of the time, as the one that is wanted."""
     if signal == "run":
         return WantedColumns((), (column,))
+    fraction = source.time.columns[1:] if source.time is not None else ()
     if source.time is not None and source.time.in_words:
-        return WantedColumns((), (), (column,), date_order=source.time.date_order)
-    return WantedColumns((column,))
+        return WantedColumns(fraction, (), (column,), date_order=source.time.date_order)
+    return WantedColumns((column, *fraction))
 
 
 def _side_by_side(

@@ -196,6 +196,8 @@ def record(recording: RecordingContext, device: Device) -> DeviceLog:
         column, places = _time_column(device.source.time, device.clock.reading(time))
         columns[device.source.time.column], decimals[device.source.time.column] = column, places
         units[device.source.time.column] = device.source.time.unit or "s"
+        # the whole time is in its column
+        columns |= {name: np.zeros(time.size) for name in device.source.time.columns[1:]}
     for number, (name, signal) in enumerate(device.source.signals().items()):
         truth = true_reading(signal, samples, f"{device.place}.{name}")
         reading, disturbed_holds_of_signal = _with_errors(recording, device, number, truth, samples)

@@ -192,6 +192,11 @@ def force_of(time: Callable[[float], str], head: str = "Time,Fx,Fy,Fz") -> str:
     return f"{head}\n" + lines_of(next_to([time(float(own)) for own in TIME], FORCE), ",")
 
 
+def two_columns_of_time(head: str, second: str, steps: float) -> str:
+    rows = next_to([second] * N, [str(round(steps * own)) for own in TIME], FORCE)
+    return f"{head},Fx,Fy,Fz\n" + lines_of(rows, ",")
+
+
 def joint_states(head: str) -> str:
     """Write Universal Robots' joints by the alphabet, as messages of ROS list them."""
     names = ["elbow", "shoulder_lift", "shoulder_pan", "wrist_1", "wrist_2", "wrist_3"]
@@ -277,6 +282,24 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
     "digits alone and a zone": (
         lambda: force_of(lambda t: f"20261120T1015{30 + t:06.3f}Z"),
         "log.csv",
+        "utf-8",
+        WRENCH,
+    ),
+    "seconds and nanoseconds of messages": (
+        lambda: two_columns_of_time("/ft/header/stamp/sec,/ft/header/stamp/nanosec", "1785175389", 1e9),
+        "ft.csv",
+        "utf-8",
+        WRENCH,
+    ),
+    "seconds and nanoseconds": (
+        lambda: two_columns_of_time("secs,nsecs", "1785175389", 1e9),
+        "ft.csv",
+        "utf-8",
+        WRENCH,
+    ),
+    "a time of day and milliseconds": (
+        lambda: two_columns_of_time("Time,Millitm", "10:15:30", 1e3),
+        "plc.csv",
         "utf-8",
         WRENCH,
     ),
@@ -422,6 +445,13 @@ def test_the_line_of_names_that_is_asked_for_can_be_written_as_it_is_printed(
     _, signals = readings(tmp_path, "log.txt", proposed(tmp_path, "log.txt", f"{asked}\n{text}"))
     assert np.allclose(signals[POSITION], PLACE.T / 1e3, rtol=1e-12)
     assert np.allclose(signals[WRENCH][:3], FORCE.T, rtol=1e-12)
+
+
+def test_units_in_cells_are_named(tmp_path: Path) -> None:
+    text = "t,Fx,Fy,Fz\n" + "".join(f"{t},{x} N,{y} N,{z} N\n" for t, (x, y, z) in zip(TIME, FORCE, strict=True))
+    kind = proposed(tmp_path, "log.csv", text)
+    assert "column Fx" in kind.why_not
+    assert "N'" in kind.why_not
 
 
 def test_large_t_beside_forces_is_no_moment(tmp_path: Path) -> None:
