@@ -116,6 +116,40 @@ def dates_lost_targets_and_xml(places: Floats, forces: Floats, joints: Floats) -
     return {"scope.csv": (scope, "utf-8"), "ndi.csv": (camera, "utf-8"), "rsi.xml": (frames, "utf-8")}
 
 
+def document_utf32_and_names(places: Floats, forces: Floats, joints: Floats) -> dict[str, tuple[str, str]]:
+    """Columns of JSON, UTF-32 with Fortran's exponents below two rows of names, joints by name and by the alphabet."""
+    x, y, z = places[:, 1:].T.tolist()
+    camera = json.dumps({"stamp": places[:, 0].tolist(), "probe": {"x": x, "y": y, "z": z}})
+    seconds = np.column_stack([1e-3 * forces[:, 0], forces[:, 1:]])
+    force = "t,force,force,force\n,x,y,z\n" + lines(seconds, ".10E", ",").replace("E", "D")
+    names = ("elbow", "shoulder_lift", "shoulder_pan", "wrist_1", "wrist_2", "wrist_3")
+    head = ",".join(("time", *(f"position.{name}_joint" for name in names))) + "\n"
+    angles = np.column_stack([joints[:, 0], np.radians(joints[:, [3, 2, 1, 4, 5, 6]])])
+    return {
+        "probe.json": (camera, "utf-8"),
+        "ft.txt": (force, "utf-32"),
+        "joints.csv": (head + lines(angles, ".9g", ","), "utf-8"),
+    }
+
+
+def minutes_signs_and_two_columns_of_time(places: Floats, forces: Floats, joints: Floats) -> dict[str, tuple[str, str]]:
+    """Minutes and seconds with a typographic minus, names of double width, seconds next to nanoseconds."""
+    camera = "Time;X [mm];Y [mm];Z [mm]\n"
+    for time, line in zip(places[:, 0].tolist(), lines(places[:, 1:], ".5f", ";").splitlines(), strict=True):
+        camera += f"{int(time // 60):02d}:{time % 60:06.3f};{line};\n".replace(".", ",").replace("-", "\u2212")
+    seconds = np.column_stack([1e-3 * forces[:, 0], forces[:, 1:]])
+    force = "HBM catman Easy\nDatum;20.11.2026\n\nZeit  1 - Standardrate [s];Ｆｘ［Ｎ］;Ｆｙ［Ｎ］;Ｆｚ［Ｎ］\n"
+    head = ",".join(("sec", "nanosec", *(f"field.position{k}" for k in range(6)))) + "\n"
+    moments = np.round(1e9 * joints[:, 0]).astype(np.int64).tolist()
+    rows = zip(moments, lines(np.radians(joints[:, 1:]), ".9g", ",").splitlines(), strict=True)
+    log = "".join(f"{1785175389 + ns // 10**9},{ns % 10**9},{line}\n" for ns, line in rows)
+    return {
+        "tracker.csv": (camera, "utf-8"),
+        "ft.asc": (force + lines(seconds, ".4f", ";", ","), "utf-8"),
+        "joints.csv": (head + log, "utf-8"),
+    }
+
+
 Writer = Callable[[Floats, Floats, Floats], dict[str, tuple[str, str]]]
 
 
@@ -126,6 +160,8 @@ Writer = Callable[[Floats, Floats, Floats], dict[str, tuple[str, str]]]
         key_lines_and_two_heads,
         union_of_times_and_doubled_names,
         dates_lost_targets_and_xml,
+        document_utf32_and_names,
+        minutes_signs_and_two_columns_of_time,
     ],
 )
 def test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses(
