@@ -21,6 +21,7 @@ JOINT_STEMS = (
     *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "θ", "th", "gelenk", "angle", "winkel", "achswinkel"),
     *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
     *("gelenkwinkel", "gelenkposition", "achsposition", "eixo", "junta"),
+    *("rax", "robax"),  # ABB's jointtarget
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
     *("aiposa", "fieldposition", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
     *("軸", "関節", "関節角", "関節角度", "角度", "轴", "关节", "关节角", "关节角度"),
@@ -31,6 +32,8 @@ MEASURED_AT = "headerstamp"
 TIMES = (
     *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
     *("uhrzeit", "heure", "hora", "ora", "timeofday"),
+    *("laufzeit", "messzeit", "tempsecoule", "tiempotranscurrido", "tempotrascorso"),
+    *("経過時間", "測定時間", "測定時刻", "测量时间", "采样时间", "采集时间"),
     *("temps", "tiempo", "tempo", "時間", "時刻", "日時", "时间", "시간", "일시", "epochtime", "systemtime", "ipoc"),
     *("stamp", "unixtime", "epoch", "ts", "timesec", "timems", "elapsed", "sec", "secs"),
     *(TIMES_BY_UNIT := ("ms", "us", "ns", "seconds", "sekunden", "milliseconds", "millisekunden")),
@@ -283,6 +286,7 @@ def component_of(name: str, written: str | None) -> Component | None:
     kept, places = words_of(name)
     if _OTHER_QUANTITIES & set(kept):
         return None
+    kept = [word for word in kept if word not in _BETWEEN]
     for first in range(len(kept)):
         for stem, axis in _stems_and_axes("".join(kept[first:])):
             readings = _OPEN.get(stem) or tuple(
@@ -290,8 +294,11 @@ def component_of(name: str, written: str | None) -> Component | None:
                 for reading, stems in STEMS.items()
                 if stem in stems or ("target" in stems and _TARGET.fullmatch(stem))
             )
-            # of one letter the stem is not: "tilt x" is no moment
-            if not readings or (first and len(stem) == 1):
+            if first and len(stem) == 1:
+                # "tilt x" is no moment, while "Kraft Fx" states twice what it is
+                before = "".join(kept[:first])
+                readings = tuple(reading for reading in readings if before in STEMS[reading])
+            if not readings:
                 continue
             of_unit = [
                 reading for reading in readings if written is not None and is_unit_of(written, QUANTITY[reading])
@@ -345,6 +352,13 @@ _OTHER_QUANTITIES = frozenset(
 )
 
 
+_BETWEEN = frozenset(
+    (
+        *("in", "en", "along", "entlang", "selon", "suivant", "lungo", "nach"),
+        *("richtung", "direction", "direccion", "direzione", "direcao"),
+    )
+)
+"""Words between what is measured and its axis, or behind that: "Kraft in X-Richtung"."""
 _DIRECTION = ("方向", "向", "軸", "轴", "richtung", "direction")
 """What may stand between an axis and what is measured along it."""
 

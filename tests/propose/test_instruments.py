@@ -269,6 +269,31 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
         "utf-8",
         WRENCH,
     ),
+    "an axis behind what is measured": (
+        lambda: of_words("Zeit (s)", "Kraft in X-Richtung (N)", "Kraft in Y-Richtung (N)", "Kraft in Z-Richtung (N)"),
+        "f.txt",
+        "utf-16-be",
+        WRENCH,
+    ),
+    "an axis behind what is measured, Spanish": (
+        lambda: of_words("Tiempo (s)", "Fuerza en X (N)", "Fuerza en Y (N)", "Fuerza en Z (N)"),
+        "f.txt",
+        "cp1252",
+        WRENCH,
+    ),
+    "a force that is stated twice": (
+        lambda: of_words("Tempo [s]", "Forza Fx [N]", "Forza Fy [N]", "Forza Fz [N]"),
+        "f.txt",
+        "utf-8",
+        WRENCH,
+    ),
+    "elapsed time in Japanese": (
+        lambda: of_words("経過時間[s]", "荷重X[N]", "荷重Y[N]", "荷重Z[N]"),
+        "f.txt",
+        "cp932",
+        WRENCH,
+    ),
+    "joints of ABB": (lambda: joints_named("rax_{}"), "j.csv", "utf-8", ANGLES),
     "direction in words": (
         lambda: of_words("Uhrzeit", "X-Richtung Kraft", "Y-Richtung Kraft", "Z-Richtung Kraft"),
         "f.txt",
