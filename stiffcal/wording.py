@@ -282,8 +282,8 @@ def place(where: Where | Mapping[str, Sequence[Any]]) -> str:
 
     Examples
     --------
-    >>> place({"joints": [1, 2, 3, 4, 6]}), place({"links": ["boom"]})
-    ('joints 1–4, 6', 'link boom')
+    >>> place({"joints": [1, 2, 3, 4, 6]}), place({"links": ["swing"]})
+    ('joints 1–4, 6', 'link "swing"')
     >>> place({"pairs": [[5, 6]]}), place({})
     ('pairs 5-6', 'set-up')
     """
@@ -293,8 +293,8 @@ def place(where: Where | Mapping[str, Sequence[Any]]) -> str:
             continue
         if kind == "pairs":
             names = ", ".join("-".join(str(joint) for joint in pair) for pair in members)
-        else:
-            names = ranges(members) if kind == "joints" else ", ".join(map(str, members))
+        else:  # quoted, as links have names that are words: swing, arm
+            names = ranges(members) if kind == "joints" else ", ".join(f'"{name}"' for name in members)
         words.append(f"{kind[:-1] if len(members) == 1 and kind != 'pairs' else kind} {names}")
     return "; ".join(words) or "set-up"
 

@@ -308,7 +308,8 @@ def _show_pace(console: AnswerConsole, result: DiagnoseResult) -> None:
     left = (
         ""
         if result.not_weighed is None
-        else f"; combinations not compared have about {share(result.not_weighed)} of the probability"
+        else "; combinations of these with one effect more, which have about "
+        f"{share(result.not_weighed)} of the probability, were not compared"
     )
     console.print(
         f"\ncompared {pace.candidates} effects at their places ({pace.signatures} with their shapes) about "

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
@@ -19,6 +21,7 @@ from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import deviation, places
+from stiffcal.escapes.shell import command_line
 from stiffcal.results.next_step import Step
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import variable
@@ -81,8 +84,16 @@ def improve(
             result = with_pages(result, folder, context)
         after = Step.DIAGNOSE if dry_run else Step.IMPROVE
         done = {Step.REPORT} if result.report else set()
-        answer.give(result, show_ladder, following(folder, store, after, done))
+        answer.give(result, partial(_show, folder, store), following(folder, store, after, done))
     return OK
+
+
+def _show(folder: Path, store: str | None, console: AnswerConsole, result: ImproveResult) -> None:
+    """Draw the ladder; of a model that was changed name the file, and the line that takes all steps back."""
+    show_ladder(console, result)
+    if result.changed:
+        undo = command_line("history", folder, "--restore", str(result.steps[0].fit_id), store=store)
+        console.print(f"changed: {folder / MODEL_FILE}; to undo: {undo}", soft_wrap=True, markup=False)
 
 
 def _step_shown(answer: Answer, at_terminal: bool) -> Callable[[ImproveStep], None] | None:

@@ -92,7 +92,8 @@ def init(
             ask=_ask if at_terminal else None,
             overwrite=overwrite,
         )
-        answer.give(result, show_init, NextLine(command_line("check", folder)))
+        once = "they are written" if result.to_write else ""
+        answer.give(result, show_init, NextLine(command_line("check", folder), once))
     return OK
 
 

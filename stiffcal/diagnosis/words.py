@@ -17,7 +17,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
 from stiffcal.model.summary import EffectAt
 from stiffcal.printed_units import drift_unit, printed_unit
-from stiffcal.wording import significant
+from stiffcal.wording import place, significant
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 
@@ -35,7 +35,7 @@ def place_in_words(place: Place) -> str:
     if place.kind == "setup":
         return "the set-up"
     if place.kind == "links":
-        return f"link {place.link}"
+        return f'link "{place.link}"'
     *others, last = map(str, place.joints)
     several = "s" if others and place.kind == "joints" else ""
     return f"{PLACE_WORDS[place.kind]}{several} {' and '.join((', '.join(others), last)) if others else last}"
@@ -86,11 +86,8 @@ def effect_in_words(effect: EffectAt) -> str:
     >>> effect_in_words(EffectAt(effect="link-geometry", where=Where(joints=[1])))
     'link-geometry of joint 1'
     """
-    words = [
-        f" of {kind.removesuffix('s')} {', '.join(str(item).strip('[]') for item in items)}"
-        for kind, items in effect.where.items()
-    ]
-    return effect.effect + "".join(words)
+    places = {kind: items for kind, items in effect.where.items() if items}
+    return f"{effect.effect} of {place(places)}" if places else effect.effect
 
 
 def places_in_words(places: AgreementWithPlaces) -> str:

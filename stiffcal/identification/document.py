@@ -218,7 +218,7 @@ def noise_not_known(consequence: str) -> str:
     """Return that nothing shows the instruments' noise, what follows from that, and what would show it."""
     return (
         f"no repeats and no stated sigma: {consequence}; measure some loads twice in the same pose, or state the "
-        "instrument's sigma next to its columns in campaign.toml"
+        "instrument's sigma next to its units in campaign.toml, as sigma = { position = 0.015 }"
     )
 
 

@@ -10,6 +10,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.further_logs import FurtherLog
 from stiffcal.propose.lines import ProposedLine, Question
+from stiffcal.propose.templates import bundled_robots
 
 Ask = Callable[[Question], str]
 
@@ -61,4 +62,7 @@ def to_write_by_hand(lines: Sequence[ProposedLine], missing: Sequence[FurtherLog
     return tuple(written if has_robot else [*written, _ROWS])
 
 
-_ROWS = "robot.toml [[joints]] a_m, alpha_deg, d_m, theta_deg of each; or begin again with --robot NAME or --urdf FILE"
+_ROWS = (
+    "robot.toml: the rows of its Denavit-Hartenberg table, and the flange; or begin again with --urdf FILE or "
+    f"--robot NAME ({', '.join(bundled_robots())})"
+)

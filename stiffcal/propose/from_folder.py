@@ -41,6 +41,7 @@ from stiffcal.propose.log_devices import (
 )
 from stiffcal.propose.log_frames import frame_names, frames_of_logs
 from stiffcal.propose.log_kind import log_kind, unfilled_time
+from stiffcal.propose.noise import sigma_of_logs
 from stiffcal.propose.table_purpose import serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.propose.templates import chosen_robot, robot_template
@@ -211,22 +212,35 @@ def draft_of_logs(
             ProposedLine(f"files = {{ {', '.join(toml_text.pair(*entry) for entry in named.items())} }}"),
         ]
     text, extra, rows = _robot(roles, urdf, robot)
-    marked = [(MANIFEST_FILE, line) for line in lines] + [("robot.toml", line) for line in rows]
+    has_robot = urdf is not None or robot is not None
+    guessed = _guessed(MANIFEST_FILE, lines)
+    if has_robot:  # else the rows are to be written
+        guessed += _guessed("robot.toml", rows)
     used = {file for device in devices for file in device.files}
     proposal = Proposal(
         as_text(lines),
         text,
         {file: path for file, path in files.items() if file in used} | extra,
-        tuple(f"{file}: {line}" for file, line in marked if line.doubt is not None and line.question is None),
+        tuple(guessed),
         tuple({column.header: column for device in devices for column in device.kind.roles.unused}.values()),
         roles=roles,
-        to_write=to_write_by_hand(lines, missing, urdf is not None or robot is not None),
+        to_write=to_write_by_hand(lines, missing, has_robot),
         runs=tuple(runs),
         remarks=(*unpaired, *unused),
     )
     if roles.joints is not None:
         check_robot_fits(proposal, roles, urdf)
     return proposal
+
+
+def _guessed(file: str, lines: Sequence[ProposedLine]) -> list[str]:
+    """Return the lines that were guessed, with their file and table."""
+    table, guessed = "", []
+    for line in lines:
+        table = line.toml if line.toml.startswith("[") else table
+        if line.doubt is not None and line.question is None:
+            guessed.append(f"{' '.join(filter(None, (file, table)))}: {line}")
+    return guessed
 
 
 def _joints_of(urdf: Path | None, robot: str | None) -> JointsOf:
@@ -265,4 +279,5 @@ def _source_lines(device: LoggingDevice) -> list[ProposedLine]:
     states = kind.roles.deflection is not None and kind.roles.time is None
     lines.append(ProposedLine('sampling = "states"') if states else kind.time or unfilled_time(device.name))
     lines += [kind.rows] if kind.rows is not None else []
-    return [*lines, *kind.signals, *(ProposedLine("", sentence) for sentence in open_columns(kind.roles))]
+    lines += [*kind.signals, *sigma_of_logs(kind.signals)]
+    return [*lines, *(ProposedLine("", sentence) for sentence in open_columns(kind.roles))]

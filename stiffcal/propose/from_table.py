@@ -120,7 +120,7 @@ def draft_campaign(
     copies = {f"raw/{table.path.name}": table.path for table in sniffed}
     text, extra, rows = robot_text(roles, urdf, robot, arm)
     marked = [f"{MANIFEST_FILE}: {line}" for line in lines if line.doubt is not None]
-    marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
+    marked += [f"robot.toml: {str(line).strip()}" for line in rows if line.doubt is not None]
     lacks_tool = tool is None and not serves_absolute(roles)
     proposal = Proposal(
         manifest,

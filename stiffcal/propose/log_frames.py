@@ -37,7 +37,9 @@ def frames_of_logs(
     known = None if tool is None else f"xyz_m = [{', '.join(map(repr, tool))}]"
     lines: list[ProposedLine] = []
     for frame in (TOOL, LOAD_POINT, TARGET):
-        if frame in named:
+        if frame == TARGET and {TARGET, TRACKER} <= named:
+            lines += [*frame_table(frame, "flange"), ProposedLine("estimate = true", f"{_FOUND}, as designed")]
+        elif frame in named:
             where = _WHERE[TARGET if frame == TOOL and roles.mass is None and roles.force is None else frame]
             both = "of load and target both; where they differ, write a frame for each" if roles.force else None
             lines += [
@@ -51,9 +53,22 @@ def frames_of_logs(
         )
         lines += [*frame_table(FORCE_SENSOR, "flange"), origin, _question(FORCE_SENSOR, "rpy_deg", _TURNED)]
     if TRACKER in named:
-        doubt = "found from the unloaded poses; or give xyz_m and rpy_deg, as calibrated"
-        lines += [*frame_table(TRACKER, "base"), ProposedLine("estimate = true", doubt)]
+        lines += [
+            *frame_table(TRACKER, "base"),
+            ProposedLine("estimate = true", f"{_FOUND} and rpy_deg, as calibrated"),
+        ]
+    if roles.force is not None:
+        lines += map(ProposedLine, _TOOL_MASS)
     return lines
+
+
+_FOUND = "found from the unloaded poses; or give xyz_m"
+_TOOL_MASS = (
+    "",
+    "# [tool]                       # what hangs on the flange, for the sag under its weight",
+    "# mass_kg = 12.0",
+    "# com_m = [0.0, 0.0, 0.09]     # its centre of mass, in the flange frame",
+)
 
 
 _WHERE = {

@@ -73,6 +73,33 @@ def with_noise_lines(lines: Sequence[ProposedLine], roles: Roles) -> list[Propos
     return result
 
 
+def sigma_of_logs(signals: Sequence[ProposedLine]) -> list[ProposedLine]:
+    """Return how to state the uncertainty of the positions and forces of a log, where its lines do not.
+
+    Examples
+    --------
+    >>> line = ProposedLine('pose = { position = ["X", "Y", "Z"], units = { position = "mm" } }')
+    >>> [str(line).partition(";")[0] for line in sigma_of_logs([line])]
+    ['# to the braces of pose: sigma = { position = 0.015 }, one standard uncertainty of a reading in mm']
+    """
+    lines = []
+    for line in signals:
+        entry = parse_toml(line.toml, MANIFEST_FILE)
+        for signal, quantity, example in (("pose", "position", _EXAMPLE_M[0]), ("wrench", "force", _EXAMPLE_N)):
+            written = entry.get(signal, {}).get("units", {}).get(quantity)
+            if written is None or "sigma" in entry[signal]:
+                continue
+            value = example / unit(written, "length" if quantity == "position" else quantity).factor
+            stated = f"sigma = {{ {quantity} = {value:.6g} }}"
+            lines.append(ProposedLine(f"# to the braces of {signal}: {stated}, {_ONE_READING} in {written}{_REPEATS}"))
+    return lines
+
+
+_EXAMPLE_N = 0.5
+_ONE_READING = "one standard uncertainty of a reading"
+_REPEATS = "; without it the noise is what repeats of a load show"
+
+
 def noise_source(roles: Roles, joint_units: str | list[str]) -> str:
     """Return what the noise of absolute poses without `sigma` is taken from, in words.
 

@@ -169,7 +169,8 @@ class _StepRecorder:
         # that an edited model is fitted anew is no news here, and the logs were looked at before
         context = self.context if action == "start" else replace(self.context, notify=ignore_note)
         judged = validate_campaign(self.folder, context)
-        self.estimates.append(estimated_parameters(self._present_fit().parameters))
+        fit = self._present_fit()
+        self.estimates.append(estimated_parameters(fit.parameters))
         step = ImproveStep(
             action=action,
             effect=effect,
@@ -179,6 +180,7 @@ class _StepRecorder:
             noise=judged.noise,
             before_after=values_before_and_after(*self.estimates[-2:]) if self.steps else [],
             zero_model=judged.zero_model,
+            fit_id=fit.fit_id,
         )
         self.steps.append(step)
         return step
@@ -294,7 +296,7 @@ def _removed_in_words(steps: Sequence[ImproveStep]) -> str:
     >>> places = [Where(joints=[joint]) for joint in (2, 4)]
     >>> tilts = [ImproveStep(action="remove", effect="bearing-tilt", where=where, **unknown) for where in places]
     >>> _removed_in_words(tilts).partition(".")[0]
-    ' Removed, as held-out poses show no larger error without: bearing-tilt of joint 2, 4'
+    ' Removed, as held-out poses show no larger error without: bearing-tilt of joints 2, 4'
     """
     places: dict[str, dict[str, list[Any]]] = {}
     for step in steps:

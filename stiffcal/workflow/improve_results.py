@@ -42,6 +42,8 @@ class ImproveStep:
     """Whether it was certain."""
     zero_model: Annotated[OrAbsent[Rms], NOT_PROMISED] = None
     """What a model without parameters leaves."""
+    fit_id: Annotated[OrAbsent[str], NOT_PROMISED] = None
+    """Of its fit in the history; None in a dry run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

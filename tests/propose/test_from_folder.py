@@ -86,7 +86,7 @@ def test_the_folder_that_is_written_has_the_runs(tmp_path: Path, naming: Naming)
     result = init_campaign(tmp_path / "campaign", tables=[tmp_path / "campaign" / "raw"], robot="irb4400")
     assert len(result.runs or []) == 3
     assert result.warnings == []
-    assert len(result.to_write or []) == 3
+    assert len(result.to_write or []) == 2
     text = (tmp_path / "campaign" / "campaign.toml").read_text()
     (tmp_path / "campaign" / "campaign.toml").write_text(text.replace("= []", "= [0.0, 0.0, 0.1]"))
     campaign = load_campaign(tmp_path / "campaign")
@@ -177,11 +177,10 @@ def test_what_no_log_states_is_asked_for(tmp_path: Path) -> None:
     draft = draft_from_folder(folder_of(tmp_path), robot="irb4400", ask=ask)
     assert [(question.table, question.key) for question in asked] == [
         ("frames.load_point", "xyz_m"),
-        ("frames.target", "xyz_m"),
         ("frames.ft_sensor", "rpy_deg"),
     ]
     manifest = tomllib.loads(draft.manifest)
-    assert manifest["frames"]["target"]["xyz_m"] == [0.1, 0.0, 0.2]
+    assert manifest["frames"]["load_point"]["xyz_m"] == [0.1, 0.0, 0.2]
     assert manifest["frames"]["ft_sensor"]["rpy_deg"] == []
     with pytest.raises(InputError):
         numbers_of("12", 3)
@@ -191,6 +190,22 @@ def test_a_tool_point_leaves_less_to_write(tmp_path: Path) -> None:
     manifest, _ = manifest_of(folder_of(tmp_path), tool=(0.0, 0.0, 0.2))
     assert manifest["frames"]["tool"]["xyz_m"] == [0.0, 0.0, 0.2]
     assert set(manifest["frames"]) == {"tool", "ft_sensor", "tracker"}
+
+
+def test_what_can_be_found_or_left_out_is_not_to_be_written(tmp_path: Path) -> None:
+    """The target's place from the unloaded poses; noise and the tool's mass stand as comments with their units."""
+    draft = draft_from_folder(folder_of(tmp_path))
+    manifest = tomllib.loads(draft.manifest)
+    assert manifest["frames"]["target"] == {"parent": "flange", "estimate": True}
+    assert "[frames.target]" not in "".join(draft.to_write)
+    assert any("[frames.target]" in line for line in draft.guessed)
+    comments = "".join(line for line in draft.manifest.splitlines() if line.startswith("#"))
+    assert all(entry in comments for entry in ("{ position = 0.015 }", "{ force = 0.5 }", "mass_kg ="))
+    # the rows of an unknown robot are one thing to write, not a guess for each number
+    rows = tomllib.loads(draft.robot)["joints"]
+    assert [len(rows), len({len(row) for row in rows})] == [6, 1]
+    assert not [line for line in draft.guessed if line.startswith("robot.toml")]
+    assert [line for line in draft.to_write if line.startswith("robot.toml")]
 
 
 def test_one_run_without_a_name_is_listed(tmp_path: Path) -> None:
@@ -207,7 +222,7 @@ def test_an_instrument_that_is_missing_is_left_to_be_added(tmp_path: Path, gone:
     draft = draft_from_folder(tmp_path, robot="irb4400")
     assert len(draft.runs) == 3
     assert [line for line in draft.to_write if f"[sources.{source}]" in line]
-    assert len(draft.to_write) == 4
+    assert len(draft.to_write) == 3
 
 
 @pytest.mark.parametrize("device", list(ENDING))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,6 +16,7 @@ from stiffcal.model.summary import EffectAt, Where
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.improve import Decision, EffectProposal, _next_changes, _to_add, improve_campaign
 from stiffcal.workflow.improve_results import ImproveStep
+from tests.cli.test_commands import run as run_command
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
 
 pytestmark = pytest.mark.usefixtures("few_known_effects")
@@ -61,6 +63,16 @@ def test_ends_with_what_is_hidden(coupled: Path) -> None:
     assert errors[1] is not None
     assert errors[1] < 0.5 * errors[0]
     assert result.heldout_rms.translation == errors[1]
+
+
+def test_the_answer_names_the_changed_file_and_takes_it_back(coupled: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = (coupled / "model.toml").read_text("utf-8")
+    run_command("improve", coupled, "--yes")
+    changed = next(line for line in capsys.readouterr().out.splitlines() if str(coupled / "model.toml") in line)
+    undo = shlex.split(changed[changed.index("stiffcal ") :])
+    assert undo[1:] == ["history", str(coupled), "--restore", "1"]
+    run_command(*undo[1:])
+    assert (coupled / "model.toml").read_text("utf-8") == before
 
 
 def test_each_step_shows_what_it_did_to_the_stiffness(coupled: Path) -> None:

@@ -176,7 +176,10 @@ def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
     if explained is not None and diagnosis.missing and diagnosis.noise:
         facts.append(("explained", f"{wording.percent(explained)} of the avoidable error is explained by it"))
     if diagnosis.not_weighed is not None:
-        text = f"combinations of effects that have about {wording.percent(diagnosis.not_weighed)} of the probability"
+        text = (
+            "combinations of those compared with one effect more, which have about "
+            f"{wording.percent(diagnosis.not_weighed)} of the probability"
+        )
         facts.append(("not compared", text))
     return facts
 
