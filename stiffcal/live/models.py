@@ -291,7 +291,7 @@ class LiveModels:
         fits = [replace(model, present=False) for model in base.models if model.kind == "fit"]
         if choice.excluded:
             fits = [replace(model, residual_fit=None, residual_heldout=None) for model in fits]
-        models = [*fits, *self._rungs(choice), tried.rung]
+        models = added.remarked([*fits, *self._rungs(choice), tried.rung])
         return replace(content, models=models, change=added.change(models, content.evidence), live=live)
 
     def _base_content(self, context: RunContext) -> tuple[ViewContent, DiagnoseResult | None]:

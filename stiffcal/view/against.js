@@ -126,8 +126,8 @@
     const showing = (model) => (model.kind === "without" ? { mode: "refit", off: [model.effect] } : { model: model.id, mode: "part", off: [] });
 
     let legendKey = "";
-    function showLegend(words, palette) {
-      const key = JSON.stringify([words, S.state.colour, S.themeName, [...hidden]]);
+    function showLegend(words, palette, band) {
+      const key = JSON.stringify([words, S.state.colour, S.themeName, [...hidden], band]);
       if (key === legendKey) return;
       legendKey = key;
       const focus = [...legendButtons.children].indexOf(document.activeElement);
@@ -148,6 +148,7 @@
           };
           return S.make("button", { type: "button", "aria-pressed": String(!hidden.has(name)), title: "Show or hide", onclick: toggle }, mark, word);
         }),
+        ...(band ? [S.make("span", { className: "band" }, S.BAND)] : []),
       );
       if (focus >= 0) legendButtons.children[focus]?.focus();
     }
@@ -195,7 +196,8 @@
       const sides = (pair && S.state.sideBySide ? others : [shown]).map(S.pointsOf);
       const colours = sides.map((points) => S.coloursOf(points, others)),
         [{ legend, palette, scale }] = colours;
-      showLegend(scale ? [] : legend, palette);
+      const band = sides[0].up.sigma > 0 || sides[0].across.sigma > 0;
+      showLegend(scale ? [] : legend, palette, band);
       if (!scale && legend.length) {
         sides.forEach((points, k) =>
           points.y.forEach((_, p) => {
@@ -213,7 +215,7 @@
         part = S.windowOf(windowName());
       if (part && !across.levels.length) ends.x = part.x;
       if (part && !up.levels.length) ends.y = part.y;
-      const top = scale ? 26 : S.drawsFile ? S.legend(g, { x: LEFT, w: width - LEFT - RIGHT }, legend, palette, scale) : 12;
+      const top = scale ? 26 : S.drawsFile ? S.legend(g, { x: LEFT, w: width - LEFT - RIGHT }, legend, palette, scale, band) : 12;
       const boxes = boxesOf(sides.length, width, height, top),
         last = sides.length - 1;
       const pixels = sides.map((points, k) => {
@@ -230,7 +232,7 @@
         words: (p) => wordsOf(sides[Math.floor(p / count)], p % count),
       });
       brush.draw(g);
-      if (scale) S.legend(g, { x: LEFT, w: width - LEFT - RIGHT }, legend, palette, scale);
+      if (scale) S.legend(g, { x: LEFT, w: width - LEFT - RIGHT }, legend, palette, scale, band && S.drawsFile);
       proposals.show();
       const some = data.n_states > S.n ? ` Shown ${S.count(S.n)} of ${S.count(data.n_states)} states.` : "";
       const which = alone ? shown.model.label : `${pair.before.label}, and ${pair.after.label}`;

@@ -131,6 +131,8 @@ class ViewModel:
     """Likewise, each pose by a fit without it."""
     shares: list[ViewShare] = field(default_factory=list)
     """What explains its residual, largest first."""
+    remark: str = ""
+    """What an effect that was added does not gain, or costs, in a sentence; "" where the error falls."""
 
 
 @dataclass(frozen=True, kw_only=True)

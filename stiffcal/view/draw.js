@@ -130,6 +130,16 @@
     return [low - room, high + room];
   };
 
+  /** A text, in two lines of about one length where it is longer than there is room. */
+  function inTwo(g, text, room) {
+    const words = text.split(" "),
+      wide = (some) => g.measureText(some.join(" ")).width;
+    if (words.length < 2 || wide(words) <= room) return [text];
+    const splits = words.slice(1).map((_, k) => [words.slice(0, k + 1), words.slice(k + 1)]);
+    const longer = (pair) => Math.max(...pair.map(wide));
+    return splits.reduce((best, pair) => (longer(pair) < longer(best) ? pair : best)).map((some) => some.join(" "));
+  }
+
   /**
    * Axes with labels; returns how numbers become pixels.
    * @param {CanvasRenderingContext2D} g @param {{x: number, y: number, w: number, h: number}} box
@@ -176,7 +186,8 @@
     g.translate(14, box.y + box.h / 2);
     g.rotate(-Math.PI / 2);
     g.textBaseline = "middle";
-    g.fillText(axes.yLabel, 0, 0, box.h);
+    const lines = inTwo(g, axes.yLabel, box.h);
+    lines.forEach((line, k) => g.fillText(line, 0, 13 * (k - (lines.length - 1) / 2), box.h));
     g.restore();
     return { toX, toY };
   };
@@ -227,8 +238,20 @@
     }
   };
 
-  /** Words above a picture: categories with their markers, or the ends of a scale; returns where the picture can begin. */
-  S.legend = function (g, box, words, palette, scale) {
+  /** What the band is called: beside the categories, as no place among the points is sure to be free. */
+  S.BAND = "noise ± 2σ";
+  /**
+   * Words above a picture: categories with their markers, or the ends of a scale, and the band; returns where the picture can begin.
+   * @param {boolean} band whether there is one to be named
+   */
+  S.legend = function (g, box, words, palette, scale, band) {
+    const swatch = {
+      word: S.BAND,
+      mark: (x, y) => {
+        g.fillStyle = S.theme.band;
+        g.fillRect(x, y - 6, 12, 12);
+      },
+    };
     g.textAlign = "left";
     g.textBaseline = "middle";
     let right = box.x;
@@ -243,15 +266,15 @@
       });
       g.fillStyle = S.theme.ink;
       g.fillText(S.visible(words[1]), right + 6, 12);
+      right += 18 + g.measureText(S.visible(words[1])).width;
+      if (band) S.keys(g, { x: right, w: box.x + box.w - right }, [swatch]);
       return 26;
     }
     return (
       10 +
       16 *
-        S.keys(
-          g,
-          box,
-          words.map((word, k) => ({
+        S.keys(g, box, [
+          ...words.map((word, k) => ({
             word,
             mark: (x, y) => {
               g.beginPath();
@@ -260,7 +283,8 @@
               g.fill();
             },
           })),
-        )
+          ...(band ? [swatch] : []),
+        ])
     );
   };
 

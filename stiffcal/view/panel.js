@@ -1,10 +1,26 @@
 (function (S) {
   const ROW = 4,
-    GAP = 12;
+    GAP = 12,
+    sheet = document.getElementById("page");
   // a panel takes as many rows of the grid as it is high, so that panels of a column close up
   const heights = new ResizeObserver((entries) => {
-    for (const { target } of entries) target.style.gridRowEnd = `span ${Math.ceil((target.offsetHeight + GAP) / ROW)}`;
+    for (const { target } of entries) {
+      target.style.gridRowEnd = `span ${Math.ceil((target.offsetHeight + GAP) / ROW)}`;
+      leaveRoom(target);
+    }
   });
+  /** What stands above a panel's picture in the window: of a panel that is there without scrolling also what is above the panel. */
+  function leaveRoom(section) {
+    const canvas = section.querySelector("canvas.large");
+    if (!canvas) return;
+    const { top } = canvas.getBoundingClientRect(),
+      frame = sheet.getBoundingClientRect(),
+      down = top - frame.top + sheet.scrollTop;
+    const own = down < frame.height ? down : top - section.getBoundingClientRect().top;
+    canvas.style.setProperty("--above", `${Math.ceil(frame.top + own + GAP)}px`);
+  }
+  const above = new ResizeObserver(() => document.querySelectorAll(".panel").forEach(leaveRoom));
+  for (const element of [sheet, document.getElementById("summary")]) above.observe(element);
   /** Put a panel on the page. @param {HTMLElement} section */
   S.place = function (section) {
     document.getElementById("panels").append(section);

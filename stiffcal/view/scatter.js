@@ -65,30 +65,6 @@
     }
   }
 
-  const BAND = "noise ± 2σ",
-    LINE = 15;
-  /** What the band is, above or below it, at that end or in the middle where it covers the fewest points. */
-  function nameBand(g, box, up, toY, ...drawn) {
-    if (!(up.sigma > 0)) return;
-    const wide = g.measureText(BAND).width,
-      [above, below] = [toY(2 * up.sigma) - LINE - 1, toY(-2 * up.sigma) + 1];
-    const lefts = [box.x + box.w - 4 - wide, box.x + 4, box.x + (box.w - wide) / 2];
-    const places = [above, below].filter((top) => top >= box.y && top + LINE <= box.y + box.h).flatMap((top) => lefts.map((left) => ({ left, top })));
-    if (!places.length) return;
-    const covers = ({ left, top }, x, y) => x > left - 4 && x < left + wide + 4 && y > top - 2 && y < top + LINE + 2;
-    const covered = (place) => drawn.reduce((sum, { px, py }) => sum + px.reduce((own, x, p) => own + covers(place, x, py[p]), 0), 0);
-    const counts = places.map(covered),
-      { left, top } = places[counts.indexOf(Math.min(...counts))];
-    g.textAlign = "left";
-    g.textBaseline = "top";
-    g.lineJoin = "round";
-    g.lineWidth = 4;
-    g.strokeStyle = S.theme.ground;
-    g.strokeText(BAND, left, top + 1);
-    g.fillStyle = S.theme.quiet;
-    g.fillText(BAND, left, top + 1);
-  }
-
   const placed = (values, levels, to) => {
     // points of one level are spread, so that they do not lie on each other
     const spread = (p) => (levels.length ? 0.3 * (((p * 0.618034) % 1) - 0.5) : 0);
@@ -170,7 +146,6 @@
     g.strokeStyle = theme.ink;
     for (let p = apart * S.state.at; p < apart * (S.state.at + 1); p++)
       if (Number.isFinite(px[p] + py[p])) g.strokeRect(px[p] - 7, py[p] - 7, 14, 14);
-    nameBand(g, box, up, toY, { px, py }, ...(before ? [before] : []));
     g.restore();
     return { px, py };
   };

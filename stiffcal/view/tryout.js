@@ -222,8 +222,11 @@
     if (focus !== undefined) [...bar.querySelectorAll("input")].find((input) => input.dataset.effect === focus)?.focus();
   }
 
-  /** Offer what a line has no room for. */
+  /** Offer what a line has no room for; what is missing is shown in as many lines as it needs. */
   function fit() {
+    const last = [...candidates.chips.querySelectorAll(".missing, .undecided")].pop(),
+      lines = last ? last.offsetTop + last.offsetHeight - candidates.chips.offsetTop : 0;
+    candidates.chips.style.minHeight = candidates.isOpen() || !lines ? "" : `${Math.min(lines, 0.26 * innerHeight)}px`;
     for (const { chips, more, isOpen } of [candidates, model]) {
       more.hidden = !isOpen() && !more.dataset.always && chips.scrollHeight <= chips.clientHeight + 4;
       more.textContent = isOpen() ? "one line" : more.dataset.words || "all";
@@ -244,7 +247,7 @@
     } else if (S.hollow) hint.append(S.visible(`forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}`));
     else if (S.modelById.get(S.state.model)?.is_forecast)
       hint.append("estimated from the refits with each, of the drawn states: stiffcal view --live fits it");
-    else hint.append(S.visible(S.waitsFor));
+    else hint.append(S.visible(S.waitsFor || (S.modelById.get(S.state.model)?.remark ?? "")));
   }
 
   /** Show the bar as things are. */

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary, Where
 from stiffcal.view.content import ViewChange, ViewEvidence, ViewModel
+from stiffcal.wording import count
 from stiffcal.workflow.diagnose import DIAGNOSE
 from stiffcal.workflow.history import stored_fits
 from stiffcal.workflow.steps import Ingested, key_of_table, stored_result
@@ -47,6 +49,18 @@ class LastAdded:
                 return cls(before=f"fit{fit.id}", names=[name for name in present if name not in earlier])
         return cls()
 
+    def remarked(self, models: Sequence[ViewModel]) -> list[ViewModel]:
+        """Return the models; the present one with a remark where what was added lowers no error, or costs values.
+
+        Parameters
+        ----------
+        models : of the page.
+        """
+        before = next((model for model in models if model.id == self.before), None)
+        if before is None or not self.names:
+            return list(models)
+        return [replace(one, remark=_cost_in_words(before, one)) if one.present else one for one in models]
+
     def change(self, models: Sequence[ViewModel], evidence: Sequence[ViewEvidence]) -> ViewChange | None:
         """Return where the page shows what was added; None where the model before it cannot be drawn.
 
@@ -68,6 +82,45 @@ class LastAdded:
             return None
         share = before.shares[0]
         return ViewChange(before=self.before, added=self.names, variable=share.variable, component=share.component)
+
+
+FALLS = 0.99
+"""Share of the error before to which it falls at least where it is said to fall: less is in the scatter of fits."""
+
+
+def _cost_in_words(before: ViewModel, after: ViewModel) -> str:
+    """Return what an effect does not gain, or costs, in a sentence; "" where the error falls and all values stay known.
+
+    Examples
+    --------
+    >>> from stiffcal.view.content import ViewValue
+    >>> stiff = ViewValue(name="joint-compliance.j1.c", unit="N·m/rad", value=1e6)
+    >>> rms = Rms(translation=1e-5, rotation=None)
+    >>> before = ViewModel(id="fit1", kind="fit", label="", short="", heldout_rms=rms, values=[stiff])
+    >>> _cost_in_words(before, before)
+    'The error does not fall.'
+    >>> _cost_in_words(before, replace(before, values=[replace(stiff, value=None)])).partition(":")[0]
+    'The error does not fall, and 1 value that was identified is not any more'
+    """
+    old, new = (dict((model.heldout_rms or Rms.of({})).items()) for model in (before, after))
+    shared = [(value, new.get(name)) for name, value in old.items() if value is not None]
+    falls = not shared or any(now is not None and now < FALLS * value for value, now in shared)
+    known = {one.name for one in before.values if one.value is not None}
+    lost = sum(one.value is None for one in after.values if one.name in known)
+    words = [] if falls else ["the error does not fall"]
+    if lost:
+        words.append(
+            f"{count(lost, 'value')} that {'was' if lost == 1 else 'were'} identified {_be(lost)} not any more"
+        )
+    if not words:
+        return ""
+    why = ": these data do not distinguish what was added from what the model held" if lost else ""
+    sentence = ", and ".join(words)
+    return f"{sentence[0].upper()}{sentence[1:]}{why}."
+
+
+def _be(number: int) -> str:
+    return "is" if number == 1 else "are"
 
 
 def diagnosis_of_states(data: Ingested) -> DiagnoseResult | None:

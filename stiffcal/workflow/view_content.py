@@ -221,7 +221,7 @@ def _with_states(
     )
     variables += followed
     evidence = [one for one in evidence if drawn.has_rotation or not one.turns] if own is None else []
-    models = view_models(data, identified, variables, drawn.used, tables, own, evidence)
+    models = last.remarked(view_models(data, identified, variables, drawn.used, tables, own, evidence))
     variables += _rod_residuals(data)  # no candidates for what a residual follows: they are residuals themselves
     if pick is None:
         pick = sample_of(drawn.residual if own is None else own)

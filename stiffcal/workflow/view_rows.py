@@ -53,7 +53,8 @@ def content_of_rows(
     ]
     if len(names) > 1:
         variables.append(ViewVariable(name="run", label="run", unit="", values=run.astype(np.float64), levels=names))
-    models = view_models(data, identified, variables, rows.judged, tables_of_rows(rows))
+    last = LastAdded.of(data, identified)
+    models = last.remarked(view_models(data, identified, variables, rows.judged, tables_of_rows(rows)))
     present = next((model.residual_fit for model in models if model.present), None)
     if pick is None:
         pick = sample_of(_as_states(rows.measured) if present is None else present)
@@ -102,7 +103,7 @@ def content_of_rows(
         ),
         variables=[replace(entry, values=entry.values[pick]) for entry in variables],
         models=[picked_model(model, pick) for model in models],
-        change=LastAdded.of(data, identified).change(models, []),
+        change=last.change(models, []),
         effects=[
             ViewEffect(
                 name=part.effect,

@@ -91,6 +91,12 @@ def test_the_ladder_holds_what_was_tried(models: LiveModels) -> None:
     assert all(model.residual_heldout is not None for model in content.models if model.id.startswith("tried"))
 
 
+def test_what_lowers_no_error_is_said_to(models: LiveModels) -> None:
+    """On a robot of joint springs alone a tilt gains next to nothing; the model of the file is compared with none."""
+    remarks = [_shown(models, choice).remark for choice in (ModelChoice(), CHOICES["two added"], CHOICES["removed"])]
+    assert [bool(remark) for remark in remarks] == [False, True, False]
+
+
 def test_a_forecast_is_near_the_refit(models: LiveModels) -> None:
     assert models.forecast(CHOICES["added"]) is None  # nothing is prepared yet
     assert models.prepare()
