@@ -236,6 +236,7 @@
 
   function fillHint() {
     hint.replaceChildren();
+    hint.className = "";
     if (S.fault) hint.append(S.make("span", { className: "warning" }, S.fault));
     else if (S.modelChanged) {
       hint.append(
@@ -247,7 +248,12 @@
     } else if (S.hollow) hint.append(S.visible(`forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}`));
     else if (S.modelById.get(S.state.model)?.is_forecast)
       hint.append("estimated from the refits with each, of the drawn states: stiffcal view --live fits it");
-    else hint.append(S.visible(S.waitsFor || (S.modelById.get(S.state.model)?.remark ?? "")));
+    else if (S.waitsFor) hint.append(S.visible(S.waitsFor));
+    else {
+      const remark = S.modelById.get(S.state.model)?.remark;
+      if (remark) hint.append(S.visible(remark));
+      hint.className = remark ? "remark" : "";
+    }
   }
 
   /** Show the bar as things are. */

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from stiffcal.diagnosis.results import DiagnoseResult
-from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary, Where
 from stiffcal.view.content import ViewChange, ViewEvidence, ViewModel
 from stiffcal.wording import count
@@ -93,6 +92,7 @@ def _cost_in_words(before: ViewModel, after: ViewModel) -> str:
 
     Examples
     --------
+    >>> from stiffcal.measurements.rms import Rms
     >>> from stiffcal.view.content import ViewValue
     >>> stiff = ViewValue(name="joint-compliance.j1.c", unit="N·m/rad", value=1e6)
     >>> rms = Rms(translation=1e-5, rotation=None)
@@ -102,11 +102,11 @@ def _cost_in_words(before: ViewModel, after: ViewModel) -> str:
     >>> _cost_in_words(before, replace(before, values=[replace(stiff, value=None)])).partition(":")[0]
     'The error does not fall, and 1 value that was identified is not any more'
     """
-    old, new = (dict((model.heldout_rms or Rms.of({})).items()) for model in (before, after))
+    old, new = (dict(model.heldout_rms.items()) if model.heldout_rms else {} for model in (before, after))
     shared = [(value, new.get(name)) for name, value in old.items() if value is not None]
     falls = not shared or any(now is not None and now < FALLS * value for value, now in shared)
     known = {one.name for one in before.values if one.value is not None}
-    lost = sum(one.value is None for one in after.values if one.name in known)
+    lost = sum(one.value is None and one.low is None for one in after.values if one.name in known)
     words = [] if falls else ["the error does not fall"]
     if lost:
         words.append(
