@@ -130,7 +130,10 @@ def lay_out(content: ReportContent) -> list[ReportSection]:
 
 
 def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress) -> list[dict[str, Any]]:
-    """Turn sections into what the template reads, drawing each picture into `folder`."""
+    """Turn sections into what the template reads, drawing each picture into `folder`.
+
+    What opens a section stays on the page of what follows, so that no heading ends a page with it alone.
+    """
     pictures: list[Picture] = []
     data = []
     for section in sections:
@@ -141,7 +144,9 @@ def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress
                 pictures.append((f"drawing: {section.title}", block.draw, folder / name))
                 blocks.append({"kind": "picture", "file": name, "caption": block.caption})
             else:
-                blocks.append(_block_data(block, _is_before_picture(section.blocks[number + 1 :])))
+                following = section.blocks[number + 1 :]
+                opens = number == 0 and bool(following) and isinstance(following[0], SubheadingBlock)
+                blocks.append(_block_data(block, opens or _is_before_picture(following)))
         data.append({"title": section.title, "blocks": blocks})
     draw_pictures(pictures, progress)
     return data

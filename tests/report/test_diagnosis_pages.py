@@ -131,6 +131,15 @@ def test_without_a_diagnosis_pages_are_left_out_with_the_reason(module: Any) -> 
         assert "run stiffcal diagnose" in made.reason
 
 
+def test_evidence_without_a_state_that_it_can_be_read_of_has_no_picture() -> None:
+    figure = shown()
+    made = evidence.section(replace(content(), evidence=(replace(figure, before=np.full(41, np.nan)),)))
+    assert isinstance(made, ReportSection)
+    # the errors by run alone
+    assert [type(block) for block in made.blocks].count(PictureBlock) == 1
+    assert len(evidence.section(content()).blocks) == len(made.blocks) + 1
+
+
 def test_answer_and_look_alikes() -> None:
     text = words(diagnosis.section(content()))
     assert text.startswith("Missing: backlash of joint 4")
@@ -252,7 +261,7 @@ def test_evidence_is_drawn_the_same_every_time(tmp_path: Path, change: dict[str,
     figure = draw_evidence(shown(**change))
     without, with_it = figure.axes[:2]
     assert without.get_ylim() == with_it.get_ylim()
-    assert without.get_ylabel() == f"residual along the effect [{'mrad' if change else 'mm'}]"
+    assert without.get_ylabel().replace("\n", " ") == f"residual along the effect [{'mrad' if change else 'mm'}]"
     assert len(figure.axes) == (2 if change else 3)
     for name in ("one.svg", "two.svg"):
         save_figure(draw_evidence(shown(**change)), tmp_path / name)

@@ -18,6 +18,7 @@ from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.measurements.rms import Rms
 from stiffcal.report.content import ResidualCovariate
 from stiffcal.report.figures import canvas
+from stiffcal.report.figures.evidence import draw_errors_by_run, draw_evidence
 from stiffcal.report.figures.ladder import draw_ladder
 from stiffcal.report.figures.load_deformation import (
     branch_stretches,
@@ -34,6 +35,7 @@ from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residua
 from stiffcal.report.figures.robot_poses import arrow_scale, draw_pose_sheet, residual_arrows
 from tests.laboratory.fits import validation_of
 from tests.laboratory.report_content import made_up_content, made_up_states
+from tests.report.test_diagnosis_pages import shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,6 +49,9 @@ RAMP = np.linspace(0, 1, 9)
 FORCE = np.concatenate([np.outer(RAMP[::-1], [-100, 200, -300]), np.outer(RAMP[1:], [100, -200, 100])])
 COMPLIANCE = np.array([[5e-6, 0, 0], [0, 4e-6, 0], [-9e-6, 0, 4e-6]])
 PATH = LoadPath("ramp", "a pose", FORCE, FORCE @ COMPLIANCE.T, (0, 8, 16))
+
+ALL_THREE = Rms(2e-5, 3e-5, length=2e-6)
+WITH_RODS = [replace(part, rms=ALL_THREE, max=ALL_THREE) for part in VALIDATION.by_run]
 
 FIGURES: dict[str, Callable[[], Figure]] = {
     "load_deformation": lambda: draw_load_deformation(STATES, 1, "run_1"),
@@ -62,6 +67,9 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "ladder": lambda: draw_ladder(FITS, VALIDATION.zero_model, Rms(1e-5, None)),
     "ladder_rotation": lambda: draw_ladder(FITS, VALIDATION.zero_model, None, "rotation"),
     "load_path": lambda: draw_load_path(PATH),
+    "residuals_with_rods": lambda: draw_residuals_by_run(WITH_RODS, Rms(1e-5, 1e-5, length=1e-6)),
+    "evidence": lambda: draw_evidence(shown(driver="bending moment at the middle of the upper arm")),
+    "errors_of_motors": lambda: draw_errors_by_run(shown(heldout_rms_after=Rms(None, None, motor_angle=2e-5)), 1e-5),
 }
 # Axes along which things are sorted, not measured.
 KINDS = ("run", "branch", "direction of force", "size of load", "joint angle")

@@ -11,9 +11,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 import typst
+from matplotlib.figure import Figure
 from PIL import Image
 
 from stiffcal.report import building
+from stiffcal.report.blocks import Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import ReportContent
 from stiffcal.report.typesetting import set_pages
 from tests.laboratory.report_content import made_up_content
@@ -63,3 +65,16 @@ def test_no_page_is_more_than_half_empty_before_the_last(
     fills = fills_of(content, tmp_path, monkeypatch)
     assert len(fills) >= 4
     assert min(fills[:-1]) > 0.5, fills
+
+
+def test_what_opens_a_section_stays_with_its_first_subheading(tmp_path: Path) -> None:
+    picture = PictureBlock(lambda: Figure(), "A picture.")
+    blocks = (
+        Paragraph("What it is about."),
+        SubheadingBlock("First"),
+        Paragraph("Text."),
+        SubheadingBlock("Second"),
+        picture,
+    )
+    (section,) = building._as_data([ReportSection("Section", blocks)], tmp_path, lambda text, share=None: None)
+    assert [block.get("before_picture") for block in section["blocks"]] == [True, False, False, True, None]

@@ -58,7 +58,10 @@ def place_panels(figure: Figure) -> None:
     if len(grids) != 1:
         return
     ((grid, members),) = grids.values()
-    _place(figure, grid, members, _legend_height(figure))
+    strip = _legend_height(figure)
+    _place(figure, grid, members, strip)
+    if _break_long_labels(figure, members):
+        _place(figure, grid, members, strip)
 
 
 def _place(figure: Figure, grid: GridSpec, panels: list[Axes], strip: float) -> None:
@@ -96,6 +99,39 @@ def _place(figure: Figure, grid: GridSpec, panels: list[Axes], strip: float) -> 
     )
     if n_rows > 2 and max(down) - min(down) > GAP:
         _space_rows(grid, panels, down, (y_low, y_high), height)
+
+
+def _break_long_labels(figure: Figure, panels: list[Axes]) -> bool:
+    """Write labels of axes that are longer than their panel in two lines; return whether there were any.
+
+    A longer one runs into that of the next panel, or out of the picture.
+    """
+    width, height = (float(size) * 25.4 for size in figure.get_size_inches())
+    broken = False
+    for axes in panels:
+        box = axes.get_position(original=True)
+        for label, side in ((axes.xaxis.label, box.width * width), (axes.yaxis.label, box.height * height)):
+            if _shows(label) and _extent(label)[0] > side + LEAST_GUTTER:
+                text = in_two_lines(label.get_text(), float(label.get_fontsize()))
+                broken = broken or text != label.get_text()
+                label.set_text(text)
+                label.set_multialignment("center")
+    return broken
+
+
+def in_two_lines(text: str, points: float) -> str:
+    r"""Return a text broken where its two lines are most alike in length; as it is where it has no space or two lines.
+
+    Examples
+    --------
+    >>> in_two_lines("rotation residual [mrad]", 7.0)
+    'rotation\nresidual [mrad]'
+    """
+    words = text.split(" ")
+    if len(words) < 2 or "\n" in text:
+        return text
+    pairs = [f"{' '.join(words[:k])}\n{' '.join(words[k:])}" for k in range(1, len(words))]
+    return min(pairs, key=lambda pair: _text_size(pair, points)[0])
 
 
 def _space_rows(
