@@ -43,6 +43,7 @@ MOST_KEPT = 12
 OF_FILE = "the model in model.toml"
 OF_EARLIER_LOGS = "the logs before"
 OF_EARLIER_MODEL = "the model before"
+OF_ANOTHER_PAGE = "another page of this server computes"
 
 
 class SupersededError(Exception):
@@ -83,23 +84,36 @@ class LiveModels:
 
     def __init__(self, folder: Path, context: RunContext, raw: bool = True) -> None:
         self._folder, self._context, self._raw = folder, context, raw
-        self._lock, self._serials, self._serial = Lock(), itertools.count(1), 0
+        self._lock, self._serials = Lock(), itertools.count(1)
+        self._latest: dict[str, int] = {}
         self._numbers = itertools.count(1)
         self._tried: dict[str, _Tried] = {}
         self._forecasts: Forecasts | None = None
         self._base: tuple[str | None, tuple[ViewContent, DiagnoseResult | None]] | None = None
         self._earlier: EarlierVerdict | None = None
         self._text = self._text_now()
-        self._doing: tuple[int, str, float | None] = (0, "", None)
+        self._doing: tuple[str | None, int, str, float | None] = (None, 0, "", None)
 
-    @property
-    def doing(self) -> tuple[str, float | None]:
-        """What is being done of what was asked for last, and the share of it; "" while something earlier still ends."""
-        serial, text, share = self._doing
-        return (text, share) if serial == self._serial else ("", None)
+    def doing(self, page: str) -> tuple[str, float | None]:
+        """Return what is done of what a page asked for last, and the share; "" while something earlier still ends.
 
-    def content(self, choice: ModelChoice) -> ViewContent:
+        Parameters
+        ----------
+        page : as in `content`.
+        """
+        of, serial, text, share = self._doing
+        if text and of != page:
+            return OF_ANOTHER_PAGE, None
+        return (text, share) if serial == self._latest.get(page) else ("", None)
+
+    def content(self, choice: ModelChoice, page: str | None = None) -> ViewContent:
         """Return all that the page shows of a model: fitted, and judged in held-out data.
+
+        Parameters
+        ----------
+        choice : what is ticked.
+        page : a name of the page that asks: what it asked for before ends, what others asked for is waited for. None
+            of what nothing ends.
 
         Raises
         ------
@@ -107,10 +121,14 @@ class LiveModels:
         SupersededError : something else was asked for meanwhile.
         ModelChangedError : model.toml was changed by somebody else.
         """
-        return self._alone(lambda progress: self._content(choice, progress))
+        return self._alone(lambda progress: self._content(choice, progress), page)
 
-    def prepare(self) -> bool:
+    def prepare(self, page: str | None = None) -> bool:
         """Try what the page offers once, so that forecasts can be made; return whether these data have any.
+
+        Parameters
+        ----------
+        page : as in `content`.
 
         Raises
         ------
@@ -127,7 +145,7 @@ class LiveModels:
             self._forecasts.try_each([one.name for one in content.candidates], progress)
             return self._can_forecast
 
-        return self._alone(run)
+        return self._alone(run, page)
 
     @property
     def _can_forecast(self) -> bool:
@@ -141,8 +159,12 @@ class LiveModels:
         made = self._forecasts
         return None if made is None or choice.excluded else made.forecast(choice)
 
-    def diagnose(self, choice: ModelChoice) -> ViewContent:
+    def diagnose(self, choice: ModelChoice, page: str | None = None) -> ViewContent:
         """Diagnose a model, and return all that the page shows of it.
+
+        Parameters
+        ----------
+        choice, page : as in `content`.
 
         Raises
         ------
@@ -154,15 +176,16 @@ class LiveModels:
             diagnose_campaign(self._folder, self._context_of(choice, progress))
             return self._content(choice, progress)
 
-        return self._alone(run)
+        return self._alone(run, page)
 
-    def write(self, choice: ModelChoice, to_changed_file: bool = False) -> None:
+    def write(self, choice: ModelChoice, to_changed_file: bool = False, page: str | None = None) -> None:
         """Write what is ticked into model.toml, as `stiffcal add` and `stiffcal remove` do; comments stay.
 
         The diagnosis of the model before is shown until there is one of the new model.
 
         Parameters
         ----------
+        choice, page : as in `content`.
         to_changed_file : also where somebody else has changed model.toml: what is ticked is then added to that.
 
         Raises
@@ -188,11 +211,25 @@ class LiveModels:
                 data = up_to_date_states(self._folder, context)
                 keep_diagnosis(data, up_to_date_fit(data, context), tried.trial.results)
 
-        self._alone(run)
+        self._alone(run, page)
 
-    def reload(self) -> None:
-        """Take the campaign as it is now; what was tried is forgotten."""
-        self._alone(lambda progress: self._begin_anew())
+    def reload(self, page: str | None = None) -> None:
+        """Take the campaign as it is now; what was tried is forgotten.
+
+        Parameters
+        ----------
+        page : as in `content`.
+        """
+        self._alone(lambda progress: self._begin_anew(), page)
+
+    def leave(self, page: str) -> None:
+        """Have what a page asked for end at its next report of progress: it was closed, or is loaded anew.
+
+        Parameters
+        ----------
+        page : as in `content`.
+        """
+        self._latest[page] = next(self._serials)
 
     def take_runs(self, runs: frozenset[str], store: str) -> None:
         """Work with these runs from now on, once what is being computed is done; what was tried is forgotten.
@@ -210,26 +247,26 @@ class LiveModels:
             self._begin_anew()
             self._earlier = earlier if text == self._text else None
 
-    def stop(self) -> None:
-        """Have what is being computed end at its next report of progress."""
-        self._serial = next(self._serials)
+    def _alone(self, run: Callable[[Progress], T], page: str | None = None) -> T:
+        """Run something when nothing else runs; what the page asked for before ends at its next report of progress."""
+        serial = next(self._serials)
+        if page is not None:
+            self._latest[page] = serial
 
-    def _alone(self, run: Callable[[Progress], T]) -> T:
-        """Run something when nothing else runs; what ran before it ends at its next report of progress."""
-        serial = self._serial = next(self._serials)
+        def check() -> None:
+            if page is not None and serial != self._latest[page]:
+                raise SupersededError
 
         def progress(text: str, share: float | None = None) -> None:
-            if serial != self._serial:
-                raise SupersededError
-            self._doing = (serial, text, share)
+            check()
+            self._doing = (page, serial, text, share)
 
         with self._lock:
-            if serial != self._serial:
-                raise SupersededError
+            check()
             try:
                 return run(progress)
             finally:
-                self._doing = (serial, "", None)
+                self._doing = (page, serial, "", None)
 
     def _check_unchanged(self) -> None:
         if self._text_now() != self._text:

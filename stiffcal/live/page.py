@@ -50,13 +50,14 @@ def live_server(folder: Path, context: RunContext, raw: bool = True, watch: bool
             return build_waiting_page(str(error.faults[0]), version)
 
     answers: dict[str, Callable[[Document], str]] = {
-        "content": lambda asked: pack(models.content(_choice(asked))),
-        "prepare": lambda asked: document_text({"forecasts": models.prepare()}),
+        "content": lambda asked: pack(models.content(_choice(asked), _page(asked))),
+        "prepare": lambda asked: document_text({"forecasts": models.prepare(_page(asked))}),
         "forecast": lambda asked: _forecast(models, _choice(asked)),
-        "diagnose": lambda asked: pack(models.diagnose(_choice(asked))),
+        "diagnose": lambda asked: pack(models.diagnose(_choice(asked), _page(asked))),
         "write": lambda asked: _written(models, asked),
-        "reload": lambda asked: _reloaded(models),
-        "progress": lambda asked: document_text(dict(zip(("doing", "share"), models.doing, strict=True))),
+        "reload": lambda asked: _reloaded(models, asked),
+        "leave": lambda asked: _left(models, asked),
+        "progress": lambda asked: document_text(dict(zip(("doing", "share"), models.doing(_page(asked)), strict=True))),
     }
     if watcher is not None:
         answers["watched"] = lambda asked: document_text(asdict(watcher.seen))
@@ -82,6 +83,11 @@ def _answered(make: Callable[[], str]) -> str:
         raise RefusedError(HTTPStatus.CONFLICT, {"model_changed": True}) from error
 
 
+def _page(asked: Document) -> str:
+    """Return the name that the asking page has given itself."""
+    return str(asked.get("page", ""))
+
+
 def _choice(asked: Document) -> ModelChoice:
     """Return the choice of a request.
 
@@ -105,10 +111,15 @@ def _forecast(models: LiveModels, choice: ModelChoice) -> str:
 
 
 def _written(models: LiveModels, asked: Document) -> str:
-    models.write(_choice(asked), to_changed_file=asked.get("to_changed_file") is True)
-    return pack(models.content(ModelChoice()))
+    models.write(_choice(asked), to_changed_file=asked.get("to_changed_file") is True, page=_page(asked))
+    return pack(models.content(ModelChoice(), _page(asked)))
 
 
-def _reloaded(models: LiveModels) -> str:
-    models.reload()
-    return pack(models.content(ModelChoice()))
+def _reloaded(models: LiveModels, asked: Document) -> str:
+    models.reload(_page(asked))
+    return pack(models.content(ModelChoice(), _page(asked)))
+
+
+def _left(models: LiveModels, asked: Document) -> str:
+    models.leave(_page(asked))
+    return ""

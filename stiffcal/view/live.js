@@ -1,6 +1,8 @@
 (function (S) {
   /** The server that the page came from asks for this; a page in a file has none. */
   const token = new URLSearchParams(location.search).get("token");
+  /** What one page asks for ends what it asked for before; several pages of one server wait for each other. */
+  const page = String(Math.random()).slice(2);
   const nothing = () => ({ added: [], removed: [], excluded: [] });
   /** What was ticked before, the last one last. */
   const past = [];
@@ -14,8 +16,9 @@
     const response = await fetch(`/${name}`, {
       method: "POST",
       signal,
+      keepalive: name === "leave",
       headers: { "Content-Type": "application/json", "X-Stiffcal-Token": token },
-      body: JSON.stringify({ choice: S.wanted, ...more }),
+      body: JSON.stringify({ choice: S.wanted, page, ...more }),
     });
     const text = await response.text();
     if (response.ok) return text;
@@ -174,4 +177,6 @@
   S.refit = fitted;
   /** Begin, once the page is drawn. */
   S.startLive = prepare;
+  // nobody waits any more for what a closed page has asked for
+  addEventListener("pagehide", () => ask("leave").catch(() => {}));
 })(stiffcal);

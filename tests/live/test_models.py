@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.errors import Progress
 from stiffcal.identification.before_after import estimated_parameters
 from stiffcal.live.choice import ModelChoice, RowsLeftOut
-from stiffcal.live.models import LiveModels, ModelChangedError
+from stiffcal.live.models import OF_ANOTHER_PAGE, LiveModels, ModelChangedError, SupersededError
 from stiffcal.view.content import ViewModel
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.edit_model import edit_model
@@ -179,8 +180,27 @@ def test_tried_models_stand_after_the_fits(models: LiveModels) -> None:
     assert "tried" not in kinds[2:]
 
 
-def test_what_is_done_is_of_what_was_asked_for_last(models: LiveModels) -> None:
-    models._doing = (models._serial, "preparing forecasts", 0.5)
-    before = models.doing
-    models.stop()  # as another request does: what was begun before it ends still
-    assert [before, models.doing] == [("preparing forecasts", 0.5), ("", None)]
+def test_what_is_done_is_of_what_a_page_asked_for_last(models: LiveModels) -> None:
+    models._latest["one"] = -1
+    models._doing = ("one", -1, "preparing forecasts", 0.5)
+    before = models.doing("one")
+    models.leave("one")  # as another request does: what was begun before it ends still
+    assert [before, models.doing("one")] == [("preparing forecasts", 0.5), ("", None)]
+    assert models.doing("other") == (OF_ANOTHER_PAGE, None)
+
+
+def test_a_page_ends_what_it_asked_for_itself_and_waits_for_others(models: LiveModels) -> None:
+    """Two pages on one server: a request of one must not end that of the other, which would wait for ever."""
+    progress: list[Progress] = []
+
+    def long(report: Progress) -> str:
+        progress.append(report)
+        models.leave("two")
+        report("fitting", 0.5)  # the other page ends nothing here
+        models._latest["one"] += 1  # as a second request of this page does
+        with pytest.raises(SupersededError):
+            report("fitting", 0.6)
+        return "done"
+
+    assert models._alone(long, "one") == "done"
+    assert len(progress) == 1
