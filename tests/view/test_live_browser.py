@@ -170,3 +170,18 @@ def test_a_model_that_somebody_changed_is_asked_about(live_page: tuple[Any, Path
     text = file.read_text("utf-8")
     assert "# a remark" in text
     assert "6" in text
+
+
+def test_two_pages_of_one_server_wait_for_each_other(live_page: tuple[Any, Path]) -> None:
+    shown, _ = live_page
+    other = shown.context.new_page()
+    other.goto(shown.url)
+    other.wait_for_selector("body[data-ready]")
+    before = other.locator("#error").inner_text()
+    shown.evaluate(f"stiffcal.want({{ added: ['{EFFECT}'] }})")
+    other.evaluate("stiffcal.want({ removed: ['joint-compliance j5'] })")
+    for page in (shown, other):
+        _waited(page)
+    texts = [page.locator("#error").inner_text() for page in (shown, other)]
+    assert before not in texts
+    assert len({*texts}) == 2
