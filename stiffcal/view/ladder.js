@@ -105,7 +105,8 @@
       const model = S.modelById.get(S.state.model);
       if (!model) return data.refits_missing;
       const ofFit = model.fit_rms ? `, ${S.error(model.fit_rms)} of the fit` : "";
-      numbers.textContent = S.unbroken(S.visible(`${model.label}: ${S.error(model.heldout_rms)} rms ${S.leftOut()}${ofFit}; ${S.noiseWords()}. ${model.remark}`.trim()));
+      const words = `${model.label}: ${S.error(model.heldout_rms)} rms ${S.leftOut()}${ofFit}; ${S.noiseWords()}. ${model.remark}`;
+      numbers.textContent = S.unbroken(S.visible(words.trim()));
       numbers.dataset.heldout = String(S.main(model.heldout_rms) ?? "");
       numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");
       values.show(model);

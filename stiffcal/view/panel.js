@@ -115,6 +115,8 @@
     };
     S.onChange(draw);
     S.place(section);
+    // what stands above it may grow or shrink: a picture of another size is stretched until it is drawn anew
+    new ResizeObserver(() => S.redraw()).observe(canvas);
     return { canvas, section, details };
   };
 })(stiffcal);

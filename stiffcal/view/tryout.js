@@ -224,9 +224,9 @@
 
   /** Offer what a line has no room for; what is missing is shown in as many lines as it needs. */
   function fit() {
-    const last = [...candidates.chips.querySelectorAll(".missing, .undecided")].pop(),
-      lines = last ? last.offsetTop + last.offsetHeight - candidates.chips.offsetTop : 0;
-    candidates.chips.style.minHeight = candidates.isOpen() || !lines ? "" : `${Math.min(lines, 0.26 * innerHeight)}px`;
+    const last = [...candidates.chips.querySelectorAll(".missing, .undecided")].pop();
+    const lines = last && !candidates.isOpen() ? last.offsetTop + last.offsetHeight - candidates.chips.offsetTop : 0;
+    candidates.chips.style.minHeight = `${Math.min(lines, 0.26 * innerHeight)}px`;
     for (const { chips, more, isOpen } of [candidates, model]) {
       more.hidden = !isOpen() && !more.dataset.always && chips.scrollHeight <= chips.clientHeight + 4;
       more.textContent = isOpen() ? "one line" : more.dataset.words || "all";
@@ -235,8 +235,7 @@
   new ResizeObserver(fit).observe(bar);
 
   function fillHint() {
-    hint.replaceChildren();
-    hint.className = "";
+    Object.assign(hint, { className: "" }).replaceChildren();
     if (S.fault) hint.append(S.make("span", { className: "warning" }, S.fault));
     else if (S.modelChanged) {
       hint.append(
@@ -248,11 +247,9 @@
     } else if (S.hollow) hint.append(S.visible(`forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}`));
     else if (S.modelById.get(S.state.model)?.is_forecast)
       hint.append("estimated from the refits with each, of the drawn states: stiffcal view --live fits it");
-    else if (S.waitsFor) hint.append(S.visible(S.waitsFor));
     else {
-      const remark = S.modelById.get(S.state.model)?.remark;
-      if (remark) hint.append(S.visible(remark));
-      hint.className = remark ? "remark" : "";
+      hint.append(S.visible(S.waitsFor || (S.modelById.get(S.state.model)?.remark ?? "")));
+      if (!S.waitsFor) hint.className = "remark";
     }
   }
 

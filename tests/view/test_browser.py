@@ -481,3 +481,22 @@ def test_a_page_of_20_000_states(browser: Any, content: Any, tmp_path: Path) -> 
         assert "shown 5 000 of 20 000" in page.locator("#count").inner_text().replace("\u00a0", " ")
         page.context.close()
     assert min(ready) <= 3000
+
+
+def test_the_first_picture_is_whole_in_a_small_window(page: Any) -> None:
+    """With its axis, and not stretched; what the band is stands beside the categories, not among the points."""
+    found = """(() => {
+      const canvas = document.getElementById("against-canvas"), { bottom } = canvas.getBoundingClientRect();
+      return [bottom <= innerHeight, canvas.height === Math.round(canvas.clientHeight * devicePixelRatio)];
+    })()"""
+    for width, height in ((1400, 900), (800, 600)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_timeout(300)
+        assert page.evaluate(found) == [True, True], (width, height)
+    # what is above it grows: the picture takes less room, and is drawn anew
+    high = page.evaluate("document.getElementById('against-canvas').clientHeight")
+    page.evaluate("document.getElementById('tryout').style.minHeight = '240px'")
+    page.wait_for_timeout(300)
+    assert page.evaluate("document.getElementById('against-canvas').clientHeight") < high
+    assert page.evaluate(found)[1]
+    assert page.locator("#against .legend .band").is_visible()
