@@ -100,17 +100,36 @@
     return S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": S.visible(name) }, table);
   }
 
-  /** Buttons that show the pictures of one joint at a time, in the order of the joints. @param {{joint: string, section: HTMLElement}[]} pictures */
+  /**
+   * Buttons in each picture that show those of another joint in place of it, in the order of the joints.
+   * @param {{joint: string, section: HTMLElement}[]} pictures
+   */
   function tabs(pictures) {
-    const joints = [...new Set(pictures.map((entry) => entry.joint).filter(Boolean))];
-    if (joints.length < 2) return [];
-    const buttons = joints.map((joint, k) => S.button({ onclick: () => S.set({ tab: k }) }, joint));
-    S.onChange(() => {
-      const shown = joints[Math.min(S.state.tab, joints.length - 1)];
-      buttons.forEach((button, k) => button.setAttribute("aria-pressed", String(joints[k] === shown)));
-      for (const { joint, section } of pictures) section.hidden = Boolean(joint) && joint !== shown;
+    const ofJoints = pictures.filter((entry) => entry.joint),
+      joints = [...new Set(ofJoints.map((entry) => entry.joint))];
+    if (joints.length < 2) return;
+    const places = ofJoints.map(({ joint }, k) => ofJoints.slice(0, k).filter((entry) => entry.joint === joint).length);
+    /** The place of the picture in which a button was chosen: that of the same kind gets the focus. */
+    let chosen = -1;
+    const groups = ofJoints.map(({ joint, section }, k) => {
+      const buttons = joints.map((other, number) => {
+        const show = () => {
+          chosen = places[k];
+          S.set({ tab: number });
+        };
+        return S.button({ onclick: show, "aria-pressed": String(other === joint) }, other);
+      });
+      section.querySelector(".heading").after(S.make("div", { className: "tabs", role: "group", "aria-label": "Joint that the picture shows" }, ...buttons));
+      return buttons;
     });
-    return [S.make("div", { className: "tabs", role: "group", "aria-label": "Joint that the pictures show" }, ...buttons)];
+    S.onChange(() => {
+      const number = Math.min(S.state.tab, joints.length - 1);
+      ofJoints.forEach(({ joint, section }, k) => {
+        section.hidden = joint !== joints[number];
+        if (!section.hidden && places[k] === chosen) groups[k][number].focus();
+      });
+      chosen = -1;
+    });
   }
 
   /** Pages of clamped, friction and other kinds of experiment: pictures, tables, sentences. */
@@ -135,7 +154,7 @@
           });
         }
       }
-      section.append(...tabs(pictures));
+      tabs(pictures);
     }
   };
 })(stiffcal);

@@ -84,7 +84,7 @@ def test_pictures_of_many_joints_are_shown_one_joint_at_a_time(
     file = tmp_path / "view.html"
     file.write_text(build_page(content), encoding="utf-8")
     page, complaints = opened(browser, file, bypass_csp=True)
-    tabs = page.get_by_role("group", name="Joint that the pictures show")
+    tabs = page.locator(".panel:not([hidden]) > .tabs").first
     assert tabs.get_by_role("button").all_inner_texts() == [f"A{joint}" for joint in range(1, 20)]
     pictures = page.locator("section[id^=kind]")
     shown = "Array.from(document.querySelectorAll('section[id^=kind]')).map((one) => !one.hidden)"
@@ -93,6 +93,9 @@ def test_pictures_of_many_joints_are_shown_one_joint_at_a_time(
     tabs.get_by_role("button", name="A19").click()
     settled(page)
     assert page.evaluate(shown) == [False] * 18 * each + [True] * each
+    # whoever uses the keyboard stays where the buttons were
+    assert page.evaluate("document.activeElement.innerText") == "A19"
+    assert page.evaluate("document.activeElement.closest('section').id") == f"kind{18 * each + 1}"
     assert colours_of(page, f"kind{19 * each}") > 5
     assert axe_findings(page) == []
     assert complaints == []
