@@ -137,7 +137,9 @@ def test_evidence_without_a_state_that_it_can_be_read_of_has_no_picture() -> Non
     assert isinstance(made, ReportSection)
     # the errors by run alone
     assert [type(block) for block in made.blocks].count(PictureBlock) == 1
-    assert len(evidence.section(content()).blocks) == len(made.blocks) + 1
+    whole = evidence.section(content())
+    assert isinstance(whole, ReportSection)
+    assert len(whole.blocks) == len(made.blocks) + 1
 
 
 def test_answer_and_look_alikes() -> None:

@@ -14,6 +14,7 @@ import typst
 from matplotlib.figure import Figure
 from PIL import Image
 
+from stiffcal.errors import no_progress
 from stiffcal.report import building
 from stiffcal.report.blocks import Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import ReportContent
@@ -76,5 +77,5 @@ def test_what_opens_a_section_stays_with_its_first_subheading(tmp_path: Path) ->
         SubheadingBlock("Second"),
         picture,
     )
-    (section,) = building._as_data([ReportSection("Section", blocks)], tmp_path, lambda text, share=None: None)
+    (section,) = building._as_data([ReportSection("Section", blocks)], tmp_path, no_progress)
     assert [block.get("before_picture") for block in section["blocks"]] == [True, False, False, True, None]
