@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from stiffcal.estimation.identifiability import Ambiguity
 from stiffcal.estimation.parameters import Parameter
 from stiffcal.identification.fit import Fit
@@ -81,20 +79,15 @@ def included_by_convention(fit: Fit) -> dict[str, list[str]]:
     return included_in(fit.robot, fit.data, fixed, redundant_geometry(fit.robot, fit.data, fixed))
 
 
-def geometry_in_fit(fit: Fit) -> dict[str, float]:
-    """Return name to value of geometry and frames that are not identified alone but stand for a sum that is."""
-    angles = np.zeros((fit.robot.chain.n_joints, 1))
+def values_in_fit(fit: Fit) -> dict[str, float]:
+    """Return name to value of parameters that are not identified alone but stand for what is known of several."""
     open_ones = {parameter.name for parameter in fit.parameters if parameter.value is None}
-    result = {}
-    for placed in fit.robot.placed:
-        is_frame = placed.place.kind == "frames"
-        if not is_frame and not placed.geometry_terms(fit.robot.chain, angles):
-            continue
-        for symbol, value in placed.values.items():
-            name = placed.parameter_name(symbol)
-            if name in open_ones and value:
-                result[name] = value
-    return result
+    return {
+        name: value
+        for placed in fit.robot.placed
+        for symbol, value in placed.values.items()
+        if (name := placed.parameter_name(symbol)) in open_ones and value
+    }
 
 
 def model_summary(robot: CompliantRobot) -> ModelSummary:

@@ -55,8 +55,8 @@ class IdentifiedParameter:
     from_geometry: OrAbsent[float] = None
     """Share of the variance that the tolerance of the robot's geometry makes, 0 to 1; None where that is not known."""
     in_fit: OrAbsent[float] = None
-    """Of geometry and frames that these data do not identify alone: what stands in the fit for the combination that is
-    known, in `unit`; None of others."""
+    """Of a parameter that these data do not identify alone: what stands in the fit for the combination that is known,
+    in `unit`; None of others, and of those at 0 there."""
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what these data count it by; None of others."""
     includes: OrAbsent[list[str]] = None

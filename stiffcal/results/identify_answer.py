@@ -9,7 +9,6 @@ from stiffcal.identification.document import (
     correlated_parameters,
     finite,
     fit_warnings,
-    geometry_in_fit,
     identified_parameter,
     included_by_convention,
     measured_links,
@@ -17,6 +16,7 @@ from stiffcal.identification.document import (
     noise_per_axis,
     rejected_states,
     unidentified_parameters,
+    values_in_fit,
 )
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.fit_results import GeometryTaken
@@ -39,7 +39,7 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
     states : all load states of the campaign, those set aside among them.
     """
     links, fit = measured_links(fit), with_geometry(fit, states)
-    in_fit, included = geometry_in_fit(fit), included_by_convention(fit)
+    in_fit, included = values_in_fit(fit), included_by_convention(fit)
     by_temperature = fit.data.order.logs_temperature
     by_geometry, prior = fit.covariance_from_geometry, fit.geometry
     return IdentifyResult(

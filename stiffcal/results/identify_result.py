@@ -131,6 +131,6 @@ class IdentifyResult(CommandResult):
         return {parameter.name: parameter.value for parameter in self.parameters if parameter.value is not None}
 
     def robot_values(self) -> dict[str, float]:
-        """Return what the fitted robot has, by full name: `values`, and of geometry what stands for known sums."""
+        """Return what the fitted robot has, by full name: `values`, and what stands in the fit for known sums."""
         stand_in = {parameter.name: parameter.in_fit for parameter in self.parameters if parameter.in_fit is not None}
         return self.values() | stand_in

@@ -177,7 +177,10 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
     def covariance_of(names: set[str]) -> dict[str, dict[str, float]]:
         # what shows in motion alone (friction) is in the fit and not in the robot at rest
         in_both = [(k, name) for k, name in enumerate(identified.free_parameters) if name in names]
-        return {a: {b: float(matrix[i, j]) for j, b in in_both} for i, a in in_both}
+        sums = {name: variance for name, variance in _variances_of_sums(identified).items() if name in names}
+        alone = dict.fromkeys(sums, 0.0)
+        found = {a: {b: float(matrix[i, j]) for j, b in in_both} | alone for i, a in in_both}
+        return found | {a: {b: 0.0 for _, b in in_both} | alone | {a: variance} for a, variance in sums.items()}
 
     # null where the rods do not identify it becomes NaN
     of_links = {link.link: np.array(link.compliance, dtype=np.float64) for link in identified.links or ()}
@@ -195,6 +198,18 @@ def fitted_robot(campaign: Campaign, context: RunContext) -> FittedRobot:
         covariance_of(_parameter_names((*rest, *targets))),
         tuple(known_from_below(identified)),
     )
+
+
+def _variances_of_sums(identified: IdentifyResult) -> dict[str, float]:
+    """Return name to variance of what stands in a fit for a combination that is known, that of the others left out."""
+    found = {}
+    for group in identified.not_identifiable:
+        for name in group.parameters:
+            in_fit = identified.parameter(name).in_fit
+            if in_fit is not None and group.value and group.std is not None:
+                # the others of the combination are 0 in the fit
+                found[name] = (group.std * in_fit / group.value) ** 2
+    return found
 
 
 def known_from_below(identified: IdentifyResult) -> Iterator[str]:
@@ -230,8 +245,18 @@ def _left_out(placed: Iterable[PlacedEffect]) -> Iterator[str]:
 
 def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:
     """Yield what no stated uncertainty of a fit holds: what the data do not identify, and what the model lacks."""
-    known = set(identified.values())
-    unknown = {name for group in identified.not_identifiable for name in group.parameters} & (names - known)
+    known, of_sums = set(identified.values()), set[str]()
+    for group in identified.not_identifiable:
+        # where one stands for what is known of all, the others are part of that
+        if any(identified.parameter(name).in_fit is not None for name in group.parameters):
+            of_sums |= set(group.parameters) & (names - known)
+    unknown = {name for group in identified.not_identifiable for name in group.parameters} & (names - known) - of_sums
+    if of_sums:
+        yield (
+            f"these data do not identify {', '.join(sorted(of_sums))} one by one: what is predicted is what they make "
+            "together in the poses and loads that were measured; in others it may differ, and the stated uncertainty "
+            "does not include that"
+        )
     if unknown:
         yield (
             f"these data do not identify {', '.join(sorted(unknown))}: taken as rigid; a load that turns it moves the "

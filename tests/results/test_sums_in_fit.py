@@ -1,0 +1,42 @@
+"""What data determine of two parameters together is in the fitted robot: it predicts what was fitted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.readings import observe
+from stiffcal.identification.weights import predict_observations
+from stiffcal.measurements.load_states import Sigma
+from stiffcal.mechanics.chain import Chain
+from stiffcal.model.catalogue import find_effects
+from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.effect import Place
+from stiffcal.results.identify_answer import identify_result
+from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+from tests.laboratory.simulated_states import joint_springs, medium_robot, played
+
+
+def with_base(chain: Chain) -> CompliantRobot:
+    """Return springs in all joints, and a base that gives about the axis of joint 1 as well."""
+    robot = joint_springs(chain)
+    return replace(robot, placed=(*robot.placed, PlacedEffect(find_effects()["base-compliance"], Place("setup"))))
+
+
+def test_the_robot_of_an_answer_predicts_what_was_fitted() -> None:
+    """Joint 1 and the base about its axis were rigid in predictions: 0.26 mm in place of 0.80 at 300 N."""
+    states = played(medium_robot(), 6, noise=Sigma(15e-6, 30e-6, 0.5, 0.1))
+    fit = identify_parameters(states, with_base(six_axes()))
+    result = identify_result(fit, states)
+    alone = {name for group in result.not_identifiable for name in group.parameters}
+    assert {"joint-compliance.j1.c", "base-compliance.setup.rz"} <= alone
+    assert result.values().keys().isdisjoint(alone)
+    robot = with_base(six_axes()).with_values(result.robot_values())
+    data = observe(states, robot.chain)
+    assert predict_observations(robot, data) == pytest.approx(predict_observations(fit.robot, data), abs=1e-9)
+    [in_fit] = [parameter.in_fit for parameter in result.parameters if parameter.in_fit is not None]
+    assert in_fit == pytest.approx(1.0 / SIX_STIFFNESS[0], rel=0.05)
+    assert np.isfinite(in_fit)
