@@ -261,13 +261,23 @@ def wrong_geometry_in_words(misfit: float, robot: CompliantRobot) -> str:
 
 
 def _jointly_unidentifiable(fit: Fit) -> dict[str, list[str]]:
-    """Return the effects of which several springs are lost in the noise, with the places where they are."""
-    in_noise: dict[str, list[str]] = {}
+    """Return the effects of which several springs are lost in the noise, with the places where they are.
+
+    With their symbols where other springs of the effect at the place are not.
+    """
+    in_noise: dict[str, dict[str, list[str]]] = {}
+    others = set[tuple[str, str]]()
     for parameter in fit.parameters:
+        effect, place = parameter.effect, parameter.place.label
         if parameter.above_noise is False:
-            in_noise.setdefault(parameter.effect, []).append(parameter.place.label)
+            in_noise.setdefault(effect, {}).setdefault(place, []).append(parameter.spec.symbol)
+        elif parameter.above_noise:
+            others.add((effect, place))
     return {
-        effect: list(dict.fromkeys(places))
+        effect: [
+            f"{place} ({', '.join(symbols)})" if (effect, place) in others else place
+            for place, symbols in places.items()
+        ]
         for effect, places in in_noise.items()
-        if len(places) >= JOINTLY_UNIDENTIFIABLE
+        if sum(map(len, places.values())) >= JOINTLY_UNIDENTIFIABLE
     }

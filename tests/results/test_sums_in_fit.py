@@ -40,3 +40,21 @@ def test_the_robot_of_an_answer_predicts_what_was_fitted() -> None:
     [in_fit] = [parameter.in_fit for parameter in result.parameters if parameter.in_fit is not None]
     assert in_fit == pytest.approx(1.0 / SIX_STIFFNESS[0], rel=0.05)
     assert np.isfinite(in_fit)
+
+
+def test_springs_that_are_not_significant_are_named_where_others_of_the_effect_are() -> None:
+    """A base that tilts about x by 39 standard uncertainties was "not significant" because of its other springs."""
+    robot = with_base(six_axes())
+    base = robot.placed[-1]
+    given = {spec.symbol: 0.0 for spec in base.effect.parameters} | {"rx": 1e-7}
+    true = replace(medium_robot(), placed=(*medium_robot().placed, replace(base, values=given)))
+    states = played(true, 6, noise=Sigma(15e-6, 30e-6, 0.5, 0.1))
+    fit = identify_parameters(states, robot)
+    [lost] = [parameter.spec.symbol for parameter in fit.parameters if parameter.name == "base-compliance.setup.ry"]
+    named = [
+        warning for warning in identify_result(fit, states).warnings if warning.startswith("base-compliance at setup")
+    ]
+    assert len(named) == 1
+    symbols = named[0].partition("(")[2].partition(")")[0].split(", ")
+    assert lost in symbols
+    assert "rx" not in symbols
