@@ -18,6 +18,7 @@ from stiffcal.identification.fit_results import (
 from stiffcal.identification.gauge import held_frames, included_in, redundant_geometry
 from stiffcal.identification.measured_links import MeasuredLink, measure_links
 from stiffcal.identification.noise import Noise
+from stiffcal.identification.row_layout import ROTATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.stated_spring import is_spring_modelled, spring_joint, stated_rate
@@ -179,7 +180,7 @@ def fit_warnings(fit: Fit) -> list[str]:
     if geometry is not None and geometry.contradicted(fit.robot.chain.masses_known):
         texts.append(wrong_geometry_in_words(geometry.misfit or 0.0, fit.robot))
     if fit.noise is None:
-        texts.append(noise_not_known("whether the model is good enough cannot be judged"))
+        texts.append(noise_not_known("whether the model is good enough cannot be judged", fit))
     if fit.scaled:
         texts.append("standard uncertainties are scaled by the reduced χ² of the fit")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > MOST_CHI2:
@@ -207,11 +208,13 @@ def fit_warnings(fit: Fit) -> list[str]:
     return texts
 
 
-def noise_not_known(consequence: str) -> str:
+def noise_not_known(consequence: str, fit: Fit) -> str:
     """Return that nothing shows the instruments' noise, what follows from that, and what would show it."""
+    turned = fit.data.measured_mask[fit.data.kind == ROTATION].any()
+    sigma = f"{{ position = 0.015{', rotation = 0.00003' if turned else ''} }}"
     return (
         f"no repeats and no stated sigma: {consequence}; measure some loads twice in the same pose, or state the "
-        "instrument's sigma next to its units in campaign.toml, as sigma = { position = 0.015 }"
+        f"instrument's sigma next to its units in campaign.toml, as sigma = {sigma}"
     )
 
 

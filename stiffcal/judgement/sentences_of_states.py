@@ -85,9 +85,9 @@ def warnings_on(found: DiagnosedStates) -> list[str]:
     """Return what limits the answer, as sentences."""
     texts = []
     if not found.noise_known and (found.found or found.unexplained):
-        texts.append(noise_not_known("the share of noise in the error is unknown"))
+        texts.append(noise_not_known("the share of noise in the error is unknown", found.first.fit))
     elif not found.noise_known:
-        texts.append(noise_not_known("whether the model is good enough cannot be judged"))
+        texts.append(noise_not_known("whether the model is good enough cannot be judged", found.first.fit))
     n_folds = len(found.first.folds)
     if n_folds < FEW_POSES:
         texts.append(f"only {n_folds} poses: the error in held-out poses is poorly determined")

@@ -17,7 +17,10 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.results.identify_answer import identify_result
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
-from tests.laboratory.simulated_states import joint_springs, medium_robot, played
+from tests.laboratory.simulated_states import cycles_of, joint_springs, medium_robot, played
+
+ONCE = cycles_of(np.eye(3), cycles=1)[[0, 2, 6, 10]]
+"""Each load once: nothing shows the noise."""
 
 
 def with_base(chain: Chain) -> CompliantRobot:
@@ -58,3 +61,12 @@ def test_springs_that_are_not_significant_are_named_where_others_of_the_effect_a
     symbols = named[0].partition("(")[2].partition(")")[0].split(", ")
     assert lost in symbols
     assert "rx" not in symbols
+
+
+def test_the_example_of_a_stated_noise_has_all_that_was_read() -> None:
+    """With the position's alone the noise stayed unknown, and the same warning came again."""
+    for full_pose in (False, True):
+        states = played(medium_robot(), 6, wrench=[ONCE] * 6, full_pose=full_pose)
+        warnings = identify_result(identify_parameters(states, joint_springs(six_axes())), states).warnings
+        [stated] = [warning for warning in warnings if "sigma = {" in warning]
+        assert ("rotation = " in stated) == full_pose
