@@ -35,7 +35,7 @@ def effects_api_page() -> str:
             "## What an effect consists of\n",
             "```{eval-rst}",
             *(
-                f".. autoclass:: stiffcal.effects_api.{kind}\n   :members:\n   :inherited-members:\n"
+                f".. autoclass:: stiffcal.effects_api.{kind}\n   :members:\n"
                 for kind in ("Effect", "Law", "Geometry", "Instrument", "Motion")
             ),
             ".. autoclass:: stiffcal.effects_api.ParameterSpec",
