@@ -125,7 +125,7 @@ def test_curves_of_all_joints_together(played: TrueRun) -> None:
     """The 36 lines curved, 108 numbers in one fit: no bend but that of the play, which a cubic follows as it can."""
     found = find_effects()
     straight = [one for one in played.fit.robot.placed if one.effect.name in THIRTY_SIX]
-    placed = [replace(one, effect=form, values={}) for one in straight if (form := curve_of(one.effect))]
+    placed = [replace(one, effect=curve_of(one.effect) or one.effect, values={}) for one in straight]
     placed += [
         replace(one, effect=found["cubic-stiffness"], values={})
         for one in straight
