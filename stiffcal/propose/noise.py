@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.toml_reading import parse_toml
+from stiffcal.escapes import toml_text
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.propose.column_roles import Roles
 from stiffcal.propose.lines import ProposedLine
@@ -90,7 +91,7 @@ def sigma_of_logs(signals: Sequence[ProposedLine]) -> list[ProposedLine]:
             if written is None or "sigma" in entry[signal]:
                 continue
             value = example / unit(written, "length" if quantity == "position" else quantity).factor
-            stated = f"sigma = {{ {quantity} = {value:.6g} }}"
+            stated = toml_text.pair("sigma", {quantity: float(f"{value:.6g}")})
             lines.append(ProposedLine(f"# to the braces of {signal}: {stated}, {_ONE_READING} in {written}{_REPEATS}"))
     return lines
 

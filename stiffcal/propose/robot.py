@@ -9,7 +9,7 @@ from stiffcal.propose.lines import ProposedLine
 
 _REMARKS = (
     "# Base to wrist. theta_deg is the angle of the table where the controller shows 0; direction = -1 where it counts",
-    "# the other way. Where masses are known: link = { mass_kg = 12, com_m = [x, y, z] }, in the joint's own frame.",
+    "# the other way. With known masses: link = { mass_kg = 12, com_m = [0.1, 0.0, 0.0] }, in the joint's own frame.",
 )
 
 
@@ -20,7 +20,7 @@ def robot_lines(joints: Sequence[str]) -> list[ProposedLine]:
     return [
         ProposedLine('schema = "stiffcal/robot/1"'),
         ProposedLine('convention = "modified-dh"', mend),
-        *map(ProposedLine, ("", *_REMARKS, "joints = [")),
+        *map(ProposedLine, ("", *_REMARKS, toml_text.pair("joints", []).removesuffix("]"))),
         *(ProposedLine(f"  {{ name = {toml_text.value(name)}, {zeros} }},", "") for name in joints),
         *map(ProposedLine, ("]", "", "[flange]")),
         ProposedLine("xyz_m = [0.0, 0.0, 0.0]", "in the last joint's frame"),
