@@ -73,6 +73,12 @@ def log_formats(first: tuple[str, ...] = ()) -> Iterator[LogFormat]:
     names = module_names(READERS)
     for name in sorted(names, key=lambda name: (name not in first, first.index(name) if name in first else 0, name)):
         yield _of_module(name)
+    yield from outside_formats()
+
+
+def outside_formats() -> Iterator[LogFormat]:
+    """Yield the log formats of installed packages, each imported when its turn comes."""
+    names = module_names(READERS)
     for point in _outside():
         if point.name not in names:
             yield _from_outside(point)

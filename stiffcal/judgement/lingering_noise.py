@@ -61,9 +61,9 @@ class LingeringNoise:
         share, first = space.free.ravel(), 0
         for length in np.unique(lengths).tolist():
             place = np.array([place for place in places if len(place) == length])
-            taken = length - share[place].sum(axis=1) > 0.5
             own = np.ones(place.shape)
-            own[taken, 0] = 0.0
+            # one of as many readings, where a constant is taken out: the share that is left, rounded
+            own[:, 0] = 1.0 - np.round(length - share[place].sum(axis=1)).clip(0.0, 1.0)
             runs.append(RunsOfLength(place, first + np.arange(place.size).reshape(place.shape)))
             cosine.append(np.tile(np.cos(np.pi * np.arange(length) / length), len(place)))
             free.append(own.ravel())

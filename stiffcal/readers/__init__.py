@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import ClassVar, cast
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.campaign.file_formats import format_names, log_format, log_formats
+from stiffcal.campaign.file_formats import format_names, log_format, log_formats, outside_formats
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -283,7 +283,7 @@ def find_reader(path: Path, log_format_name: str | None = None, display_name: st
     for known_format in log_formats(tuple(suffix.lstrip(".").lower() for suffix in reversed(path.suffixes))):
         reader = cast(Reader, known_format)
         if reader.recognises(path):
-            return reader
+            return reader if path.suffix.lower() in reader.endings else _with_ending(path) or reader
     raise InputError.at(
         FaultCode.FORMAT_UNKNOWN,
         display_name or str(path),
@@ -291,6 +291,12 @@ def find_reader(path: Path, log_format_name: str | None = None, display_name: st
         "the format cannot be determined from the file",
         f"write format = one of {', '.join(format_names())} in its source",
     )
+
+
+def _with_ending(path: Path) -> Reader | None:
+    """Return the reader of an installed package that has a file's ending, which begins like another format."""
+    readers = (cast(Reader, known_format) for known_format in outside_formats())
+    return next((reader for reader in readers if path.suffix.lower() in reader.endings), None)
 
 
 def _suggest_format(name: str, known: Sequence[str]) -> str:
