@@ -173,7 +173,7 @@ def test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses(
         for name, (text, encoding) in written(*readings(demo, number)).items():
             (folder / "raw" / f"P{number}_{name}").write_text(text, encoding)
     run("init", str(folder), "--from", str(folder / "raw"))
-    fill_in(folder / "campaign.toml", ("0.13, 0.05, 0.24", "-0.06, -0.11, 0.17", "0.0, 0.0, 30.0"))
+    fill_in(folder / "campaign.toml", ("0.13, 0.05, 0.24", "0.0, 0.0, 30.0"))
     shutil.copy(demo / "robot.toml", folder / "robot.toml")
     capsys.readouterr()
     run("identify", str(folder), "--json")
@@ -185,7 +185,7 @@ def test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses(
 
 
 def fill_in(manifest: Path, numbers: Sequence[str]) -> None:
-    """Write what no log states: where the force acts, where the probe sits, how the force sensor is turned."""
+    """Write what no log states: where the force acts, how the force sensor is turned."""
     text = manifest.read_text("utf-8")
     for given in numbers:
         assert " = []" in text
