@@ -18,6 +18,7 @@ from stiffcal.judgement.numbers import (
     DOUBT,
     FIRM,
     LEAST_LIKELY,
+    LINGERING_NOISE,
     NAMED,
     SHARED,
     SHOWS,
@@ -298,12 +299,15 @@ def _share(judged: Judged, signal: _Signal, other: int) -> float:
 def _left(judged: Judged, size: float) -> float:
     """Return the probability that poses answer in ways of their own, or wander, by a size and more, in noises.
 
-    A size below half of the noise is as good as nothing.
+    A size below half of the noise is as good as nothing. A wander that has died away within some readings is noise that
+    lingers (air, a filter), unless it is larger than the noise: a law that turns with the load's cycle reads like it.
     """
     ground, of_discrepancy = judged.ground, judged.weighed.of_discrepancy()
     large = max(size, SHOWS) <= DISCREPANCIES
+    wanders = large & (judged.drift.drifts | (DISCREPANCIES > LINGERING_NOISE))
     return sum(
-        float(of_discrepancy[ground.shared.numbers_of(one)][large].sum()) for one in (ground.of_loads, ground.of_time)
+        float(of_discrepancy[ground.shared.numbers_of(one)][counted].sum())
+        for one, counted in ((ground.of_loads, large), (ground.of_time, wanders))
     )
 
 

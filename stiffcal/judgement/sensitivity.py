@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.judgement.covariance_kind import CovarianceKind
 from stiffcal.judgement.evidence import MemberColumns, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
@@ -45,12 +44,9 @@ def _odds_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]
 
 
 def _discrepancy_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
-    """Vary how probable each discrepancy is, and each way in which noise errs together."""
+    """Vary how probable it is that poses answer in ways of their own, that they wander, and that sweeps err."""
     ground = judged.ground
-    kinds: list[CovarianceKind] = [ground.of_loads, ground.of_time, ground.lingering]
-    if ground.alike is not None:
-        kinds.append(ground.alike)
-    for kind in kinds:
+    for kind in (ground.of_loads, ground.of_time, *([ground.alike] if ground.alike is not None else [])):
         log = {}
         for key, values in judged.weighed.by_discrepancy.items():
             changed = values.copy()

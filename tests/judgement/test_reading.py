@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.judgement.numbers import DISCREPANCIES, SHOWS
+from stiffcal.judgement.numbers import SHOWS
 from stiffcal.judgement.reading import _left, _present, _shares
 from stiffcal.judgement.sets import Key
 
@@ -41,24 +41,23 @@ def test_what_may_be_there_besides_is_nothing_in_its_place() -> None:
     assert shares == pytest.approx({"backlash j1": 0.96, "encoder-drift j1": 0.14})
 
 
-def test_what_poses_answer_and_a_wander_count_from_a_size_on() -> None:
+@pytest.mark.parametrize("drifts", [False, True])
+def test_what_dies_away_within_some_readings_is_noise_unless_it_is_larger(drifts: bool) -> None:
+    """A compliance that waves as the load cycles left a curve of half its size certain, and nothing unexplained."""
     of_loads, of_time = object(), object()
-    count = len(DISCREPANCIES)
-    numbers = {id(of_loads): range(1, 1 + count), id(of_time): range(1 + count, 1 + 2 * count)}
-    shared = SimpleNamespace(numbers_of=lambda one: list(numbers[id(one)]))
+    numbers = {id(of_loads): [1, 2, 3, 4, 5, 6], id(of_time): [7, 8, 9, 10, 11, 12]}
+    shared = SimpleNamespace(numbers_of=lambda one: numbers[id(one)])
 
     def left(number: int, size: float) -> float:
         ground = SimpleNamespace(of_loads=of_loads, of_time=of_time, shared=shared)
-        weighed = SimpleNamespace(of_discrepancy=lambda: np.eye(1 + 2 * count)[number])
-        judged: Any = SimpleNamespace(ground=ground, weighed=weighed)
+        weighed = SimpleNamespace(of_discrepancy=lambda: np.eye(13)[number])
+        judged: Any = SimpleNamespace(ground=ground, weighed=weighed, drift=SimpleNamespace(drifts=drifts))
         return _left(judged, size)
 
-    shows = int(np.argmax(DISCREPANCIES >= SHOWS))
-    for first in (1, 1 + count):
-        assert left(first + shows, SHOWS) == left(first + shows, 0.0) == 1.0
-        assert left(first + shows - 1, 0.0) == 0.0
-        assert left(first + shows, 2.0) == 0.0
-    assert left(0, 0.0) == 0.0
+    assert left(12, 1.06) == left(12, SHOWS) == 1.0
+    assert left(12, 10.0) == 0.0
+    assert left(10, 1.06) == left(10, SHOWS) == drifts
+    assert left(4, 1.06) == 1.0
 
 
 def test_the_present_model_has_the_shapes_that_were_weighed() -> None:
