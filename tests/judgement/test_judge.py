@@ -119,6 +119,7 @@ def test_a_second_plugin_of_the_same_law_changes_no_group(friction: FieldCampaig
         """The same law by another name."""
 
         name = "friction-again"
+        forms = ()
 
     with_it: dict[str, Effect] = {**effects, "friction-again": Again()}
     one, other = map(read_off, (judged_friction, judge_states(friction.states, friction.model, with_it)))
