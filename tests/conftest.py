@@ -52,7 +52,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # verdict, and numbers that must agree to rounding.
 NUMERICAL = (
     "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "estimation", "experiments", "identification",
-    "independent", "links", "measurements", "mechanics", "planning", "reduction", "simulation",
+    "independent", "links", "measurements", "mechanics", "mistakes", "planning", "reduction",
+    "simulation",
     "validation", "workflow/test_fingerprint.py",
 )  # fmt: skip
 # Of these, files in which it can turn nothing: means of many states with tolerances of the noise, faults of whole
@@ -64,8 +65,8 @@ NO_KERNEL = (
     "identification/test_absolute_speed.py", "identification/test_exact_derivatives.py",
     "identification/test_moved_base.py", "independent/test_friction_motion.py",
     "independent/test_practice_truth.py", "planning/test_efficiency.py", "reduction/test_clocks.py",
-    "reduction/test_consistency.py", "reduction/test_holds.py", "reduction/test_place_faults.py",
-    "reduction/test_place_faults_of_tables.py", "reduction/test_recordings.py", "simulation/test_schema.py",
+    "mistakes/test_kinematics.py", "reduction/test_holds.py", "mistakes/test_place_faults.py",
+    "mistakes/test_place_faults_of_tables.py", "reduction/test_recordings.py", "simulation/test_schema.py",
     "simulation/test_simulate.py", "validation/test_practice_absolute.py",
 )  # fmt: skip
 # These run in an environment of their own, which holds the peer.
@@ -78,8 +79,8 @@ LONG = (
     "diagnosis/test_refit_values.py", "diagnosis/test_search.py",
     "experiments/test_clamped_sigma.py", "experiments/test_friction.py", "faults", "fuzz",
     "identification/test_moved_base.py", "live/test_command.py", "live/test_server.py", "live/test_watching.py",
-    "next_steps", "planning/test_efficiency.py", "rates", "reduction/test_consistency.py",
-    "reduction/test_place_faults.py", "reduction/test_place_faults_of_tables.py", "report/test_figures.py",
+    "next_steps", "planning/test_efficiency.py", "rates", "mistakes/test_kinematics.py",
+    "mistakes/test_place_faults.py", "mistakes/test_place_faults_of_tables.py", "report/test_figures.py",
     "security/test_hostile_endpoints.py",
     "security/test_imports.py", "security/test_limits.py", "security/test_names.py", "security/test_plugin_ends.py",
     "security/test_readers.py", "security/test_remote_stores.py", "security/test_stored_shapes.py",
@@ -124,9 +125,9 @@ PRACTICE = (
     "judgement/test_settings_off.py::test_a_wrench_that_acts_on_the_deformed_robot",
     "judgement/test_tails.py::test_a_far_reading_of_noise_with_tails_is_no_step[18",
     "planning/test_efficiency.py", "rates/test_rates.py::test_a_slip_is_found_where_it_was",
-    "reduction/test_consistency.py::test_the_one_change_that_fits_is_named[False]",
-    "reduction/test_place_faults_of_tables.py::test_a_wrong_sign_is_named_by_its_joint[05",
-    "reduction/test_place_faults_of_tables.py::test_a_zero_that_is_off_is_named_by_its_joint[05",
+    "mistakes/test_kinematics.py::test_the_one_change_that_fits_is_named[False]",
+    "mistakes/test_place_faults_of_tables.py::test_a_wrong_sign_is_named_by_its_joint[05",
+    "mistakes/test_place_faults_of_tables.py::test_a_zero_that_is_off_is_named_by_its_joint[05",
     "validation/test_elasticity.py::test_an_eccentricity_of_another_joint",
     "view/test_page.py::test_absolute_places_are_judged_states",
     "whole_campaigns/test_clamped_without_curve.py",

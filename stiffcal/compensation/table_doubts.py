@@ -6,9 +6,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 
-# As for tables that are measured (`stiffcal.reduction.unit_slips`): no joint turns by more than ±2π radians, and poses
-# in degrees have two joints within ±2π of zero, and none beyond, only next to the zero pose. Many robots stand at
-# (0, -π/2, π/2, 0, 0, 0) at home.
+# As for tables that are measured (`stiffcal.mistakes.displacements.unit_slips`): no joint turns by more than ±2π
+# radians, and poses in degrees have two joints within ±2π of zero, and none beyond, only next to the zero pose. Many
+# robots stand at (0, -π/2, π/2, 0, 0, 0) at home.
 MOST_RADIANS, LEAST_JOINTS = 2.0 * np.pi, 2
 # No pose of a robot's tool lies within a centimetre of its base's origin.
 MOST_METRES = 0.01

@@ -24,9 +24,18 @@ from stiffcal.ingest.short_logs import short_logs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mistakes.displacements.table import TablePlaces, check_other_readings
+from stiffcal.mistakes.displacements.turned_sensor import turned_sensor
+from stiffcal.mistakes.displacements.unit_slips import (
+    angles_like_radians,
+    check_displacement_unit,
+    loads_like_thousands,
+)
+from stiffcal.mistakes.displacements.work import check_work
+from stiffcal.mistakes.references.kinematics import check_kinematics, miss_words
+from stiffcal.mistakes.references.match import MEETS_M, match_kinematics
+from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.reduction.angle_conventions import stated_units
-from stiffcal.reduction.consistency import MEETS_M, check_kinematics, match_kinematics, miss_words
 from stiffcal.reduction.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.reduction.force_zero_faults import force_zero_faults
@@ -40,7 +49,6 @@ from stiffcal.reduction.logs import (
     header_of_file,
     place_of_row,
 )
-from stiffcal.reduction.other_readings import TablePlaces, check_other_readings
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.repeated_rows import repeated_rows
@@ -48,13 +56,6 @@ from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.rounded_copies import RoundedCopies
 from stiffcal.reduction.sampled_readings import ReadingSampler
 from stiffcal.reduction.stopped_targets import stopped_targets
-from stiffcal.reduction.turned_sensor import turned_sensor
-from stiffcal.reduction.unit_slips import (
-    angles_like_radians,
-    check_displacement_unit,
-    loads_like_thousands,
-)
-from stiffcal.reduction.work_of_load import check_work
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12
@@ -286,7 +287,7 @@ def check_load_states(
         faults += check_kinematics(states, chain, estimated, stated_units(campaign))
         match = match_kinematics(states, chain)
         if not faults and match.median_m > MEETS_M:
-            warnings.append(miss_words(states, chain, estimated, match.median_m))
+            warnings.append(miss_words(states, chain, estimated, stated_units(campaign), match.median_m))
     if faults:
         return faults, warnings
     faults, doubts = unit_slips(chosen, campaign)

@@ -28,6 +28,7 @@ from stiffcal.ingest.recording_tables import recording_columns, recording_name, 
 from stiffcal.ingest.results import IngestResult
 from stiffcal.ingest.run_readings import RunReadings
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mistakes.absolute.place_faults import place_faults
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
 from stiffcal.reduction.excluded_rows import ExcludedStretches, RowExclusions
@@ -36,7 +37,6 @@ from stiffcal.reduction.known_weights import weight_warnings
 from stiffcal.reduction.logs import LogRows, is_there, read_batches, read_rows
 from stiffcal.reduction.motor_side import MotorSide
 from stiffcal.reduction.outliers import reject_outliers
-from stiffcal.reduction.place_faults import place_faults
 from stiffcal.reduction.raw_states import RawStates, no_states, of_run, stacked
 from stiffcal.reduction.recordings import beginning, reduce_run
 from stiffcal.reduction.registered_frames import Registration

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,3 +31,11 @@ def places_in_tracker(states: LoadStates) -> Floats:
     for read, placed in each_tracker(states.setup.trackers, states.tracker):
         places[read] = (states.position[read] - placed[:3, 3]) @ placed[:3, :3]
     return places
+
+
+def with_places_in_tracker(states: LoadStates, places: Floats) -> LoadStates:
+    """Return states with the targets elsewhere: (n, B, 3) in the axes of the tracker that read them, m."""
+    position = np.empty_like(states.position)
+    for read, placed in each_tracker(states.setup.trackers, states.tracker):
+        position[read] = places[read] @ placed[:3, :3].T + placed[:3, 3]
+    return replace(states, position=position)

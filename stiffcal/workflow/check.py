@@ -360,7 +360,7 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReadRun
     """Return the summaries of the runs that give load states."""
     import numpy as np
 
-    from stiffcal.reduction.work_of_load import work_of_runs
+    from stiffcal.mistakes.displacements.springs import work_of_runs
 
     clocks = {run.id: run.clocks for run in reduced}
     set_aside = [f"state {row}: {why}" if why else "" for row, why in zip(states.row, states.set_aside, strict=True)]
@@ -383,7 +383,7 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReadRun
 
 def _kinematics(campaign: Campaign, states: LoadStates) -> CheckedKinematics:
     """Return whether kinematics meets the tracker."""
-    from stiffcal.reduction.consistency import match_kinematics
+    from stiffcal.mistakes.references.match import match_kinematics
 
     match = match_kinematics(states, campaign.chain)
     return CheckedKinematics(

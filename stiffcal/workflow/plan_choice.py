@@ -11,7 +11,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import Fault, InputError
-from stiffcal.fault_changes import ChangeKind, InputChange
+from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.plan_candidates import Candidates, refined_around
 from stiffcal.workflow.plan_goals import LOOK_ALIKES, STIFFNESS, PredictedArea, WantedGoal
@@ -87,8 +87,8 @@ def chosen_runs(
         repeats = plan.repeats * -(-purpose.n_runs // error.found)
         mend = f"plan {error.found} runs, widen limits_deg, allow more directions, or write repeats = {repeats}"
         changes = (
-            InputChange(ChangeKind.RUNS, sizes=(float(error.found),)),
-            InputChange(ChangeKind.REPEATS, sizes=(float(repeats),)),
+            InputChange("runs", sizes=(float(error.found),)),
+            InputChange("repeats", sizes=(float(repeats),)),
         )
         raise InputError(Fault(FaultCode.POSE_UNREACHABLE, PLAN_FILE, "runs", reason, mend, changes=changes)) from None
 

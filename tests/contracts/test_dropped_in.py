@@ -1,15 +1,18 @@
-"""A log format, an effect, a kind of experiment, a section of the report: each is found, and nothing is edited."""
+"""A log format, an effect, a mistake, a kind of experiment, a section: each is found, and nothing is edited."""
 
 from __future__ import annotations
 
 import csv
 import json
 import re
+import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import jsonschema
+import numpy as np
 import pytest
 from pydantic import ValidationError
 from pypdf import PdfReader
@@ -20,17 +23,30 @@ from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.schemas import schema_document
 from stiffcal.cli.app import main
 from stiffcal.documents import document_of, result_of, schema_of
+from stiffcal.errors import InputError, no_progress
+from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.mistakes.found import all_mistakes
+from stiffcal.mistakes.references.kinematics import check_kinematics
 from stiffcal.report import building, sections
 from stiffcal.report.sections import all_sections
 from stiffcal.results.identify_result import IdentifyResult
 from tests.fuzz.feeding import feed_one
 from tests.fuzz.targets import formats_not_fed
 from tests.laboratory.campaign_folders import changed
+from tests.laboratory.displacement_table import (
+    Columns,
+    displacement_columns,
+    write_displacement_campaign,
+    write_table,
+)
 from tests.laboratory.dropped_in import dropped_in
+from tests.laboratory.hidden_campaigns import folder_of, reduced
+from tests.laboratory.robots import DEGREES
 from tests.laboratory.small_campaign import CAMPAIGN, robot_text, write_small_campaign
 
 EFFECT = '\n[[effects]]\ntype = "angle-stiffness"\njoints = [3]\n'
 HIDDEN = EFFECT + 'parameters = { "angle-stiffness.j3.c" = { value = 1.5e-6 } }\n'
+ABSOLUTE = Path(__file__).parents[2] / "campaigns" / "absolute" / "01"
 
 Command = Callable[..., dict[str, Any]]
 
@@ -169,6 +185,60 @@ def test_a_new_effect_is_listed_fitted_and_proposed(tmp_path: Path, command: Com
     command("add", folder, "angle-stiffness", "--joints", "3")
     (fitted,) = (entry for entry in command("identify", folder)["parameters"] if entry["effect"] == "angle-stiffness")
     assert fitted["value"] == pytest.approx(1.5e-6, rel=0.05)
+
+
+# ---- a mistake ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def mistake() -> Iterator[None]:
+    with dropped_in("mistakes"):
+        yield
+
+
+def halved(columns: Columns, rows: slice = slice(None)) -> Columns:
+    """Return a table in which some rows have half of the angle of A3."""
+    angles = np.array(columns["A3"])
+    angles[rows] *= 0.5
+    return columns | {"A3": angles}
+
+
+def changes_named(folder: Path) -> list[tuple[str, tuple[str, ...]]]:
+    with pytest.raises(InputError) as refused:
+        reduce_campaign(load_campaign(folder), no_progress)
+    return [(change.kind, change.names) for fault in refused.value.faults for change in fault.changes]
+
+
+@pytest.mark.usefixtures("mistake")
+def test_a_new_mistake_is_named_in_a_table_of_displacements(tmp_path: Path) -> None:
+    folder = write_displacement_campaign(tmp_path / "c", halved(displacement_columns(12)))
+    assert changes_named(folder) == [("halved-angle", ("A3",))]
+
+
+@pytest.mark.parametrize("rows", [slice(30, 31), slice(None)])
+@pytest.mark.usefixtures("mistake")
+def test_a_new_mistake_is_named_in_a_row_and_in_a_table_of_absolute_places(rows: slice, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(ABSOLUTE, tmp_path / "c", ignore=shutil.ignore_patterns("store")))
+    file = folder / "raw" / "poses.csv"
+    with file.open(encoding="utf-8") as lines:
+        head, *read = csv.reader(lines)
+    columns = halved({name: np.array([float(row[k]) for row in read]) for k, name in enumerate(head)}, rows)
+    write_table(file, columns, decimals=6)
+    assert changes_named(folder) == [("halved-angle", ("A3",))]
+
+
+@pytest.mark.usefixtures("mistake")
+def test_a_new_mistake_is_named_in_unloaded_poses() -> None:
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
+    joints = states.joints * np.where(np.arange(6) == 2, 0.5, 1.0)
+    (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated=False, stated=DEGREES)
+    assert [(change.kind, change.names) for change in fault.changes] == [("halved-angle", ("A3",))]
+
+
+def test_without_its_file_the_mistake_is_not_known() -> None:
+    with dropped_in("mistakes"):
+        assert "halved-angle" in {mistake.name for mistake in all_mistakes()}
+    assert "halved-angle" not in {mistake.name for mistake in all_mistakes()}
 
 
 # ---- a kind of experiment -------------------------------------------------------------------------------------------

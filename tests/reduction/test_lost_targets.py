@@ -12,8 +12,8 @@ from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import LoadStates, Sigma, TrackerPlace
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.mistakes.references.kinematics import check_kinematics
 from stiffcal.quantities import unit
-from stiffcal.reduction.consistency import check_kinematics
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.run_displacements import check_displacements
 from stiffcal.reduction.still_components import still_components

@@ -16,11 +16,11 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.judgement.diagnosed import diagnose_states
+from stiffcal.mistakes.displacements.table import TablePlaces, check_other_readings
+from stiffcal.mistakes.displacements.unit_slips import angles_like_radians, check_displacement_unit
+from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
-from stiffcal.reduction.angle_conventions import stated_units
-from stiffcal.reduction.other_readings import TablePlaces, check_other_readings
-from stiffcal.reduction.unit_slips import angles_like_radians, check_displacement_unit
 from stiffcal.workflow.ingest import ingest_campaign
 from tests.whole_campaigns.conftest import Command
 

@@ -13,7 +13,6 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import load_plan
 from stiffcal.errors import InputError
-from stiffcal.fault_changes import ChangeKind
 from stiffcal.fault_codes import FaultCode
 from stiffcal.planning.design import information
 from stiffcal.planning.information import information_of_runs
@@ -236,7 +235,7 @@ def test_what_is_offered_where_runs_would_be_near_copies_makes_the_plan(irb4400:
         plan_campaign(with_plan(irb4400, "runs = 20\n" + text))
     (fault,) = raised.value.faults
     offered = {change.kind: int(*change.sizes) for change in fault.changes}
-    repeats, fewer = offered[ChangeKind.REPEATS], offered[ChangeKind.RUNS]
+    repeats, fewer = offered["repeats"], offered["runs"]
     assert len(plan_campaign(with_plan(irb4400, f"runs = 20\nrepeats = {repeats}\n" + text)).runs) == 20
     assert len(plan_campaign(with_plan(irb4400, f"runs = {fewer}\n" + text)).runs) == fewer
 

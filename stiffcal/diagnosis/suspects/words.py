@@ -15,7 +15,7 @@ from stiffcal.identification.identify import fit_rms
 from stiffcal.identification.moved_base import MovedBase
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.work_of_load import work_of_load
+from stiffcal.mistakes.displacements.springs import work_of_load
 
 
 def suspects_of(suspicion: Suspicion, states: LoadStates, chain: Chain) -> list[Suspect]:

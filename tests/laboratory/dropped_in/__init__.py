@@ -1,4 +1,4 @@
-"""Files as a lab would add them to the package: a log format, an effect, a kind of experiment, a report's section.
+"""Files as a lab would add them: a log format, an effect, a mistake, a kind of experiment, a report's section.
 
 Nothing in stiffcal knows of them. `dropped_in` puts a folder of them behind the one that a registry walks.
 """
@@ -17,6 +17,7 @@ FOLDER = Path(__file__).parent
 PACKAGES = {
     "readers": "stiffcal.readers",
     "effects": "stiffcal.effects",
+    "mistakes": "stiffcal.mistakes.catalogue",
     "effect_kinds": "stiffcal.effects",
     "experiments": "stiffcal.experiments",
     "load_experiments": "stiffcal.experiments",

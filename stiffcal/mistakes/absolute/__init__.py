@@ -1,0 +1,1 @@
+"""Tables of absolute places, judged by joint angles and places that meet."""

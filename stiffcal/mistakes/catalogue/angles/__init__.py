@@ -1,0 +1,1 @@
+"""Mistakes in joint angles: units, columns, directions, zeros, angles counted together."""

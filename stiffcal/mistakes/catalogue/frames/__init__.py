@@ -1,0 +1,1 @@
+"""Mistakes in the frames of tracker and target."""

@@ -1,0 +1,1 @@
+"""Mistakes in loads and displacements: whom they act on, columns, signs, axes."""

@@ -1,0 +1,1 @@
+"""Mistakes in measured positions and orientations: units, columns, axes, targets."""

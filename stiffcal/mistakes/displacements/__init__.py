@@ -1,0 +1,1 @@
+"""Tables of displacements under load, judged by what joint springs explain of them."""

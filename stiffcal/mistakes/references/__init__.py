@@ -1,0 +1,1 @@
+"""Unloaded poses, judged by kinematics that meets the tracker."""
