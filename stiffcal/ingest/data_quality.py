@@ -24,6 +24,7 @@ from stiffcal.ingest.short_logs import short_logs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mistakes.displacements.stopped_targets import stopped_targets
 from stiffcal.mistakes.displacements.table import TablePlaces, check_other_readings
 from stiffcal.mistakes.displacements.turned_sensor import turned_sensor
 from stiffcal.mistakes.displacements.unit_slips import (
@@ -32,13 +33,14 @@ from stiffcal.mistakes.displacements.unit_slips import (
     loads_like_thousands,
 )
 from stiffcal.mistakes.displacements.work import check_work
+from stiffcal.mistakes.force_zero.faults import force_zero_faults
+from stiffcal.mistakes.force_zero.tables import rezeroed_table
 from stiffcal.mistakes.references.kinematics import check_kinematics, miss_words
 from stiffcal.mistakes.references.match import MEETS_M, match_kinematics
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
 from stiffcal.reduction.displacement_measured import check_displacement_measured
-from stiffcal.reduction.force_zero_faults import force_zero_faults
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.log_summary import LogSummary
 from stiffcal.reduction.logs import (
@@ -52,10 +54,8 @@ from stiffcal.reduction.logs import (
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.repeated_rows import repeated_rows
-from stiffcal.reduction.rezeroed_tables import rezeroed_table
 from stiffcal.reduction.rounded_copies import RoundedCopies
 from stiffcal.reduction.sampled_readings import ReadingSampler
-from stiffcal.reduction.stopped_targets import stopped_targets
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12

@@ -31,7 +31,6 @@ from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
-from stiffcal.reduction.met_places import WORST_M
 from stiffcal.reduction.registered_frames import AXES, Registration
 from stiffcal.reduction.registration_poses import different_poses, refuse_few_poses
 from stiffcal.reduction.run_apart import run_apart
@@ -40,7 +39,8 @@ from stiffcal.reduction.still_components import still_words
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
 WORST_POSITION_M = 0.02
 WORST_ROTATION_RAD = 0.02
-# No robot is further from its nominal geometry: orientations off by more are wrongly read.
+# No robot is further from its nominal geometry: places, or orientations, that are off by more are wrongly read.
+WORST_M = 3e-2
 WORST_RAD = 0.1
 STEP = 1e-6  # of numerical derivatives, m and rad
 # Share of the largest motion of one frame below which another motion of it is rounding of these derivatives.

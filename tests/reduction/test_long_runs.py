@@ -11,9 +11,9 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.reduction import large_zero_steps
-from stiffcal.reduction.force_zero import moved_zeros
-from stiffcal.reduction.force_zero_faults import force_zero_faults
+from stiffcal.mistakes.force_zero import large_steps
+from stiffcal.mistakes.force_zero.accounts import moved_zeros
+from stiffcal.mistakes.force_zero.faults import force_zero_faults
 from stiffcal.reduction.like_readings import LikeReadings
 from stiffcal.reduction.outliers import outlier_readings
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
@@ -42,7 +42,7 @@ def test_states_among_which_a_moved_zero_is_looked_for_do_not_grow_with_the_run(
             compared[-1] += len(readings)
             super().__init__(readings, step)
 
-    monkeypatch.setattr(large_zero_steps, "LikeReadings", Counted)
+    monkeypatch.setattr(large_steps, "LikeReadings", Counted)
     for n in (900, 3000):
         compared.append(0)
         moved_zeros(long_run(n, UP_AND_DOWN))

@@ -12,12 +12,12 @@ from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import LoadStates, Sigma, TrackerPlace
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.mistakes.displacements.stopped_targets import stopped_targets
 from stiffcal.mistakes.references.kinematics import check_kinematics
 from stiffcal.quantities import unit
 from stiffcal.reduction.plausibility import LogQuality
 from stiffcal.reduction.run_displacements import check_displacements
 from stiffcal.reduction.still_components import still_components
-from stiffcal.reduction.stopped_targets import stopped_targets
 from tests.laboratory.robots import DEGREES, SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 

@@ -12,7 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Booleans, Integers
-from stiffcal.reduction.met_places import FAR, FAR_M, LEAST_ROWS, WORST_M, MeasuredPlaces, Met, meet
+from stiffcal.mistakes.absolute.met_places import FAR, FAR_M, LEAST_ROWS, MeasuredPlaces, Met, meet
+from stiffcal.reduction.registration import WORST_M
 
 N_DRAWN = 200
 STRIDES = (1, 2, 3)

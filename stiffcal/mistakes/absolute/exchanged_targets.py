@@ -14,10 +14,19 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.errors import Fault
 from stiffcal.fault_changes import InputChange
+from stiffcal.mistakes.absolute.met_places import (
+    FAR,
+    FAR_M,
+    LEAST_ROWS,
+    UNCALIBRATED_M,
+    MeasuredPlaces,
+    Met,
+    meet,
+    orders,
+)
 from stiffcal.mistakes.absolute.table_rows import TableRows
 from stiffcal.mistakes.catalogue.positions.target_order import TargetOrder
 from stiffcal.mistakes.words import listed
-from stiffcal.reduction.met_places import FAR, FAR_M, LEAST_ROWS, UNCALIBRATED_M, MeasuredPlaces, Met, meet, orders
 
 MOST_ROUNDS = 100
 

@@ -16,6 +16,7 @@ from stiffcal.errors import Fault
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import vector_from_rotation
+from stiffcal.mistakes.absolute.met_places import FAR_M, LEAST_ROWS, MEETS, MEETS_M, MeasuredPlaces, Met, far_from, meet
 from stiffcal.mistakes.absolute.places import undone
 from stiffcal.mistakes.absolute.table_rows import TableRows
 from stiffcal.mistakes.catalogue.frames.tracker_frame import MisplacedTracker
@@ -23,7 +24,6 @@ from stiffcal.mistakes.catalogue.rows.pose_order import PoseOrder
 from stiffcal.mistakes.found import taken_back
 from stiffcal.mistakes.mistake import AsRead, InputPart, TriedOn
 from stiffcal.mistakes.stated_units import stated_units
-from stiffcal.reduction.met_places import FAR_M, LEAST_ROWS, MEETS, MEETS_M, MeasuredPlaces, Met, far_from, meet
 
 MOST_NAMED = 4
 # Where many rows are wrong, so many of them have to be explained, or no more than so many of all may be wrong.

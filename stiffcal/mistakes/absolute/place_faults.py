@@ -25,18 +25,10 @@ from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mistakes.absolute.agreeing_rows import agreeing
 from stiffcal.mistakes.absolute.exchanged_targets import exchanged_rows
 from stiffcal.mistakes.absolute.faults_of_rows import SomeRows, faults_of_rows
-from stiffcal.mistakes.absolute.places import undone
-from stiffcal.mistakes.absolute.table_rows import TableRows
-from stiffcal.mistakes.catalogue.positions.target_order import TargetOrder
-from stiffcal.mistakes.found import taken_back
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Scored, TakenBack, TriedOn
-from stiffcal.mistakes.stated_units import stated_units
-from stiffcal.mistakes.words import listed
-from stiffcal.reduction.met_places import (
+from stiffcal.mistakes.absolute.met_places import (
     LEAST_ROWS,
     MOST_ROUNDS,
     UNCALIBRATED_M,
-    WORST_M,
     MeasuredPlaces,
     Met,
     meet,
@@ -44,6 +36,14 @@ from stiffcal.reduction.met_places import (
     orders,
     places_of,
 )
+from stiffcal.mistakes.absolute.places import undone
+from stiffcal.mistakes.absolute.table_rows import TableRows
+from stiffcal.mistakes.catalogue.positions.target_order import TargetOrder
+from stiffcal.mistakes.found import taken_back
+from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Scored, TakenBack, TriedOn
+from stiffcal.mistakes.stated_units import stated_units
+from stiffcal.mistakes.words import listed
+from stiffcal.reduction.registration import WORST_M
 
 # A change that explains the distance leaves less than this share of it.
 MUCH_BETTER = 0.3

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from stiffcal.mistakes.absolute.met_places import MeasuredPlaces, places_of
 from stiffcal.mistakes.mistake import AsRead, TakenBack
-from stiffcal.reduction.met_places import MeasuredPlaces, places_of
 
 
 def undone(read: AsRead, places: MeasuredPlaces, taken: TakenBack) -> MeasuredPlaces:

@@ -166,3 +166,22 @@ def count_loads(states: LoadStates) -> int:
     loaded = size > LEAST_SHARE_OF_LOAD * size.max()
     direction = states.wrench[loaded, :3] / size[loaded, None]
     return len(np.unique(np.round(np.concatenate([states.joints[loaded], direction], axis=1), 1), axis=0))
+
+
+def joint_springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
+    """Return readings (n, q), torque per unit of reading (n, J, q) and displacement per unit of torque (n, 3, J)."""
+    angles = chain.model_angles(states.joints)
+    _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
+    levers = jacobians(chain, angles, states.setup.wrench_point)
+    drives = chain.drive_axes
+    torque = np.concatenate(
+        [np.einsum("njk,nka->nja", levers[:, columns].swapaxes(1, 2), axes) for columns in (slice(0, 3), slice(3, 6))],
+        axis=2,
+    )
+    n_components = 6 if np.any(states.wrench[:, 3:]) else 3
+    motion = motion_of(states, chain, all_targets=True)
+    return (
+        states.wrench[:, :n_components],
+        (drives.T @ torque)[:, :, :n_components],
+        motion.columns(states, chain) @ drives,
+    )

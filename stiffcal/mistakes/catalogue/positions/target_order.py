@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mistakes.absolute.met_places import orders
 from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
 from stiffcal.mistakes.words import listed
-from stiffcal.reduction.met_places import orders
 
 
 class TargetOrder(Mistake):

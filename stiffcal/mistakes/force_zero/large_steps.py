@@ -9,8 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Integers, evenly
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.reduction.like_readings import LikeReadings, most_alike_from
-from stiffcal.reduction.moved_zero import (
+from stiffcal.mistakes.force_zero.moved_zero import (
     CLEARLY,
     LEAST_LEVEL,
     MovedZero,
@@ -19,6 +18,7 @@ from stiffcal.reduction.moved_zero import (
     ZeroChange,
     started_at,
 )
+from stiffcal.reduction.like_readings import LikeReadings, most_alike_from
 
 ALONG = np.cos(np.radians(15.0))  # as of directions in `load_cycles`
 LEAST_RETURNS = 2  # to a zero that has moved by as much as a load

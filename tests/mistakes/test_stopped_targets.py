@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.reduction.stopped_targets import stopped_targets
+from stiffcal.mistakes.displacements.stopped_targets import stopped_targets
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 

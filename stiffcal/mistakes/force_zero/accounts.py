@@ -14,9 +14,17 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
-from stiffcal.reduction.large_zero_steps import large_steps, with_returns_between
+from stiffcal.mistakes.force_zero.large_steps import large_steps, with_returns_between
+from stiffcal.mistakes.force_zero.moved_zero import (
+    CLEARLY,
+    LEAST_STEP,
+    MovedZero,
+    Part,
+    Unloaded,
+    ZeroChange,
+    unloaded_of,
+)
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
-from stiffcal.reduction.moved_zero import CLEARLY, LEAST_STEP, MovedZero, Part, Unloaded, ZeroChange, unloaded_of
 
 # |Δ| of two readings of three components of unit noise has the median √2 · 1.538 (that of χ with three degrees).
 MEDIAN_OF_DIFFERENCES = 1.538 * np.sqrt(2.0)

@@ -13,7 +13,8 @@ from stiffcal.errors import no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.rezeroed_tables import joint_springs, rezeroed_table
+from stiffcal.mistakes.displacements.springs import joint_springs
+from stiffcal.mistakes.force_zero.tables import rezeroed_table
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed
 
 COMPLIANCE = 1.0 / np.array([7e5, 5e5, 4e5, 6e4, 6e4, 2e4])  # rad/(N·m)

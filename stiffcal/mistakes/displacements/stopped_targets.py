@@ -17,12 +17,12 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mistakes.displacements.springs import joint_springs
 from stiffcal.reduction.motion import MeasuredMotion, motion_of
-from stiffcal.reduction.rezeroed_tables import joint_springs
 from stiffcal.reduction.still_components import rounding_of
 
 SURE = 1e-3
-"""Of the F test: one campaign in a thousand without such rows has a warning, as of `rezeroed_tables`."""
+"""Of the F test: one campaign in a thousand without such rows has a warning, as of `force_zero.tables`."""
 MOST_NAMED = 10
 
 

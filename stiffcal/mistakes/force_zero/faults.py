@@ -12,10 +12,11 @@ from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.force_zero import moved_zeros, without_zeros
+from stiffcal.mistakes.displacements.springs import joint_springs
+from stiffcal.mistakes.force_zero.accounts import moved_zeros, without_zeros
+from stiffcal.mistakes.force_zero.moved_zero import LEAST_LEVEL, MovedZero, Part, ZeroChange, started_at
+from stiffcal.mistakes.force_zero.tables import rounded_readings
 from stiffcal.reduction.motion import motion_of
-from stiffcal.reduction.moved_zero import LEAST_LEVEL, MovedZero, Part, ZeroChange, started_at
-from stiffcal.reduction.rezeroed_tables import joint_springs, rounded_readings
 
 # A change of stiffness that no one would act on.
 LEAST_CHANGE = 0.001

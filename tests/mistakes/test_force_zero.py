@@ -13,12 +13,12 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mistakes.force_zero.accounts import moved_zeros, without_zeros
+from stiffcal.mistakes.force_zero.faults import force_zero_faults, stiffness_bias
+from stiffcal.mistakes.force_zero.moved_zero import Part, ZeroChange
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.reduction.force_zero import moved_zeros, without_zeros
-from stiffcal.reduction.force_zero_faults import force_zero_faults, stiffness_bias
-from stiffcal.reduction.moved_zero import Part, ZeroChange
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import cycles_of, joint_springs, played
 

@@ -16,6 +16,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.reduction.registration import WORST_M
 
 # An uncalibrated robot misses by millimetres: below this a table as a whole is not doubted.
 UNCALIBRATED_M = 5e-3
@@ -30,8 +31,6 @@ MEETS, MEETS_M = 4.0, 2e-3
 BY_TURNS = 40
 MOST_ROUNDS = 1000
 SETTLED = 1e-4  # of a weight
-# No robot is further from its nominal geometry: of frames that few rows gave, rows nearer than this count.
-WORST_M = 3e-2
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.kinematics import attached_poses, jacobians
+from stiffcal.mistakes.displacements.springs import joint_springs
+from stiffcal.mistakes.force_zero.moved_zero import LEAST_STEP, Part
 from stiffcal.reduction.motion import motion_of
-from stiffcal.reduction.moved_zero import LEAST_STEP, Part
 
 MENDED = 0.3  # of the squares that joint compliances leave
 SURE = 12.0  # of F: one such step in a thousand is found at the best place, over tables of random errors
@@ -61,25 +61,6 @@ def _steps(reading: Floats, step: Floats) -> bool:
     """Return whether a step (3,) counts next to the readings (n, 3); forces alone have no moments."""
     largest = float(np.linalg.norm(reading, axis=1).max()) if reading.size else 0.0
     return largest > 0.0 and bool(np.linalg.norm(step) >= LEAST_STEP * largest)
-
-
-def joint_springs(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats]:
-    """Return readings (n, q), torque per unit of reading (n, J, q) and displacement per unit of torque (n, 3, J)."""
-    angles = chain.model_angles(states.joints)
-    _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
-    levers = jacobians(chain, angles, states.setup.wrench_point)
-    drives = chain.drive_axes
-    torque = np.concatenate(
-        [np.einsum("njk,nka->nja", levers[:, columns].swapaxes(1, 2), axes) for columns in (slice(0, 3), slice(3, 6))],
-        axis=2,
-    )
-    n_components = 6 if np.any(states.wrench[:, 3:]) else 3
-    motion = motion_of(states, chain, all_targets=True)
-    return (
-        states.wrench[:, :n_components],
-        (drives.T @ torque)[:, :, :n_components],
-        motion.columns(states, chain) @ drives,
-    )
 
 
 def _best_step(reading: Floats, per_reading: Floats, columns: Floats, measured: Floats) -> tuple[int, Floats, float]:
