@@ -15,6 +15,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.errors import Fault
 from stiffcal.fault_changes import InputChange
 from stiffcal.mistakes.absolute.met_places import (
+    EXPLAINED,
     FAR,
     FAR_M,
     LEAST_ROWS,
@@ -28,6 +29,7 @@ from stiffcal.mistakes.absolute.table_rows import TableRows
 from stiffcal.mistakes.catalogue.positions.target_order import TargetOrder
 from stiffcal.mistakes.words import listed
 
+# The orders of the rows and the targets' places on the body by turns: they are at rest in a few rounds, or never.
 MOST_ROUNDS = 100
 
 
@@ -110,4 +112,4 @@ def _all_meet(met: Met, places: MeasuredPlaces, mended: Booleans) -> bool:
     if not met.settled or usual > UNCALIBRATED_M:
         return False
     away = np.nanmax(np.nan_to_num(met.distance(places)), axis=1)[mended]
-    return bool(np.mean(away <= max(FAR * usual, FAR_M)) > 0.9)
+    return bool(np.mean(away <= max(FAR * usual, FAR_M)) > EXPLAINED)

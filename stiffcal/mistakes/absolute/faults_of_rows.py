@@ -16,7 +16,17 @@ from stiffcal.errors import Fault
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.mistakes.absolute.met_places import FAR_M, LEAST_ROWS, MEETS, MEETS_M, MeasuredPlaces, Met, far_from, meet
+from stiffcal.mistakes.absolute.met_places import (
+    EXPLAINED,
+    FAR_M,
+    LEAST_ROWS,
+    MEETS,
+    MEETS_M,
+    MeasuredPlaces,
+    Met,
+    far_from,
+    meet,
+)
 from stiffcal.mistakes.absolute.places import undone
 from stiffcal.mistakes.absolute.table_rows import TableRows
 from stiffcal.mistakes.catalogue.frames.tracker_frame import MisplacedTracker
@@ -25,9 +35,11 @@ from stiffcal.mistakes.found import taken_back
 from stiffcal.mistakes.mistake import AsRead, InputPart, TriedOn
 from stiffcal.mistakes.stated_units import stated_units
 
+# Lines of a terminal that a person reads; the others are counted.
 MOST_NAMED = 4
-# Where many rows are wrong, so many of them have to be explained, or no more than so many of all may be wrong.
-EXPLAINED, MOST_WRONG = 0.9, 0.6
+# Where many rows are wrong and some remain without a cause, no more than so many of all may be wrong: of more the
+# right ones may be those that are called wrong.
+MOST_WRONG = 0.6
 # Other rows with the mistake are looked for where the table has no more than so many times the wrong rows (time).
 MOST_TIMES = 20
 

@@ -26,11 +26,17 @@ LEAST_ROWS = 10
 FAR, FAR_M = 12.0, UNCALIBRATED_M
 # … and one that meets with a change comes within so many times the usual distance, or this.
 MEETS, MEETS_M = 4.0, 2e-3
+# Of rows with one mistake so many have to meet the others with it taken back; the rest may have one more.
+EXPLAINED = 0.9
 # Turn, shift and offsets by turns are at rest after twenty rounds as a rule; where they hardly differ in what they do,
 # all at once are.
 BY_TURNS = 40
 MOST_ROUNDS = 1000
 SETTLED = 1e-4  # of a weight
+# Below what any tracker reads: places that were computed may meet exactly.
+LEAST_SCALE_M = 1e-6
+# Of five targets 119 other orders are tried, of six it would be 719.
+MOST_EXCHANGED = 5
 
 
 @dataclass(frozen=True)
@@ -118,7 +124,7 @@ def meet(places: MeasuredPlaces, start: Met | None = None) -> Met:
             met = _all_at_once(met, places, measured, weight)
         offset, distance = met.offset, met.distance(places)
         counted = distance if start is None else distance[distance <= WORST_M]
-        scale = max(2.0 * float(np.nanmedian(counted)), 1e-6) if counted.size else WORST_M
+        scale = max(2.0 * float(np.nanmedian(counted)), LEAST_SCALE_M) if counted.size else WORST_M
         updated = np.where(known, 1.0 / (1.0 + (np.nan_to_num(distance) / scale) ** 2) ** 2, 0.0)
         if np.abs(updated - weight).max() < SETTLED:
             return replace(met, settled=True)
@@ -179,7 +185,7 @@ def far_from(usual: float) -> float:
 
 def orders(n_targets: int) -> Iterator[list[int]]:
     """Return the orders of targets in which some on one body are exchanged, two at a time first."""
-    if n_targets > 5:
+    if n_targets > MOST_EXCHANGED:
         return
     found = [order for order in permutations(range(n_targets)) if order != tuple(range(n_targets))]
     for order in sorted(found, key=lambda order: sum(b != k for k, b in enumerate(order))):

@@ -39,22 +39,20 @@ from stiffcal.mistakes.absolute.met_places import (
 from stiffcal.mistakes.absolute.places import undone
 from stiffcal.mistakes.absolute.table_rows import TableRows
 from stiffcal.mistakes.catalogue.positions.target_order import TargetOrder
+from stiffcal.mistakes.deciding import AS_GOOD, MUCH_BETTER
 from stiffcal.mistakes.found import taken_back
 from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Scored, TakenBack, TriedOn
+from stiffcal.mistakes.some_rows import some_of
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.mistakes.words import listed
 from stiffcal.reduction.registration import WORST_M
 
-# A change that explains the distance leaves less than this share of it.
-MUCH_BETTER = 0.3
-# Changes that leave no more than so many times the least explain it alike.
-AS_GOOD = 1.5
-# More rows than this share are no mistakes of single rows.
+# More rows than this share are no mistakes of single rows: then rows that agree are looked for before the frames are
+# believed, as half of the rows on one side shift a median.
 MOST_WRONG = 0.25
-# With a change that is that of the whole table, no more rows than this are far from the others.
+# With a change that is that of the whole table, no more rows than this are far from the others: these have a second
+# mistake, and are named once the first is mended.
 MOST_LEFT = 0.1
-# Of more rows so many are looked at for a change of the whole table.
-MOST_ROWS = 300
 
 
 def place_faults(states: LoadStates, campaign: Campaign) -> list[Fault]:
@@ -150,7 +148,7 @@ def _stopped(table: TableRows, places: MeasuredPlaces) -> Fault | None:
 def _of_the_table(table: TableRows, places: MeasuredPlaces, usual: float) -> Fault | None:
     """Return the one change of all rows with which they meet; None where there is none."""
     states, campaign = table.states, table.campaign
-    rows = np.unique(np.linspace(0, len(states) - 1, min(len(states), MOST_ROWS)).astype(np.int64))
+    rows = some_of(len(states))
     read = AsRead(
         TriedOn.ABSOLUTE_TABLE,
         states,

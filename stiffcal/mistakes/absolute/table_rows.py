@@ -13,6 +13,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.logs import raw_rows_of
 
+# Stretches of rows that one line lists; the others are counted.
 MOST_LISTED = 6
 # More places than these are no line to copy.
 MOST_EXCLUDED = 40

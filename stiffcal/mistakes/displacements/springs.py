@@ -22,8 +22,6 @@ from stiffcal.reduction.motion import mean_measured, motion_of
 FOLLOWS, FOLLOWS_NOT = 0.8, 0.5
 # Of few poses any order of columns explains much.
 LEAST_POSES = 3
-# Of more states so many are compared: a few hundred poses determine six springs.
-MOST_STATES = 300
 # Angles of one pose as logs round them: a hundredth of a degree moves a tool by less than it deflects.
 SAME_POSE_RAD = np.radians(0.01)
 # The size of the test of another way to read a table, all that are tried counted.
@@ -141,11 +139,6 @@ def chance_of(explained: float, share: float, states: LoadStates, chain: Chain) 
 def is_better(explained: float, share: float, states: LoadStates, chain: Chain, tried: int = 1) -> bool:
     """Return whether springs explain by so much more that it is no chance among the readings that were tried."""
     return share > max(FOLLOWS, explained) and chance_of(explained, share, states, chain) * tried <= BY_CHANCE
-
-
-def some_of(count: int) -> Integers:
-    """Return (s,) the states of a table that are compared, spread over all of it."""
-    return np.unique(np.linspace(0, count - 1, min(count, MOST_STATES)).astype(np.int64))
 
 
 def count_poses(states: LoadStates) -> int:

@@ -23,6 +23,7 @@ from stiffcal.reduction.still_components import rounding_of
 
 SURE = 1e-3
 """Of the F test: one campaign in a thousand without such rows has a warning, as of `force_zero.tables`."""
+# Stretches that one warning lists.
 MOST_NAMED = 10
 
 

@@ -25,11 +25,11 @@ from stiffcal.mistakes.displacements.springs import (
     explained_by_joints,
     is_better,
     left_by_joints,
-    some_of,
 )
 from stiffcal.mistakes.found import taken_back
 from stiffcal.mistakes.mistake import AsRead, InputPart, Scored, TriedOn
 from stiffcal.mistakes.references.match import MISSES_M, TURNED_RAD
+from stiffcal.mistakes.some_rows import some_of
 
 
 @dataclass(frozen=True)

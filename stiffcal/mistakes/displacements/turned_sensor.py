@@ -22,8 +22,8 @@ from stiffcal.mistakes.displacements.springs import (
     NOTHING_LEFT,
     count_poses,
     explained_by_joints,
-    some_of,
 )
+from stiffcal.mistakes.some_rows import some_of
 
 ANGLES = 3
 STARTS = 3

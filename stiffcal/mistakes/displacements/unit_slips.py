@@ -22,9 +22,12 @@ from stiffcal.quantities import unit
 # shows is looked at, so that a stiff direction of a single pose is no matter.
 STIFFEST_N_PER_M = 2e7
 USUAL_N_PER_M = (5e4, 1e7)
+# What kN are in N, within which the two limits lie.
 KILO = 1e3
 # Below this the sensor's own noise may be all there is.
 LEAST_LOAD_N = 50.0
+# Of the largest load: play and noise are a small part of what such loads move.
+LARGE_LOAD = 0.5
 # Angles of several poses, of several joints, all within ±2π "degrees": nobody calibrates a robot in one pose only.
 LEAST_POSES, LEAST_JOINTS, LEAST_MOVED_DEG = 4, 3, 0.2
 
@@ -96,7 +99,7 @@ def loads_like_thousands(states: LoadStates, chain: Chain, place: str, file: str
     force = np.linalg.norm(states.wrench[:, :3], axis=1)
     distance = np.nan_to_num(np.linalg.norm(states.deflection[:, :, :3], axis=2))
     light, heavy = (_moved_by_drives(states, chain, robot_class) for robot_class in ("light", "heavy"))
-    large = (force[:, None] > 0.5 * force.max()) & (distance > 0.0) & (light > 0.0)
+    large = (force[:, None] > LARGE_LOAD * force.max()) & (distance > 0.0) & (light > 0.0)
     if not large.any() or np.any(distance[large] ** 2 <= KILO * light[large] * heavy[large]):
         return []
     softer = float((distance[large] / light[large]).min())

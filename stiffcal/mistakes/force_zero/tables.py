@@ -20,8 +20,11 @@ from stiffcal.reduction.motion import motion_of
 MENDED = 0.3  # of the squares that joint compliances leave
 SURE = 12.0  # of F: one such step in a thousand is found at the best place, over tables of random errors
 LEAST_ROWS = 4  # before it and after
+# Rows that are tried as the first after it; of a longer table every second or third, and a step is as clear there.
 MOST_STARTS = 400
 SETTLED, MOST_TURNS = 1e-6, 50
+# Of columns of unit length: springs and steps that nothing shows stay at zero.
+RIDGE = 1e-10
 
 
 def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[str]:
@@ -110,7 +113,7 @@ def _scan(springs: Floats, give: Floats, measured: Floats, starts: NDArray[np.in
     normal[:, J:, J:] = from_each_start_on(np.einsum("ncp,ncq->npq", give, give))
     right[:, :J] = np.einsum("ncj,nc->j", springs, measured)
     right[:, J:] = from_each_start_on(np.einsum("ncq,nc->nq", give, measured))
-    normal += 1e-10 * np.eye(J + q)
+    normal += RIDGE * np.eye(J + q)
     solution = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
     misfit = float(np.sum(measured**2)) - np.einsum("sk,sk->s", solution, right)
     k = int(np.argmin(misfit))

@@ -18,6 +18,7 @@ from stiffcal.fault_changes import InputChange
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.catalogue.frames.tracker_frame import MisplacedTracker
+from stiffcal.mistakes.deciding import AS_GOOD
 from stiffcal.mistakes.found import mistakes_on
 from stiffcal.mistakes.mistake import Adjustment, AsRead, InputPart, Mistake, TakenBack
 from stiffcal.mistakes.references.match import missed_by
@@ -30,10 +31,6 @@ SETTLED, MOST_ROUNDS = 1e-9, 40
 LEAST_FREEDOM = 6
 # No step is longer, rad and m: a robot is a few metres long, and a radian is a sixth of the circle.
 LONGEST = 1.0
-# Of two corrections that leave nearly the same the one with fewer parameters is named, the other one after it.
-AS_GOOD = 1.5
-# A change that explains the distance leaves less than this share of it.
-MUCH_BETTER = 0.3
 
 
 @dataclass(frozen=True)
@@ -104,6 +101,7 @@ def _corrections(read: AsRead, estimated: bool, ways: Sequence[TakenBack]) -> li
     candidates.sort(key=lambda correction: correction.left_m)
     if not candidates:
         return []
+    # of those that leave nearly the same the one with fewer parameters is named, the others after it
     as_good = [correction for correction in candidates if correction.left_m <= AS_GOOD * candidates[0].left_m]
     return sorted(as_good, key=lambda correction: correction.n_parameters) + candidates[len(as_good) :]
 

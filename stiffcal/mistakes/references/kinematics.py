@@ -16,9 +16,10 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
+from stiffcal.mistakes.deciding import MUCH_BETTER
 from stiffcal.mistakes.found import taken_back
 from stiffcal.mistakes.mistake import AsRead, Scored, TriedOn
-from stiffcal.mistakes.references.corrections import MUCH_BETTER, correcting_words, meeting_corrections
+from stiffcal.mistakes.references.corrections import correcting_words, meeting_corrections
 from stiffcal.mistakes.references.match import (
     MEETS_M,
     MISSES_M,

@@ -16,6 +16,7 @@ from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, T
 MOST_POSES = 600
 # Two poses have one other order, which frames take up.
 LEAST_POSES = 3
+# Pairs that one line lists; the others are counted.
 MOST_LISTED = 4
 
 
