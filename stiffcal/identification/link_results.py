@@ -8,7 +8,6 @@ from typing import Literal, TypeAlias
 from typing_extensions import TypedDict
 
 from stiffcal.documents import Number
-from stiffcal.links.rod_fault_trials import FaultKind
 from stiffcal.links.rods import SigmaSource
 from stiffcal.measurements.rms import Rms
 
@@ -20,7 +19,7 @@ Way: TypeAlias = Literal["links-rigid", "tool-alone", "links-taken-out", "with-r
 class RodFaultResult:
     """A rod that cannot be right."""
 
-    kind: FaultKind
+    kind: str
     """What is wrong; "unexplained": something contradicts, and no single fault explains it."""
     rods: list[str]
     """Names."""

@@ -16,9 +16,9 @@ from stiffcal.identification.observation import rests, state_blocks
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.row_layout import GAUGE, LENGTH, TRANSLATION
 from stiffcal.links.compliance import LinkCompliance, carried_to_target, regress_compliance
-from stiffcal.links.rod_faults import RodFault, find_rod_faults
 from stiffcal.links.rods import LinkEstimate, bounded_by_load, estimate_link
 from stiffcal.measurements.rods import BeamProperties, Rods
+from stiffcal.mistakes.rods.faults import RodFault, find_rod_faults
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import link_node
 

@@ -7,6 +7,7 @@ import inspect
 import pkgutil
 from collections.abc import Iterator
 from functools import lru_cache
+from typing import ClassVar, Protocol, TypeVar
 
 from stiffcal.fault_changes import InputChange
 from stiffcal.mistakes.mistake import AsRead, Mistake, TakenBack, TriedOn
@@ -14,33 +15,44 @@ from stiffcal.mistakes.mistake import AsRead, Mistake, TakenBack, TriedOn
 CATALOGUE = "stiffcal.mistakes.catalogue"
 
 
-def all_mistakes() -> tuple[Mistake, ...]:
-    """Return the mistakes of all files of the catalogue, the likelier ones first.
+class _Member(Protocol):
+    name: ClassVar[str]
+    rank: ClassVar[int]
+
+
+MemberT = TypeVar("MemberT", bound=_Member)
+
+
+def members_of(base: type[MemberT]) -> tuple[MemberT, ...]:
+    """Return the mistakes of one base class in all files of the catalogue, the likelier ones first.
 
     Examples
     --------
-    >>> {"direction", "joint-unit", "row-order"} <= {mistake.name for mistake in all_mistakes()}
+    >>> {"direction", "joint-unit", "row-order"} <= {mistake.name for mistake in members_of(Mistake)}
     True
     """
-    return _found_in(tuple(importlib.import_module(CATALOGUE).__path__))
+    every = _found_in(tuple(importlib.import_module(CATALOGUE).__path__))
+    found = [member for member in every if isinstance(member, base)]
+    return tuple(sorted(found, key=lambda mistake: (mistake.rank, mistake.name)))
 
 
 @lru_cache(maxsize=8)
-def _found_in(folders: tuple[str, ...]) -> tuple[Mistake, ...]:
-    found: list[Mistake] = []
+def _found_in(folders: tuple[str, ...]) -> tuple[object, ...]:
+    """Return one of each class that the files of the catalogue define and name."""
+    found: list[object] = []
     for module_info in pkgutil.walk_packages(folders, f"{CATALOGUE}."):
         module = importlib.import_module(module_info.name)
         found += [
             member()
             for _, member in inspect.getmembers(module, inspect.isclass)
-            if issubclass(member, Mistake) and member.__module__ == module.__name__
+            if member.__module__ == module.__name__ and isinstance(getattr(member, "name", None), str)
         ]
-    return tuple(sorted(found, key=lambda mistake: (mistake.rank, mistake.name)))
+    return tuple(found)
 
 
 def mistakes_on(tried_on: TriedOn) -> tuple[Mistake, ...]:
     """Return the mistakes that may be there, the likelier ones first."""
-    return tuple(mistake for mistake in all_mistakes() if tried_on in mistake.tried_on)
+    return tuple(mistake for mistake in members_of(Mistake) if tried_on in mistake.tried_on)
 
 
 def taken_back(read: AsRead) -> Iterator[TakenBack]:

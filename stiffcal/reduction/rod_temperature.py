@@ -3,7 +3,7 @@
 A rod reads by how much the distance of two points of the link outgrows it: ΔL = l (α_link − α_rod) (T − T_ref), besides
 what the load does. A metre of cast iron against an Invar rod makes 9 µm a kelvin, as much as a load. Where both
 expansions and a temperature are known it is taken out of the readings before anything else. What is missing of this is
-found by the rods themselves (`experiments.rod_faults`).
+found by the rods themselves (`mistakes.rods.faults`).
 """
 
 from __future__ import annotations

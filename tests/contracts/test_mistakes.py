@@ -14,8 +14,8 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.ingest.reducing import reduce_campaign
-from stiffcal.mistakes.found import all_mistakes, mistakes_on, taken_back
-from stiffcal.mistakes.mistake import AsRead, TakenBack, TriedOn
+from stiffcal.mistakes.found import members_of, mistakes_on, taken_back
+from stiffcal.mistakes.mistake import AsRead, Mistake, TakenBack, TriedOn
 from stiffcal.mistakes.references.match import missed_by
 from stiffcal.mistakes.stated_units import stated_units
 from tests.laboratory.displacement_table import displacement_columns, write_displacement_campaign
@@ -106,5 +106,5 @@ def test_an_adjustment_by_nothing_changes_nothing() -> None:
 
 
 def test_no_two_have_the_same_place_in_the_order() -> None:
-    ranks = [mistake.rank for mistake in all_mistakes()]
+    ranks = [mistake.rank for mistake in members_of(Mistake)]
     assert len(set(ranks)) == len(ranks)

@@ -9,8 +9,8 @@ import pytest
 
 from stiffcal.identification.measured_links import measure_links
 from stiffcal.identification.readings import observe
-from stiffcal.links.rod_faults import find_rod_faults
 from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.mistakes.rods.faults import find_rod_faults
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.rod_temperature import grown_lengths, smooth_in_time, without_growth
 from tests.laboratory.robots import SIX_STIFFNESS

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.links.rod_faults import RodFault, find_rod_faults
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.rods import rod_matrix
+from stiffcal.mistakes.rods.faults import RodFault, find_rod_faults
+from tests.laboratory.dropped_in import dropped_in
 from tests.links.test_compliance import loads
 from tests.links.test_rods import SHAPE, compliance, paper_rods, seven_rods
 
@@ -135,3 +136,12 @@ def test_rods_of_another_link_are_unexplained() -> None:
     rng = np.random.default_rng(0)
     fault = only(find_rod_faults(rods, SHAPE, np.std(read) * rng.standard_normal(read.shape), wrench, TIME, RUN))
     assert fault.kind == "unexplained"
+
+
+def test_a_mistake_that_is_dropped_in_as_a_file_is_named() -> None:
+    rods = paper_rods(NOISE)
+    read, wrench = readings(rods)
+    read[:, 2] *= 10.0
+    with dropped_in("mistakes"):
+        fault = only(find_rod_faults(rods, SHAPE, read, wrench, TIME, RUN))
+    assert (fault.kind, fault.rods) == ("tenfold", ("ids3",))

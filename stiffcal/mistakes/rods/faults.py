@@ -9,40 +9,38 @@ free numbers (Schwarz' criterion), and only when it leaves little of it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.links.rod_fault_trials import (
-    FaultKind,
-    RodFaultTrial,
-    RodReadings,
-    centred_by_run,
-    count_of,
-    left_over,
-    trials_of,
-)
 from stiffcal.links.rods import rod_design
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
+from stiffcal.mistakes.found import members_of
+from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
+from stiffcal.mistakes.rods.readings import RodReadings, centred_by_run, count_of, left_over, squares_left
+from stiffcal.mistakes.rods.words import millimetres
 from stiffcal.reduction.rod_temperature import smooth_in_time
-from stiffcal.wording import significant
 
 # A contradiction smaller than this share of the readings may be the beam's own: sections taper, links shear. The second
 # where the rods' noise is not known: then it may be that, too.
 TOLERATED, TOLERATED_BLINDLY = 0.10, 0.30
-# A rod that is off by less than this share of what it should read is not called loose, for the same reason.
-LOOSE = 0.20
 # A fault is named when it takes away at least so much of the squared contradiction that is not noise (or of the whole,
 # where noise is not known) …
 EXPLAINED, EXPLAINED_BLINDLY = 0.75, 0.5
 # … and beats no fault by this much in Schwarz' criterion ("very strong": Kass and Raftery 1995). Faults closer to the
 # best than this are named together with it.
 DECISIVE = 10.0
+# Of a link's rods: with more the others hold nothing.
 MOST_FAULTS = 3
+# What is left by less than this many times the noise is noise: of a dozen readings the rms is known to a fifth.
+ABOUT_NOISE = 1.5
+UNEXPLAINED = "unexplained"
+"""`RodFault.kind` where something contradicts, and no single mistake explains it."""
 # A swapped or exchanged rod may leave this much more, squared, than the same rod called loose.
 PLAINER = 1.2
 
@@ -51,10 +49,8 @@ PLAINER = 1.2
 class RodFault:
     """One fault of one rod, or of two."""
 
-    kind: FaultKind
-    """"loose", "swapped-sign", "exchanged", "drifting", "warming" (all rods grow with the logged temperature), or
-    "unexplained": something contradicts, and no single fault explains it.
-    """
+    kind: str
+    """The name of a mistake in rods (`stiffcal/mistakes/catalogue`), or `UNEXPLAINED`."""
     rods: tuple[str, ...]
     """Names of the rods."""
     size: float
@@ -113,7 +109,7 @@ def find_rod_faults(
         if fault is None:
             break
         faults.append(fault)
-        if fault.kind == "unexplained":
+        if fault.kind == UNEXPLAINED:
             break
     return tuple(faults)
 
@@ -137,7 +133,7 @@ def _load_columns(rods: Rods, shape: BeamProperties, wrench: Floats) -> Floats:
 
 
 def _next_fault(rods: Rods, readings: RodReadings) -> tuple[RodFault | None, RodReadings]:
-    trials = [trial for trial in trials_of(readings) if _is_large(trial, readings)]
+    trials = list(_trials_of(readings))
     count, sigma = max(count_of(readings), 2), readings.sigma
     ranked = sorted(trials, key=lambda trial: trial.score(count, sigma))
     plain, best = trials[0], _closest(ranked, count, sigma)
@@ -149,94 +145,62 @@ def _next_fault(rods: Rods, readings: RodReadings) -> tuple[RodFault | None, Rod
     # What grows slowly counts as noise between repeats a cycle apart: that noise is no proof against it.
     floor, bare = sigma, min(trials, key=lambda trial: trial.score(count, 0.0))
     remaining = float(np.sqrt(bare.squares / count))
-    slow = bare.kind == "warming" or (bare.kind == "drifting" and bare.size > remaining)
+    slow = bare.mistake is not None and bare.mistake.grows_slowly(bare, remaining)
     if slow and plain.score(count, 0.0) - bare.score(count, 0.0) >= DECISIVE:
         best, gain, explained, floor, after = bare, np.inf, 1.0, 0.0, remaining
-    if best.kind is None or gain < DECISIVE or explained < enough:
+    if best.mistake is None or gain < DECISIVE or explained < enough:
         lengths = readings.lengths[:, readings.used]
         tolerated = (TOLERATED if sigma > 0.0 else TOLERATED_BLINDLY) * float(np.sqrt(np.mean(lengths**2)))
-        quiet = avoidable <= count * tolerated**2 or before < 1.5 * sigma
+        quiet = avoidable <= count * tolerated**2 or before < ABOUT_NOISE * sigma
         return (None if quiet else _unexplained_fault(rods, readings, before)), readings
     close = [
         trial
         for trial in ranked
-        if trial.kind is not None
+        if trial.mistake is not None
         and trial.rods != best.rods
         and trial.score(count, floor) - best.score(count, floor) < DECISIVE
     ]
     rivals = tuple(_label(trial, rods) for trial in close)
     names = tuple(rods.names[i] for i in best.rods)
-    fault = RodFault(
-        best.kind, names, _size(best, readings), before, after, rivals, _sentence(best, names, before, after, rivals)
-    )  # fmt: skip
-    return fault, best.mended
+    rms = f"the contradiction of the rods decreases to {millimetres(after)} rms from {millimetres(before)}"
+    sentence = best.mistake.sentence(names, best, rms) + (f" (or: {', '.join(rivals)})" if rivals else "")
+    size = best.mistake.size(best, readings)
+    return RodFault(best.mistake.name, names, size, before, after, rivals, sentence), best.mended
 
 
-def _closest(ranked: list[RodFaultTrial], count: int, sigma: float) -> RodFaultTrial:
+def _closest(ranked: list[RodTrial], count: int, sigma: float) -> RodTrial:
     """Return the first; of faults that a stated noise cannot distinguish from it, the one that leaves least."""
     first = ranked[0]
-    if first.kind is None:
+    if first.mistake is None:
         return first
     near = [
-        trial for trial in ranked if trial.kind and trial.score(count, sigma) - first.score(count, sigma) < DECISIVE
+        trial for trial in ranked if trial.mistake and trial.score(count, sigma) - first.score(count, sigma) < DECISIVE
     ]
     best = min(near, key=lambda trial: trial.score(count, 0.0))
     # One that reads just what it should, turned round or in another's place, is not loose.
-    exact = [trial for trial in ranked if trial.kind in ("swapped-sign", "exchanged") and len(trial.rods) <= 2]
+    exact = [trial for trial in ranked if trial.mistake and trial.mistake.reads_right and len(trial.rods) <= 2]
     plain = [trial for trial in exact if best.rods[0] in trial.rods]
-    return plain[0] if best.kind == "loose" and plain and plain[0].squares <= PLAINER * best.squares else best
+    whatever = best.mistake is not None and best.mistake.leaves_out
+    return plain[0] if whatever and plain and plain[0].squares <= PLAINER * best.squares else best
 
 
-def _size(trial: RodFaultTrial, readings: RodReadings) -> float:
-    """Return the rms of what is wrong, m; of rods that grow, their growth."""
-    if trial.kind != "warming":
-        return trial.size
-    return float(np.sqrt(np.mean((trial.mended.lengths - readings.lengths) ** 2)))
-
-
-def _is_large(trial: RodFaultTrial, readings: RodReadings) -> bool:
-    """Return whether a fault is large enough to be one."""
-    if trial.kind != "loose":
-        return True
-    (rod,) = trial.rods
-    should = np.sqrt(np.mean((readings.lengths - left_over(trial.mended, readings.lengths))[:, rod] ** 2))
-    return bool(trial.size > max(LOOSE * should, 2.0 * readings.sigma))
+def _trials_of(readings: RodReadings) -> Iterator[RodTrial]:
+    """Try no mistake first, then each at each place where it may be."""
+    yield RodTrial(None, (), readings, *squares_left(readings), 0.0)
+    for mistake in members_of(RodMistake):
+        yield from (trial for trial in mistake.trials(readings) if mistake.is_large(trial, readings))
 
 
 def _unexplained_fault(rods: Rods, readings: RodReadings, before: float) -> RodFault:
     off = np.sqrt(np.mean(left_over(readings, readings.lengths) ** 2, axis=0)) * readings.used
     names = (rods.names[int(np.argmax(off))],)
     sentence = (
-        f"the rods contradict each other by {_mm(before)} rms, {names[0]} most, and no single fault explains "
+        f"the rods contradict each other by {millimetres(before)} rms, {names[0]} most, and no single fault explains "
         "it: check the fixing of each rod, and [ids] start_m and end_m"
     )
-    return RodFault("unexplained", names, float(off.max()), before, before, (), sentence)
+    return RodFault(UNEXPLAINED, names, float(off.max()), before, before, (), sentence)
 
 
-def _mm(metres: float) -> str:
-    """Return a length in the unit of the tables that it is printed next to."""
-    return f"{significant(1e3 * metres)} mm"
-
-
-def _label(trial: RodFaultTrial, rods: Rods) -> str:
-    return f"{' and '.join(rods.names[i] for i in trial.rods)} {trial.kind}"
-
-
-def _sentence(
-    best: RodFaultTrial, names: tuple[str, ...], before: float, after: float, alternatives: tuple[str, ...]
-) -> str:
-    rods = " and ".join(names)
-    rms = f"the contradiction of the rods decreases to {_mm(after)} rms from {_mm(before)}"
-    sentences = {
-        "swapped-sign": f"{rods} has the wrong sign: {rms}; change it in the log, or interchange start_m and end_m",
-        "exchanged": f"{rods} are interchanged: {rms}; interchange their columns or their entries in [ids]",
-        "drifting": f"{rods} drifts by {_mm(best.size)} rms within a run: {rms}; let the gauge warm up, or "
-        "zero it more often",
-        "warming": f"all rods grow with the logged temperature, {1e6 * best.size:.3g} µm per metre and kelvin: {rms}; "
-        "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])",
-        "loose": f"{rods} does not follow the link ({_mm(best.size)} rms): without it {rms}; check its fixing",
-    }
-    if len(names) > 2:
-        sentences["swapped-sign"] = f"all rods have the wrong sign, or the load has: {rms}; check acts_on"
-    text = sentences[str(best.kind)]
-    return text + (f" (or: {', '.join(alternatives)})" if alternatives else "")
+def _label(trial: RodTrial, rods: Rods) -> str:
+    kind = "" if trial.mistake is None else trial.mistake.name
+    return f"{' and '.join(rods.names[i] for i in trial.rods)} {kind}"

@@ -1,0 +1,1 @@
+"""Mistakes in rods on links: signs, exchanged columns, fixings, gauges."""

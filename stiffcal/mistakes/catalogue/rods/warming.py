@@ -1,0 +1,45 @@
+"""Rods that grow with the logged temperature, as neither their expansion nor the link's is stated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
+from stiffcal.mistakes.rods.readings import RodReadings, left_over, squares_left
+
+
+class WarmingRods(RodMistake):
+    """What all rods grow by with the temperature, at one expansion for all."""
+
+    name = "warming"
+    rank = 11
+
+    def trials(self, readings: RodReadings) -> Iterator[RodTrial]:
+        """Yield all rods without it, where the load and a temperature that changes are known."""
+        if readings.growth is None or readings.columns is None or not len(readings.columns):
+            return
+        expected = left_over(readings, readings.growth)[:, readings.used].ravel()
+        target = left_over(readings, readings.lengths)[:, readings.used].ravel()
+        expansion = float(expected @ target / max(float(expected @ expected), np.finfo(float).tiny))
+        without = replace(readings, lengths=readings.lengths - expansion * readings.growth)
+        squares, numbers = squares_left(without)
+        rods = tuple(np.flatnonzero(readings.used).tolist())
+        yield RodTrial(self, rods, without, squares, numbers + 1, expansion)
+
+    def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
+        """Return it in words."""
+        return (
+            f"all rods grow with the logged temperature, {1e6 * trial.size:.3g} µm per metre and kelvin: {rms}; "
+            "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])"
+        )
+
+    def grows_slowly(self, trial: RodTrial, left_m: float) -> bool:
+        """Return True: temperatures change over hours."""
+        return True
+
+    def size(self, trial: RodTrial, readings: RodReadings) -> float:
+        """Return the rms of their growth, m."""
+        return float(np.sqrt(np.mean((trial.mended.lengths - readings.lengths) ** 2)))

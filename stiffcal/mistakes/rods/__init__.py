@@ -1,0 +1,1 @@
+"""Rods on links that contradict each other, or the load: judged by what is left of the contradiction."""

@@ -1,0 +1,16 @@
+"""Lengths as sentences about rods have them."""
+
+from __future__ import annotations
+
+from stiffcal.wording import significant
+
+
+def millimetres(metres: float) -> str:
+    """Return a length in the unit of the tables that it is printed next to.
+
+    Examples
+    --------
+    >>> millimetres(1.234e-5)
+    '0.0123 mm'
+    """
+    return f"{significant(1e3 * metres)} mm"
