@@ -65,7 +65,8 @@ def check_kinematics(
     ways = list(taken_back(read))
     tried = [Scored(_miss(taken.states, chain, estimated), taken) for taken in ways if not taken.numbers]
     enough = [one for one in tried if one.score <= min(MUCH_BETTER * match.median_m, MEETS_M)]
-    best = min(enough, key=lambda one: one.score, default=None)
+    # to a nanometre: an estimated frame takes up turned axes, and what these leave differs by rounding alone
+    best = min(enough, key=lambda one: round(one.score, 9), default=None)
     least = MUCH_BETTER * min(match.median_m, np.inf if best is None else best.score)
     meeting = meeting_corrections(read, estimated, min(MEETS_M, least), ways)
     if meeting:
