@@ -1,7 +1,7 @@
 """Force and deflection against each other, with the single change of the manifest that fits.
 
 The fault makes every later number wrong without looking wrong. Where the data contradict the manifest, the single
-change of it that fits is looked for and named (physics, section 0); nothing is changed silently.
+change of it that fits is looked for and named (physics, section 0); nothing is changed without a word.
 """
 
 from __future__ import annotations
