@@ -1,5 +1,5 @@
 (function (S) {
-  /** What the band is called: beside the categories, as no place among the points is sure to be free. */
+  /** What the band is called: next to the categories, as no place among the points is sure to be free. */
   S.BAND = "noise ± 2σ";
   /**
    * Words above a picture: categories with their markers, or the ends of a scale, and the band; returns where the picture can begin.

@@ -484,7 +484,7 @@ def test_a_page_of_20_000_states(browser: Any, content: Any, tmp_path: Path) -> 
 
 
 def test_the_first_picture_is_whole_in_a_small_window(page: Any) -> None:
-    """With its axis, and not stretched; what the band is stands beside the categories, not among the points."""
+    """With its axis, and not stretched; what the band is stands next to the categories, not among the points."""
     found = """(() => {
       const canvas = document.getElementById("against-canvas"), { bottom } = canvas.getBoundingClientRect();
       return [bottom <= innerHeight, canvas.height === Math.round(canvas.clientHeight * devicePixelRatio)];

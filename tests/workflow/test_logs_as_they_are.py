@@ -1,6 +1,7 @@
 """Logs as instruments leave them: each fault put into the raw logs of a run of campaigns/irb4400, and what is said.
 
-A fault is refused with its place, or reported with what was done and is left to decide; nothing is mended silently.
+A fault is refused with its place, or reported with what was done and is left to decide; nothing is mended without a
+line that says so.
 """
 
 from __future__ import annotations

@@ -91,15 +91,15 @@ class _Motion:
         part, members = account.part, account.members
         self._parts = [Part.FORCE] if part is Part.FORCE else list(Part)
         self._load = states.wrench[members]
-        of_seen: dict[bytes, tuple[Booleans, list[Floats]]] = {}
+        of_finite: dict[bytes, tuple[Booleans, list[Floats]]] = {}
         for target in motion[members].T:
-            seen = np.isfinite(target)
-            if seen.any():
-                of_seen.setdefault(seen.tobytes(), (seen, []))[1].append(target[seen])
-        self._measured = [(seen, np.stack(targets, axis=1)) for seen, targets in of_seen.values()]
+            finite = np.isfinite(target)
+            if finite.any():
+                of_finite.setdefault(finite.tobytes(), (finite, []))[1].append(target[finite])
+        self._measured = [(finite, np.stack(targets, axis=1)) for finite, targets in of_finite.values()]
         as_read = _directed(self._load, self._parts)
         self._components = as_read.shape[1]
-        self._left = [_misfits(as_read[seen], targets) for seen, targets in self._measured]
+        self._left = [_misfits(as_read[finite], targets) for finite, targets in self._measured]
 
     def evidence(self, trial: MovedZero) -> float:
         """Return twice the logarithm of how often likelier the motion is with a moved zero than with a load left on.
@@ -113,9 +113,9 @@ class _Motion:
         """
         without = _directed(self._load - trial.zero, self._parts)
         found = 0.0
-        for (seen, targets), squares in zip(self._measured, self._left, strict=True):
+        for (finite, targets), squares in zip(self._measured, self._left, strict=True):
             free = max(len(targets) - self._components, 0)
-            found += free * float(np.sum(np.log(squares / _misfits(without[seen], targets))))
+            found += free * float(np.sum(np.log(squares / _misfits(without[finite], targets))))
         return found
 
 
@@ -220,10 +220,10 @@ def _springs_of(states: LoadStates, chain: Chain) -> _Springs | None:
     rows, targets = [], []
     for members in members_of(states.run):
         for component in range(measured.shape[1]):
-            seen = members[np.isfinite(measured[members, component])]
-            if seen.size:
-                rows.append(design[seen, component] - offset * design[seen, component].mean(axis=0))
-                targets.append(measured[seen, component] - offset * measured[seen, component].mean())
+            finite = members[np.isfinite(measured[members, component])]
+            if finite.size:
+                rows.append(design[finite, component] - offset * design[finite, component].mean(axis=0))
+                targets.append(measured[finite, component] - offset * measured[finite, component].mean())
     if not rows:
         return None
     matrix, target = np.concatenate(rows), np.concatenate(targets)

@@ -1,7 +1,7 @@
 """Kinematics that misses the tracker, with the single change of the manifest that makes it meet.
 
 Like force and deflection against each other (`displacements/work.py`) it makes every later number wrong without looking
-wrong (physics, section 0); what fits is named, nothing is changed silently.
+wrong (physics, section 0); what fits is named, nothing is changed without a word.
 """
 
 from __future__ import annotations
