@@ -1,4 +1,4 @@
-"""Runs that disagree with all the others are named by the commands, and none is left out without a line that says so."""
+"""Runs that disagree with all others are named by the commands, and none is left out without a line that says so."""
 
 from __future__ import annotations
 
