@@ -11,7 +11,7 @@ from stiffcal.cli.before_after import estimate_words, show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.ladder_bars import bar
 from stiffcal.cli.next_step import following
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
@@ -21,7 +21,7 @@ from stiffcal.escapes.shell import command_line
 from stiffcal.printed_units import printed_unit
 from stiffcal.results.next_step import Step
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
-from stiffcal.wording import listing, probability_in_words, variable
+from stiffcal.wording import count, listing, probability_in_words, variable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -43,7 +43,13 @@ PROBABILITY = "probability: that it is there, next to all other effects, mistake
 AT_TOOL = "size: rms of its displacement at the tool, or of its torque"
 
 
-def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate = False, store: StoreAt = None) -> int:
+def diagnose(
+    folder: Folder = HERE,
+    details: Details = False,
+    as_json: AsJson = False,
+    no_update: NoUpdate = False,
+    store: StoreAt = None,
+) -> int:
     """Find which physical effect the model lacks.
 
     Compares every set of effects, mistakes in the data and laws of no catalogue that is worth it, and states how
@@ -63,7 +69,7 @@ def diagnose(folder: Folder = HERE, as_json: AsJson = False, no_update: NoUpdate
             from stiffcal.workflow.followed import followed_residual
 
             followed = followed_residual(folder, result, context)
-        show = partial(show_diagnosis, folder=folder, store=store, followed=followed)
+        show = partial(show_diagnosis, folder=folder, store=store, followed=followed, details=details)
         answer.give(result, show, following(folder, store, Step.DIAGNOSE))
     return OK
 
@@ -95,14 +101,20 @@ def look_alike_words(of: ProposedEffect, effect: LookAlike) -> str:
 
 
 def show_diagnosis(
-    console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None, followed: FollowedResidual | None
+    console: AnswerConsole,
+    result: DiagnoseResult,
+    folder: Path,
+    store: str | None,
+    followed: FollowedResidual | None,
+    details: bool,
 ) -> None:
-    """Draw the answer first, then the evidence, the ranking, and what was not tried.
+    """Draw the answer first, then the evidence and what is probable.
 
     Parameters
     ----------
     console : where to. result : the diagnosis. folder, store : as they were given, for commands to copy.
     followed : the residual over what it follows; None where there is nothing to show.
+    details : also the whole ranking, what adding would change, how to check on the machine, and what was not tried.
     """
     show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
     _show_with_all_missing(console, result)
@@ -114,13 +126,14 @@ def show_diagnosis(
         unexplained = "; part of the error is unexplained" if result.with_suspects.unexplained else ""
         console.print(f"including them the result would be: missing: {effect_names}{unexplained}", soft_wrap=True)
     for effect in result.missing:
-        _show_missing(console, result, effect)
+        _show_missing(console, result, effect, details)
     if followed is not None:
         _show_followed(console, followed)
     else:
         _show_unknown(console, result)
-    names = ", ".join(effect_words(effect) for effect in result.missing)
-    show_moved(console, result.before_after, f"what adding {names} would change")
+    if details:
+        names = ", ".join(effect_words(effect) for effect in result.missing)
+        show_moved(console, result.before_after, f"what adding {names} would change")
     _show_in_model(console, result)
     _show_excluded(console, result, folder, store)
     if result.could_be:
@@ -140,16 +153,36 @@ def show_diagnosis(
             console.print(
                 f"  {variable(dependence.follows)} ({share(dependence.share)} of it): {dependence.seen}", soft_wrap=True
             )
-    _show_ranking(console, result)
+    _show_ranking(console, result, details)
     _show_next_measurement(console, result, folder, store)
-    _show_pace(console, result)
+    if details:
+        _show_pace(console, result)
+        _show_not_tried(console, result)
+    else:
+        _show_what_details_show(console, result)
+
+
+def _show_not_tried(console: AnswerConsole, result: DiagnoseResult) -> None:
+    """Name the effects of the catalogue that these data cannot test, by what they need."""
+    if not result.not_tried:
+        return
+    console.print("\nnot tried:")
+    effects: dict[str, list[str]] = {}
+    for untestable in result.not_tried:
+        effects.setdefault(untestable.needs, []).append(untestable.effect)
+    for needs, named in effects.items():
+        console.print(f"  {', '.join(named)}: needs {needs}", soft_wrap=True)
+
+
+def _show_what_details_show(console: AnswerConsole, result: DiagnoseResult) -> None:
+    """Name what stands in the answer and is not shown."""
+    further = [f"the ranking of all {len(result.findings)} candidates"] * bool(result.findings)
+    if result.missing:
+        further += ["how to check on the machine", "which values an addition would change"]
     if result.not_tried:
-        console.print("\nnot tried:")
-        effects: dict[str, list[str]] = {}
-        for untestable in result.not_tried:
-            effects.setdefault(untestable.needs, []).append(untestable.effect)
-        for needs, named in effects.items():
-            console.print(f"  {', '.join(named)}: needs {needs}", soft_wrap=True)
+        further.append(f"{count(len(result.not_tried), 'effect')} that these data cannot test")
+    if further:
+        console.print(f"\n--details shows {listing(further)}", soft_wrap=True)
 
 
 def _show_unknown(console: AnswerConsole, result: DiagnoseResult) -> None:
@@ -193,7 +226,7 @@ def _show_with_all_missing(console: AnswerConsole, result: DiagnoseResult) -> No
     console.print(f"with {names}: {left}, noise {noise}", soft_wrap=True)
 
 
-def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect) -> None:
+def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: ProposedEffect, details: bool) -> None:
     console.print(f"\nmissing: {effect_words(effect)}{_sure_words(effect)}", soft_wrap=True)
     if effect.alternatives:
         names = ", ".join(look_alike_words(effect, alternative) for alternative in effect.alternatives)
@@ -204,9 +237,11 @@ def _show_missing(console: AnswerConsole, result: DiagnoseResult, effect: Propos
         _show_refitted(console, result, effect)
         return
     explanation = finding.evidence
-    for text in (explanation.seen, explanation.means):
+    for text in (explanation.seen, *[explanation.means] * details):
         console.print(f"  {text}", soft_wrap=True)
     _show_refitted(console, result, effect)
+    if not details:
+        return
     alike = "" if effect.alternatives else explanation.alike  # those are named above, each with how alike it is
     for text in (alike, explanation.check):
         if text:
@@ -318,29 +353,32 @@ def _show_pace(console: AnswerConsole, result: DiagnoseResult) -> None:
     )
 
 
-def _show_ranking(console: AnswerConsole, result: DiagnoseResult) -> None:
-    """Show the ranking for the next single step."""
-    if not result.findings:
+def _show_ranking(console: AnswerConsole, result: DiagnoseResult, details: bool) -> None:
+    """Show the ranking for the next single step, without details what is not rejected alone."""
+    shown = [finding for finding in result.findings if details or finding.verdict != "rejected"][:MOST_ROWS]
+    if not shown:
         return
     drawn = console.width >= ROOMY
     bars = ("",) if drawn else ()
-    table = plain_table("effect", "place", "verdict", "held-out, rms>", "explains>", "probability>", "size>", *bars)
+    table = plain_table("effect", "place", "probability>", "held-out, rms>", "verdict", "explains>", "size>", *bars)
     table.add_row("present model", "", "", deviation(result.rms), "", "", "", *bars)
-    for finding in result.findings[:MOST_ROWS]:
+    for finding in shown:
         table.add_row(
             finding.effect,
             short_places(finding.where),
-            finding.verdict,
-            deviation(finding.heldout_rms_after),
-            share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0)),
             probability_in_words(finding.probability or 0.0),
+            deviation(finding.heldout_rms_after),
+            finding.verdict,
+            share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0)),
             _size_words(finding.size_m, finding.size_Nm),
             *([bar(BAR * (finding.probability or 0.0), None, BAR)] if drawn else []),
         )
     table.add_row("noise", "", "", deviation(result.noise) if result.noise else NOT_KNOWN, "", "", "", *bars)
     console.print()
     console.print(table)
-    more = len(result.findings) - MOST_ROWS
+    if not details:
+        return
+    more = len(result.findings) - len(shown)
     if more > 0:
         console.print(f"  and {more} more with lower rank (all in --json)")
     if any(finding.explains is not None for finding in result.findings):

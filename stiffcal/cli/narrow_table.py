@@ -1,9 +1,12 @@
-"""A table that splits no word on a narrow terminal: columns wrap between words; too many of them stack row by row.
+"""A table that splits no word on a narrow terminal: columns wrap between words; those without room are named below it.
 
 In a module of its own: it needs rich when it is defined, which the list of commands and their help do not load.
 """
 
 from __future__ import annotations
+
+from copy import copy
+from dataclasses import replace
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
@@ -13,62 +16,48 @@ from rich.text import Text
 
 from stiffcal.cli.console import wrapped
 
+GAP = 3
+"""Columns of a terminal between two of a table."""
+
 
 class NarrowTable(Table):
-    """A table whose columns are as wide as their longest word at least; numbers (aligned right) are never wrapped."""
+    """A table whose columns are as wide as their longest word at least; numbers (aligned right) are never wrapped.
+
+    Where not all of them fit, a column stays that fits next to those before it; the one that names the row and those
+    without a title (units, remarks) always stay. A line under the table names what is not shown.
+    """
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Draw the table within the width, as one block of lines per row where its words do not fit."""
+        """Draw as many columns as the width has room for."""
         cells = [[str(cell) for cell in column._cells] for column in self.columns]
         least = [_least_width(column, texts) for column, texts in zip(self.columns, cells, strict=True)]
-        widths = [
-            max([smallest, cell_len(str(column.header)), *map(cell_len, texts)])
-            for column, texts, smallest in zip(self.columns, cells, least, strict=True)
+        titles = [str(column.header) for column in self.columns]
+        shown = [k for k, title in enumerate(titles) if k == 0 or not title]
+        for k in range(len(titles)):
+            if k not in shown and sum(least[at] + GAP for at in (*shown, k)) - GAP <= options.max_width:
+                shown.append(k)
+        shown.sort()
+        hidden = [title for k, title in enumerate(titles) if k not in shown]
+        widths = {k: max([least[k], cell_len(titles[k]), *map(cell_len, cells[k])]) for k in shown}
+        room = options.max_width - GAP * (len(shown) - 1)
+        while sum(widths.values()) > room:
+            widest = max((k for k in shown if widths[k] > least[k]), key=lambda k: widths[k], default=None)
+            if widest is None:
+                break
+            widths[widest] -= 1
+        part = copy(self)
+        part.columns = [
+            replace(self.columns[k], _index=place, _cells=self.columns[k]._cells, width=widths[k])
+            for place, k in enumerate(shown)
         ]
-        room = options.max_width - 3 * max(len(widths) - 1, 0)
-        if sum(least) > room:
-            yield Text(
-                wrapped("\n".join(self._stacked(cells, options.max_width)), options.max_width),
-                overflow="ignore",
-                no_wrap=True,
-            )
-            return
-        while sum(widths) > room:
-            slack = [width - smallest for width, smallest in zip(widths, least, strict=True)]
-            widest = max((width for width, free in zip(widths, slack, strict=True) if free), default=0)
-            at = next(k for k, free in enumerate(slack) if free and widths[k] == widest)
-            widths[at] -= 1
-        for column, width in zip(self.columns, widths, strict=True):
-            column.width = width
-        yield from super().__rich_console__(console, options)
+        yield from Table.__rich_console__(part, console, options)
+        if hidden:
+            text = f"  not shown on {options.max_width} columns: {', '.join(hidden)}"
+            yield Text(wrapped(text, options.max_width), overflow="ignore", no_wrap=True)
 
     def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
         """Take the width there is."""
         return Measurement(options.max_width, options.max_width)
-
-    def _stacked(self, cells: list[list[str]], width: int) -> list[str]:
-        """Return each row as a line with its first cells, then its numbers with titles, as many as a line takes."""
-        titles = [str(column.header) for column in self.columns]
-        lines = []
-        for row in zip(*cells, strict=True):
-            plain = [k for k, column in enumerate(self.columns) if column.justify != "right" and k < 3]
-            lines.append(" ".join(row[k] for k in plain if row[k]))
-            rest = [k for k in range(len(row)) if k not in plain and row[k]]
-            pieces = [f"{titles[k]}: {row[k]}" if titles[k] else row[k] for k in rest]
-            lines += _packed(pieces, width)
-        return lines
-
-
-def _packed(pieces: list[str], width: int) -> list[str]:
-    """Return pieces as indented lines, none of them broken where it fits a line."""
-    lines: list[str] = []
-    for piece in pieces:
-        joined = f"{lines[-1]}   {piece}" if lines else ""
-        if joined and cell_len(joined) <= width:
-            lines[-1] = joined
-        else:
-            lines.append(f"  {piece}")
-    return lines
 
 
 def _least_width(column: Column, texts: list[str]) -> int:

@@ -16,6 +16,7 @@ StoreAt: TypeAlias = Annotated[
 NoUpdate: TypeAlias = Annotated[
     bool, typer.Option("--no-update", help="Stop if an earlier step is missing or stale, instead of running it.")
 ]
+Details: TypeAlias = Annotated[bool, typer.Option("--details", help="Show all of the answer, not only what decides.")]
 Output: TypeAlias = Annotated[
     Path | None,
     typer.Option(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,7 @@ import typer
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.next_step import following
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt, Thresholds
+from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, StoreAt, Thresholds
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
     from stiffcal.validation.elasticity import Elasticity, JointElasticity, JointVerdict
     from stiffcal.validation.results import ErrorSlice, WorstState
 
-
+FEW_PARTS, MOST_PARTS = 3, 100
+"""Rows of a table of errors by run, direction, load: without details, and with them."""
 NOISE_IN_DISTANCE = (
     "noise alone: distances of a right model from the readings, σ the uncertainty of one axis: mean 1.60 σ, rms 1.73 σ"
 )
@@ -43,6 +45,7 @@ def validate(
         ),
     ] = None,
     thresholds: Thresholds = None,
+    details: Details = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
@@ -66,12 +69,17 @@ def validate(
         result = validate_campaign(folder, context, model=model, thresholds=file)
         # another campaign's model is no step of this one's loop
         after = Step.VALIDATE if model is None else None
-        answer.give(result, show_validation, following(folder, store, after))
+        answer.give(result, partial(show_validation, details=details), following(folder, store, after))
     return OK if result.passed else NOT_HELD
 
 
-def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
-    """Draw the error in held-out poses next to the noise, then where it is largest, then what does not hold."""
+def show_validation(console: AnswerConsole, result: ValidateResult, details: bool) -> None:
+    """Draw the error in held-out poses next to the noise, then where it is largest, then what does not hold.
+
+    Parameters
+    ----------
+    console : where to. result : the validation. details : also parts of smaller errors.
+    """
     show_verdict(console, *_verdict(result))
     for line in result.failed:
         console.print(f"  NOT met: {line}", soft_wrap=True)
@@ -99,7 +107,7 @@ def show_validation(console: AnswerConsole, result: ValidateResult) -> None:
         "branch": result.by_branch,
     }
     for title, parts in slices.items():
-        _show_slices(console, title, parts or [], whole_error(result))
+        _show_slices(console, title, parts or [], whole_error(result), MOST_PARTS if details else FEW_PARTS)
     if result.worst:
         console.print(f"worst: {_worst(result.worst)}")
     show_suspects(console, result.suspects, result.suspects_not_checked)
@@ -181,7 +189,7 @@ def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequenc
     console.print(table)
 
 
-def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice], whole: str, most: int = 8) -> None:
+def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice], whole: str, most: int) -> None:
     if len(parts) < 2:
         return
     of_deflection = (f"share of {whole}>",) if parts[0].zero_model is not None else ()
@@ -195,7 +203,7 @@ def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice]
         table.add_row(*cells)
     console.print(table)
     if len(ranked) > most:
-        console.print(f"  and {len(ranked) - most} more with smaller errors (all in --json)")
+        console.print(f"  and {len(ranked) - most} more with smaller errors (--details)")
 
 
 def _shares(relative: Rms) -> str:

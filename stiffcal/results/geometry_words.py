@@ -10,7 +10,7 @@ from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import listing, plus_minus, significant
 
 HEADER = (
-    ("joint", ""), ("θ", "°"), ("d", "mm"), ("a", "mm"), ("α", "°"), ("β", "°"), ("offset to enter", "°")
+    ("joint", ""), ("offset to enter", "°"), ("θ", "°"), ("d", "mm"), ("a", "mm"), ("α", "°"), ("β", "°")
 )  # fmt: skip
 """Titles and units of `table_rows`."""
 CONVENTIONS = {"dh": "Denavit-Hartenberg", "modified-dh": "modified Denavit-Hartenberg (Craig)"}
@@ -26,12 +26,12 @@ def table_rows(found: GeometryFound) -> list[tuple[str, ...]]:
     return [
         (
             str(zero.joint),
+            _offset(zero, link),
             _cell(zero.theta, _DEGREES),
             _cell(link.d, _MILLIMETRES),
             _cell(link.a, _MILLIMETRES),
             _cell(link.alpha, _DEGREES),
             _cell(beta.get(zero.joint), _DEGREES),
-            _offset(zero, link),
         )
         for zero, link in zip(found.zeros, found.links, strict=True)
     ]

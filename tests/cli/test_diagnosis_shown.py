@@ -11,10 +11,17 @@ import numpy as np
 import pytest
 
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.cli.diagnose import _show_excluded, _show_ranking, _show_unknown
+from stiffcal.cli.diagnose import _show_excluded, _show_ranking, _show_unknown, show_diagnosis
 from stiffcal.diagnosis.results import ExcludedSizeAt, LawCurveAt, UnknownLaw
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
+from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.workflow.followed import followed_residual
+from stiffcal.workflow.steps import RunContext
+from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
+
+SCREEN = 40
+"""Lines."""
 
 
 def finding(probability: float) -> Any:
@@ -36,7 +43,7 @@ def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: fl
         could_be=[],
     )
     with StringIO() as text:
-        _show_ranking(AnswerConsole(file=text, width=width), result)
+        _show_ranking(AnswerConsole(file=text, width=width), result, details=False)
         assert ("█" * 10 in text.getvalue()) is drawn
 
 
@@ -61,3 +68,19 @@ def test_the_plan_that_decides_is_a_line_to_copy() -> None:
     with StringIO() as text:
         _show_excluded(AnswerConsole(file=text, width=200), result, Path("cell"), None)
         assert "stiffcal plan cell --force 641" in text.getvalue()
+
+
+@pytest.mark.long
+def test_a_verdict_fits_a_screen_and_details_show_the_rest(tmp_path: Path) -> None:
+    folder = diagnosed_copy(WITHOUT_6, tmp_path / "small")
+    result = diagnose_campaign(folder)
+    followed = followed_residual(folder, result, RunContext())
+    printed = []
+    for details in (False, True):
+        with StringIO() as text:
+            console = AnswerConsole(file=text, width=80, force_terminal=True, color_system=None, markup=False)
+            show_diagnosis(console, result, folder, None, followed, details)
+            printed.append(text.getvalue().splitlines())
+    short, whole = printed
+    assert result.missing
+    assert len(short) <= SCREEN < len(whole)

@@ -96,7 +96,7 @@ def test_a_missing_effect_is_printed_with_its_refitted_values() -> None:
         finding_of=lambda effect: None,
     )  # fmt: skip
     with StringIO() as text:
-        _show_missing(AnswerConsole(file=text, width=120), result, missing)
+        _show_missing(AnswerConsole(file=text, width=120), result, missing, details=False)
         assert text.getvalue() == (
             "\nmissing: backlash (joint 4): 99.0 %, certain\n"
             "  Refitted with all that is missing, ± 95 %: width 2.00 ± 0.20 mrad.\n"
