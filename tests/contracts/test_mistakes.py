@@ -105,6 +105,6 @@ def test_an_adjustment_by_nothing_changes_nothing() -> None:
             assert len(by.sizes(something)) == len(something)
 
 
-def test_no_two_have_the_same_place_in_the_order() -> None:
+def test_the_likelier_come_first_and_no_two_are_alike() -> None:
     ranks = [mistake.rank for mistake in members_of(Mistake)]
-    assert len(set(ranks)) == len(ranks)
+    assert ranks == sorted(set(ranks))

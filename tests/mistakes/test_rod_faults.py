@@ -138,6 +138,14 @@ def test_rods_of_another_link_are_unexplained() -> None:
     assert fault.kind == "unexplained"
 
 
+def test_a_rod_with_the_wrong_sign_on_a_link_that_is_no_even_beam_is_not_loose() -> None:
+    """Each rod reads some percent more or less than an even beam has it, which a rod left out explains a bit better."""
+    read, wrench = readings(FIVE)
+    uneven = read * (1.0 + 0.06 * np.random.default_rng(1).standard_normal(read.shape[1]))
+    fault = only(find_rod_faults(FIVE, SHAPE, swapped(uneven, 3), wrench, TIME, RUN))
+    assert (fault.kind, fault.rods) == ("swapped-sign", ("ids4",))
+
+
 def test_a_mistake_that_is_dropped_in_as_a_file_is_named() -> None:
     rods = paper_rods(NOISE)
     read, wrench = readings(rods)
