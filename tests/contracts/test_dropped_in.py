@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
+import numpy as np
 import pytest
 from pydantic import ValidationError
 from pypdf import PdfReader
@@ -26,6 +27,7 @@ from stiffcal.results.identify_result import IdentifyResult
 from tests.fuzz.feeding import feed_one
 from tests.fuzz.targets import formats_not_fed
 from tests.laboratory.campaign_folders import changed
+from tests.laboratory.constant_orientation import write_campaign as write_places
 from tests.laboratory.dropped_in import dropped_in
 from tests.laboratory.small_campaign import CAMPAIGN, robot_text, write_small_campaign
 
@@ -374,6 +376,65 @@ def test_the_terminal_and_the_report_call_a_new_kind_as_it_says(
     command("report", hanging, "-o", output)
     text = re.sub(r"\s+", " ", " ".join(page.extract_text() for page in PdfReader(output).pages))
     assert HANGING in text
+
+
+# ---- kinds whose runs measure what absolute or clamped runs do ------------------------------------------------------
+
+
+def test_places_of_a_new_kind_are_those_of_absolute_runs(tmp_path: Path, command: Command) -> None:
+    folder = write_places(tmp_path / "c", "scara", n=30)
+    absolute = command("identify", folder)
+    with dropped_in("state_experiments"):
+        rewrite(folder, ('experiment = "absolute"', 'experiment = "surveyed"'))
+        surveyed = command("identify", folder)
+        assert command("check", folder)["runs"][0]["experiment"] == "surveyed"
+    assert surveyed["parameters"] == absolute["parameters"]
+    assert surveyed["expected_error"] == absolute["expected_error"]
+
+
+ONE_JOINT = """
+schema = "stiffcal/campaign/1"
+name = "stop"
+robot = "robot.toml"
+
+[sources.bench]
+time = { column = "t", unit = "s" }
+joints = { position = ["q"], torque = ["tau"], units = { position = "deg", torque = "N*m" } }
+
+[[runs]]
+id = "a"
+experiment = "clamped"
+moved_joint = 1
+joints_deg = [0.0]
+files = { bench = "raw/a.csv" }
+"""
+
+
+def test_motor_angles_of_a_new_kind_are_those_of_clamped_runs(tmp_path: Path, command: Command) -> None:
+    """Three cycles of a spring of 1e5 N·m/rad."""
+    folder = tmp_path / "c"
+    (folder / "raw").mkdir(parents=True)
+    (folder / "campaign.toml").write_text(ONE_JOINT, encoding="utf-8")
+    robot = 'schema = "stiffcal/robot/1"\nname = "j"\nconvention = "modified-dh"\ngravity_mps2 = [0, 0, 0]\n'
+    (folder / "robot.toml").write_text(robot + '[[joints]]\nname = "axis"\n', encoding="utf-8")
+    time = np.arange(0.0, 60.0, 0.1)
+    torque = 100.0 * np.sin(2.0 * np.pi * time / 20.0)
+    angle = np.rad2deg(1e-5 * torque + 4e-6 * np.random.default_rng(1).normal(size=time.size))
+    rows = [f"{t:.1f},{q:.9f},{tau:.6f}" for t, q, tau in zip(time, angle, torque, strict=True)]
+    (folder / "raw" / "a.csv").write_text("\n".join(["t,q,tau", *rows, ""]), encoding="utf-8")
+    clamped = command("identify", folder)
+    with dropped_in("state_experiments"):
+        rewrite(folder, ('experiment = "clamped"', 'experiment = "pressed"'))
+        pressed = command("identify", folder)
+        validated, diagnosis = command("validate", folder), command("diagnose", folder)
+        limits = 'schema = "stiffcal/plan-input/1"\n[load]\nmoment_Nm = 100.0\n'
+        (folder / "plan.toml").write_text(limits, encoding="utf-8")
+        planned = command("plan", folder, "--runs", "2")
+    assert pressed["parameters"] == clamped["parameters"]
+    assert "clamped" not in pressed
+    assert planned["experiment"] == "clamped"
+    assert validated["rms"]["motor_angle"] == pytest.approx(4e-6, rel=0.1)
+    assert diagnosis["missing"] == []
 
 
 # ---- a section of the report ----------------------------------------------------------------------------------------

@@ -20,6 +20,7 @@ PACKAGES = {
     "effect_kinds": "stiffcal.effects",
     "experiments": "stiffcal.experiments",
     "load_experiments": "stiffcal.experiments",
+    "state_experiments": "stiffcal.experiments",
     "sections": "stiffcal.report.sections",
 }
 
