@@ -21,6 +21,7 @@ PACKAGES = {
     "experiments": "stiffcal.experiments",
     "load_experiments": "stiffcal.experiments",
     "state_experiments": "stiffcal.experiments",
+    "row_experiments": "stiffcal.experiments",
     "sections": "stiffcal.report.sections",
 }
 
