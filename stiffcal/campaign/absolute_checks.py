@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from stiffcal.campaign.experiment_kinds import any_measures, measure_of, reads
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import JointSignals, Wrench
 from stiffcal.errors import Fault
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
-
-ABSOLUTE = "absolute"
-"""As in ``experiment = "absolute"`` of a run."""
-LOAD = "load"
-CLAMPED = "clamped"
+from stiffcal.measurements.state_measures import StateMeasure
 
 
 def absolute_sources(manifest: Manifest) -> frozenset[str]:
     """Return the names of the sources that absolute runs read: tables of all runs where such a run names no file."""
-    runs = [run for run in manifest.runs if run.experiment == ABSOLUTE]
+    runs = [run for run in manifest.runs if measure_of(run.experiment) is StateMeasure.PLACE]
     any_table = any(not run.files for run in runs)
     return frozenset(
         name
@@ -39,11 +36,11 @@ def _torques_without_places(manifest: Manifest) -> Iterator[Fault]:
 def _approach_without_places(manifest: Manifest) -> Iterator[Fault]:
     """Check that the order of approach is stated of absolute runs alone, and that their rows are a sequence."""
     for number, run in enumerate(manifest.runs):
-        if run.approach is not None and run.experiment != ABSOLUTE:
+        if run.approach is not None and not reads(run.experiment, "approach"):
             place = f"runs[{number + 1}] ({run.id}).approach"
             reason = f"approach applies to absolute runs, and this one is {run.experiment}"
             yield Fault(FaultCode.KEY_CONFLICT, MANIFEST_FILE, place, reason, "remove approach")
-    if any(run.experiment == ABSOLUTE for run in manifest.runs):
+    if any_measures((run.experiment for run in manifest.runs), StateMeasure.PLACE):
         return
     for source, name, signal in manifest.signals():
         if isinstance(signal, JointSignals) and signal.approach is not None:
@@ -73,13 +70,14 @@ def _estimated_carriers(manifest: Manifest) -> Iterator[Fault]:
 def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
     """Check what absolute runs need, and what counts in them alone."""
     yield from _approach_without_places(manifest)
-    absolute = [(number, run) for number, run in enumerate(manifest.runs) if run.experiment == ABSOLUTE]
+    measures = [measure_of(run.experiment) for run in manifest.runs]
+    absolute = [(k, manifest.runs[k]) for k, measure in enumerate(measures) if measure is StateMeasure.PLACE]
     if not absolute:
         yield from _torques_without_places(manifest)
         return
     number, first = absolute[0]
     place = f"runs[{number + 1}] ({first.id})"
-    with_loads = any(run.experiment == LOAD for run in manifest.runs)
+    with_loads = any_measures((run.experiment for run in manifest.runs), StateMeasure.DISPLACEMENT)
     poses = [pose for source in manifest.sources.values() for pose in source.body_poses().values()]
     if not poses:
         yield Fault(
@@ -95,7 +93,7 @@ def absolute_faults(manifest: Manifest) -> Iterator[Fault]:
                 'list the runs with displacements in [[runs]] with experiment = "load", or remove the signal',
             )  # fmt: skip
     for other_number, run in enumerate(manifest.runs):
-        if run.experiment == CLAMPED:
+        if measure_of(run.experiment) is StateMeasure.MOTOR_ANGLE:
             yield Fault(
                 FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"runs[{other_number + 1}] ({run.id})",
                 f'clamped runs cannot be fitted together with absolute ones ("{first.id}") in this version',

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from difflib import get_close_matches
 
+from stiffcal.campaign.experiment_kinds import any_measures
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.signals import DeadWeight, Deflection, Displacement, Pose
 from stiffcal.campaign.sizes import FARTHEST_ON_A_ROBOT_M, implausible_length
 from stiffcal.campaign.tracker_frames import two_frames_fault
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.state_measures import StateMeasure
 
 _MANIFEST = "campaign.toml"
 BUILT_IN = ("base", "flange")
@@ -79,7 +81,7 @@ def _measures(manifest: Manifest, frame: str) -> bool:
 def hangs_a_payload(manifest: Manifest, frame: str) -> bool:
     """Return whether a known mass hangs in a frame that is not itself estimated, in a campaign with absolute runs."""
     loads = [signal for _, _, signal in manifest.signals() if isinstance(signal, DeadWeight)]
-    absolute = any(run.experiment == "absolute" for run in manifest.runs)
+    absolute = any_measures((run.experiment for run in manifest.runs), StateMeasure.PLACE)
     return absolute and not manifest.frames[frame].estimate and any(load.point == frame for load in loads)
 
 

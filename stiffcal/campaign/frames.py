@@ -10,6 +10,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.absolute_checks import absolute_sources
 from stiffcal.campaign.displacement_signals import WITHOUT_UNIT
+from stiffcal.campaign.experiment_kinds import any_measures
 from stiffcal.campaign.gauges import gauges_of, rods_of, sigma_of_gauges, sigma_of_rods
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.markers import markers_of
@@ -20,6 +21,7 @@ from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import HELD, Attachment, MeasurementSetup, Sigma, TrackerPlace
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.chain import Chain
 
 
@@ -181,7 +183,7 @@ def _load(manifest: Manifest, gravity: float) -> _Load:
     if loads:
         return loads[0][1]
     # Clamped runs without a force sensor: what holds the flange follows from the motor's torque, moments included.
-    from_motors = any(run.experiment == "clamped" for run in manifest.runs)
+    from_motors = any_measures((run.experiment for run in manifest.runs), StateMeasure.MOTOR_ANGLE)
     return _Load("flange", "flange", from_motors, None, None, "run")
 
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from stiffcal.campaign.absolute_checks import CLAMPED
+from stiffcal.campaign.experiment_kinds import reads
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import JointSignals
 from stiffcal.errors import Fault, InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
-
-_OF_TURNS = (CLAMPED, "friction")
-"""Kinds of experiments that measure torques over angles."""
 
 
 def prismatic_faults(manifest: Manifest, joint_names: Sequence[str], prismatic: frozenset[str]) -> Iterator[Fault]:
@@ -29,7 +26,7 @@ def prismatic_faults(manifest: Manifest, joint_names: Sequence[str], prismatic: 
             if prismatic:
                 yield from _key_faults(signal, f"sources.{source}.{name}", prismatic)
     for number, run in enumerate(manifest.runs):
-        if prismatic and run.experiment in _OF_TURNS:
+        if prismatic and reads(run.experiment, "moved_joint"):
             yield Fault(
                 FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"runs[{number + 1}] ({run.id}).experiment",
                 f"{run.experiment} runs measure torque over angle, and {', '.join(sorted(prismatic))} is prismatic",

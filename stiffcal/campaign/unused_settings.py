@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 
 from stiffcal.campaign.checks import frames_of_signal
 from stiffcal.campaign.displacement_signals import WITHOUT_UNIT
+from stiffcal.campaign.experiment_kinds import OF_SOME_KINDS, kinds_that_read
 from stiffcal.campaign.file_formats import format_names
 from stiffcal.campaign.manifest import Manifest
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import Deflection, JointSignals, Lengths, Pose, Signal, Wrench
 from stiffcal.campaign.source import Source
-
-_RUNS_THAT_READ: Mapping[str, tuple[str, ...]] = {
-    "moved_joint": ("clamped", "friction"),
-    "fixture_compliance": ("clamped",),
-    "approach": ("absolute",),
-}
-"""Keys of a run to the kinds of experiment that read them; of kinds that a plugin adds nothing is known."""
-_OWN_KINDS = ("load", "absolute", "clamped", "friction", "free")
 
 
 def unused_settings(manifest: Manifest, named: Collection[str] = ()) -> list[str]:
@@ -105,10 +98,9 @@ def _without_unit(signal: Signal) -> tuple[str, ...]:
 
 
 def _of_runs(manifest: Manifest) -> Iterator[tuple[str, str]]:
+    readers = kinds_that_read() if any(run.model_fields_set & OF_SOME_KINDS for run in manifest.runs) else {}
     for number, run in enumerate(manifest.runs):
-        if run.experiment not in _OWN_KINDS:
-            continue
-        for key, kinds in _RUNS_THAT_READ.items():
+        for key, kinds in readers.items():
             if key in run.model_fields_set and run.experiment not in kinds:
                 why = f"it is for runs of kind {' or '.join(kinds)}, and this one is {run.experiment}; remove it"
                 yield f"runs[{number + 1}] ({run.id}).{key}", why

@@ -65,15 +65,18 @@ def estimate_words(estimate: EstimatedValue | None, factor: float = 1.0) -> str:
     '(5.00 ± 0.10)·10⁴'
     >>> estimate_words(EstimatedValue(value=None, interval=[4.9e4, None])), estimate_words(None)
     ('above 4.90·10⁴', 'not in the model')
+    >>> estimate_words(EstimatedValue(value=0.1, interval=[0.09, None], at_bound=True), 1e3)
+    '100 (above 90), at its limit'
     """
     if estimate is None:
         return "not in the model"
     low, high = (None if end is None else end * factor for end in estimate.interval or (None, None))
     if estimate.value is None:
         return f"above {significant(low)}" if low is not None else NOT_KNOWN
+    limit = ", at its limit" if estimate.at_bound else ""
     if estimate.interval is None:
-        return significant(estimate.value * factor)
-    return interval(estimate.value * factor, low, high)
+        return significant(estimate.value * factor) + limit
+    return interval(estimate.value * factor, low, high) + limit
 
 
 def change_words(relative: float | None) -> str:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, cast
 from stiffcal.campaign.experiment_kinds import KnownKind, experiment_kind, kind_names
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.experiments.presentation import Table
+from stiffcal.measurements.state_measures import StateMeasure
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -54,8 +55,14 @@ class ExperimentKind:
     """The tables of the store that `fit` and `validate` make."""
     kept_tables: tuple[str, ...] = ()
     """Those of them that stay in the store for every fit of the history, to be drawn again."""
-    holds_flange: bool = False
-    """Whether a fixture holds the flange in these runs: their load states then know its place, and miss its motion."""
+    measures: StateMeasure | None = StateMeasure.DISPLACEMENT
+    """What is measured in the load states of its runs: angles of motors where a fixture holds the flange; None where
+    they make no load states."""
+    run_keys: tuple[str, ...] = ()
+    """Which of the keys of a run that only some kinds read (moved_joint, fixture_compliance, approach) it reads. A kind
+    with a moved joint measures torque over its turn."""
+    why_not_diagnosed: str = "its runs make neither load states nor rows in which effects are searched for"
+    """Why ``diagnose`` has nothing to search in where that is so."""
     plot_axis: str = ""
     """What ``plot --against`` calls this kind's picture, for one joint as in ``velocity:2``; "": nothing."""
     plots_runs: bool = False

@@ -40,6 +40,8 @@ class EstimatedValue:
     """Null where it is not identified, or a stiffness without upper limit."""
     interval: list[Number] | None
     """Both ends of the 95 % interval, null where one is open; null where there is none."""
+    at_bound: bool = False
+    """Whether the value is at the limit of its range."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,7 +144,11 @@ def _relative(first: EstimatedParameter | None, second: EstimatedParameter | Non
 
 
 def _value_of(parameter: EstimatedParameter | None) -> EstimatedValue | None:
-    return None if parameter is None else EstimatedValue(value=parameter.value, interval=parameter.interval)
+    return (
+        None
+        if parameter is None
+        else EstimatedValue(value=parameter.value, interval=parameter.interval, at_bound=parameter.at_bound)
+    )
 
 
 def _outside(before: EstimatedParameter | None, after: EstimatedParameter | None) -> bool:

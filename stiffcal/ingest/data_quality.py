@@ -250,7 +250,7 @@ class _LogSettings:
 
 def loads_of(states: LoadStates) -> Booleans:
     """Return of each run whether a load moved the robot: where the controller corrects it is not what the load did."""
-    return np.array([run.experiment == "load" and not run.compensated for run in states.runs], dtype=np.bool_)
+    return np.array([run.is_displaced for run in states.runs], dtype=np.bool_)
 
 
 def check_load_states(

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.experiment_kinds import any_measures
 from stiffcal.campaign.frames import frames_to_estimate, holding, measurement_setup, resolve_frames
 from stiffcal.campaign.gauges import metres_of_rods
 from stiffcal.campaign.loading import Campaign
@@ -17,7 +18,6 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.robot_checks import unfilled_faults
 from stiffcal.campaign.source import Source
 from stiffcal.errors import Fault, InputError, Progress, raise_faults
-from stiffcal.experiments import all_kinds
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.data_quality import DataQuality, ReadLog, check_load_states, loads_of
 from stiffcal.ingest.logged_runs import log_files, logged_runs
@@ -28,6 +28,7 @@ from stiffcal.ingest.recording_tables import recording_columns, recording_name, 
 from stiffcal.ingest.results import IngestResult
 from stiffcal.ingest.run_readings import RunReadings
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mistakes.absolute.place_faults import place_faults
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.blocks import BlockAverager, Blocks
@@ -316,9 +317,9 @@ def _read_logs(
 def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, Registration | None]:
     """Return load states in base axes; frames to be estimated are found first, from the references."""
     manifest, chain = campaign.manifest, campaign.chain
-    holding_kinds = {kind.name for kind in all_kinds() if kind.holds_flange}
     with_states = set(gathered.run)
-    any_held = any(run.experiment in holding_kinds for run in manifest.runs if run.id in with_states)
+    kinds = (run.experiment for run in manifest.runs if run.id in with_states)
+    any_held = any_measures(kinds, StateMeasure.MOTOR_ANGLE)
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain))
     states = load_states(gathered, manifest, chain, holding(setup) if any_held else setup)
     if not states.clamped.all():

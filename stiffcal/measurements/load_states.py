@@ -15,6 +15,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.measurements.set_aside import SetAsideCode
+from stiffcal.measurements.state_measures import StateMeasure
 
 # What the frame is called by which a clamped robot is held, among the targets.
 HELD = "held"
@@ -142,7 +143,7 @@ class RunInfo:
     name: str
     """The run's id, unique in the campaign."""
     experiment: str = "load"
-    """"load", "absolute", "clamped", "friction" or "free"."""
+    """The name of its kind of experiment."""
     holdout: bool = False
     """Never used to fit."""
     tags: tuple[str, ...] = ()
@@ -163,6 +164,13 @@ class RunInfo:
     """Of an absolute run, True where the robot went from each row straight to the next."""
     tracker: int = field(default=0, kw_only=True)
     """Which of the set-up's trackers read its places."""
+    measures: StateMeasure | None = field(default=StateMeasure.DISPLACEMENT, kw_only=True)
+    """What its kind of experiment measures in its states; None where it makes none."""
+
+    @property
+    def is_displaced(self) -> bool:
+        """True where displacements are measured that a load made: no controller was correcting them."""
+        return self.measures is StateMeasure.DISPLACEMENT and not self.compensated
 
 
 @dataclass(frozen=True)
@@ -272,12 +280,12 @@ class LoadStates:
     @property
     def clamped(self) -> Booleans:
         """(n,) True for states of runs whose flange was held: what is measured there is the motors' angles."""
-        return np.array([run.experiment == "clamped" for run in self.runs], dtype=np.bool_)[self.run]
+        return np.array([run.measures is StateMeasure.MOTOR_ANGLE for run in self.runs], dtype=np.bool_)[self.run]
 
     @property
     def absolute(self) -> Booleans:
         """(n,) True for states of which places count, not displacements since a reference."""
-        return np.array([run.experiment == "absolute" for run in self.runs], dtype=np.bool_)[self.run]
+        return np.array([run.measures is StateMeasure.PLACE for run in self.runs], dtype=np.bool_)[self.run]
 
     @property
     def tracker(self) -> Integers:

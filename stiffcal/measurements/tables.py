@@ -29,9 +29,10 @@ from stiffcal.measurements.load_states import (
 )
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rods import BeamProperties, Rods
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
 
-SCHEMA = "stiffcal/states/1"
+SCHEMA = "stiffcal/states/2"
 _WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
 _KEY = b"stiffcal"
 
@@ -121,6 +122,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
             motor_torque=run.get("motor_torque", False),
             direct=run.get("direct", False),
             tracker=run.get("tracker", 0),
+            measures=None if run["measures"] is None else StateMeasure(run["measures"]),
         )
         for run in document["runs"]
     )
@@ -237,7 +239,8 @@ def _setup_document(states: LoadStates) -> Document:
     setup = states.setup
     return {
         "runs": [
-            {"name": run.name, "experiment": run.experiment, "holdout": run.holdout, "tags": list(run.tags)}
+            {"name": run.name, "experiment": run.experiment, "measures": run.measures}
+            | {"holdout": run.holdout, "tags": list(run.tags)}
             | ({"compensated": True} if run.compensated else {})
             | ({"swept": True} if run.swept else {})
             | ({"of": run.of} if run.of else {})

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from stiffcal.campaign.experiment_kinds import any_measures
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.catalogue import built_in_effects, find_effects
 from stiffcal.model.motion import Motion
 from stiffcal.model.plugin_code import PluginCode, allow_line, read_plugins
@@ -121,7 +123,7 @@ def _frames_to_fit(campaign: Campaign) -> tuple[PlacedEffect, ...]:
     from stiffcal.model.measured_frames import placed_frame, placed_load_point
 
     manifest = campaign.manifest
-    if not any(run.experiment == "absolute" for run in manifest.runs):
+    if not any_measures((run.experiment for run in manifest.runs), StateMeasure.PLACE):
         return ()
     poses = {body: pose for source in manifest.sources.values() for body, pose in source.body_poses().items()}
     turned = {body for body, pose in poses.items() if pose.orientation is not None or pose.markers}
@@ -146,7 +148,7 @@ def _base_tilt(campaign: Campaign, at_rest: tuple[PlacedEffect, ...]) -> tuple[P
     sources = manifest.sources.values()
     trackers = {pose.frame for source in sources for pose in source.body_poses().values()}
     stated = not any(name in trackers and frame.estimate and not frame.level for name, frame in manifest.frames.items())
-    absolute = any(run.experiment == "absolute" for run in manifest.runs)
+    absolute = any_measures((run.experiment for run in manifest.runs), StateMeasure.PLACE)
     if stated or not absolute or first_axis_vertical(chain):
         return ()
     weighs = chain.masses_known or manifest.tool is not None or any(source.dead_weight for source in sources)

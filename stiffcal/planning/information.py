@@ -15,6 +15,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
+from stiffcal.campaign.experiment_kinds import measure_of
 from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.load_rows import LoadRows
 from stiffcal.identification.noise import Noise
@@ -172,9 +173,9 @@ def observations_of_runs(
         deflection[:, :, : 6 if with_rotation else 3] = 0.0
     reference = np.zeros((n_runs, per_run), dtype=np.bool_)
     reference[:, 0] = kind != "absolute"
-    numbers = np.arange(n)
+    numbers, measures = np.arange(n), measure_of(kind)
     states = LoadStates(
-        runs=tuple(RunInfo(f"run {number + 1}", experiment=kind) for number in range(n_runs)),
+        runs=tuple(RunInfo(f"run {number + 1}", experiment=kind, measures=measures) for number in range(n_runs)),
         run=np.repeat(np.arange(n_runs), per_run),
         time=np.full(n, np.nan),
         hold=np.full(n, np.nan),

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.campaign.experiment_kinds import kind_names
+from stiffcal.campaign.experiment_kinds import kinds_that_measure
 from stiffcal.errors import Fault
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.like_poses import pose_groups
 
 SAME_POSE_RAD = float(np.radians(1.0))
 """As for folds: runs whose joints agree within 1° are one pose."""
-ABSOLUTE = "absolute"
-"""The kind of experiment that works with places in place of displacements, where this version has it."""
 
 
 def check_displacement_measured(states: LoadStates, file: str = "campaign.toml") -> list[Fault]:
@@ -33,7 +32,7 @@ def check_displacement_measured(states: LoadStates, file: str = "campaign.toml")
     measured = _measured(states) & states.used
     per_run = np.bincount(states.run[measured], minlength=len(states.runs))
     present = np.unique(states.run)
-    loads = np.array([run.experiment == "load" for run in states.runs], dtype=np.bool_)
+    loads = np.array([run.measures is StateMeasure.DISPLACEMENT for run in states.runs], dtype=np.bool_)
     if (per_run > 1).any() or not loads[present].any():
         return []
     reason = f"{_what_is_there(states, present.size)}; {_what_is_missing(states, measured)}"
@@ -87,7 +86,8 @@ def _what_would_serve(states: LoadStates) -> str:
         "body": body,
     }
     mend += f"; or write displacements already taken as {toml_text.pair('deflection', taken)}, say"
-    return f"{mend}; or {toml_text.pair('experiment', ABSOLUTE)}" if ABSOLUTE in kind_names() else mend
+    of_places = kinds_that_measure(StateMeasure.PLACE)[:1]
+    return "; or ".join([mend, *(toml_text.pair("experiment", kind) for kind in of_places)])
 
 
 def _count(number: int, noun: str) -> str:

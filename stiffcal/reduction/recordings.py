@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.experiment_kinds import measure_of
 from stiffcal.campaign.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.reduction.blocks import Blocks
 from stiffcal.reduction.clock_course import clock_courses
 from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, align_clocks, moves
@@ -177,7 +179,7 @@ def _find_run_holds(
         )
         return holds, 0 if swept is None else swept.passes
     # nothing moves: one unloaded pose ("free"), or a forgotten load; the whole log is one hold
-    if run.experiment == "free":
+    if measure_of(run.experiment) is StateMeasure.FRAME:
         first = shared[0]
         ends = np.array([first.time[0]]), np.array([first.time[-1]])
         return Holds(*ends, *ends), 0

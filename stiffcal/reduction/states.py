@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.campaign.experiment_kinds import measure_of
 from stiffcal.campaign.frames import sigma_of_places
 from stiffcal.campaign.manifest import Manifest, Run
 from stiffcal.campaign.signals import Pose
@@ -16,6 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.set_aside import SetAside, SetAsideCode, set_aside_columns
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quaternions import rotation_from_quaternion
@@ -25,8 +27,6 @@ from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.references import reference_states
 from stiffcal.reduction.row_sigma import stated_row_by_row, with_own_sigma, with_typical_sigma
 
-ABSOLUTE = "absolute"
-"""The kind of experiment in which a row is a place by itself."""
 STANDARD_GRAVITY = 9.80665  # m/s², where the robot file's gravity has no length
 
 
@@ -57,8 +57,9 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
     sigma = stated_row_by_row(
         raw_states, setup, tracker, np.where(np.isfinite(deflection[:, :, :3]), deflection[:, :, :3], position)
     )
+    of_run = {name: measure_of(entry.experiment) for name, entry in manifest_runs.items()}
     absolute = np.array(
-        [name in manifest_runs and manifest_runs[name].experiment == ABSOLUTE for name in raw_states.run],
+        [of_run.get(name) is StateMeasure.PLACE for name in raw_states.run],
         dtype=np.bool_,
     )
     sigma = with_own_sigma(sigma, absolute, setup.target_names, sigma_of_places(manifest))
@@ -145,6 +146,7 @@ def _with_not_measured(set_aside: Sequence[SetAside], measured: Booleans, run: I
 def _run_info(name: str, run: Run | None, manifest: Manifest, tracker: int) -> RunInfo:
     if run is None:
         return RunInfo(name, tracker=tracker)
+    measures = measure_of(run.experiment)
     sensor = any(manifest.sources[source].wrench is not None for source in run.files)
     return RunInfo(
         name,
@@ -153,9 +155,10 @@ def _run_info(name: str, run: Run | None, manifest: Manifest, tracker: int) -> R
         run.tags,
         run.compensation == "on",
         run.fixture_compliance,
-        motor_torque=run.experiment == "clamped" and not sensor,
+        motor_torque=measures is StateMeasure.MOTOR_ANGLE and not sensor,
         direct=run.approach == "direct",
         tracker=tracker,
+        measures=measures,
     )
 
 

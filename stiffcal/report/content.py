@@ -22,6 +22,7 @@ from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
 from stiffcal.measurements.rms import Rms
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.summary import EffectAt
 from stiffcal.report.compensation_content import WithAndWithout
 from stiffcal.report.joint_curves import JointPicture
@@ -54,7 +55,9 @@ class ReportRun:
     tags: tuple[str, ...] = ()
     """The manifest's words for the run."""
     kind: str = "load"
-    """Kind of experiment: "load", "absolute" (each row a run), "clamped", "friction", "free"."""
+    """The name of its kind of experiment."""
+    measures: StateMeasure | None = StateMeasure.DISPLACEMENT
+    """What is measured in its states; of places each row is a run."""
 
 
 @dataclass(frozen=True)
@@ -356,7 +359,7 @@ class ReportContent:
     @property
     def absolute_alone(self) -> bool:
         """Whether all runs are absolute poses."""
-        return bool(self.runs) and all(run.kind == "absolute" for run in self.runs)
+        return bool(self.runs) and all(run.measures is StateMeasure.PLACE for run in self.runs)
 
     @property
     def readings_alone(self) -> tuple[Page, ...]:

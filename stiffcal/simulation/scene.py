@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.experiment_kinds import measure_of
 from stiffcal.campaign.frames import resolve_frames
 from stiffcal.campaign.gauges import rods_of
 from stiffcal.campaign.loading import Campaign
@@ -16,6 +17,7 @@ from stiffcal.errors import Fault, raise_faults
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rods import rod_matrix
 from stiffcal.model.assembly import compliant_robot
@@ -192,7 +194,7 @@ def draw_acts(
         angles = campaign.chain.model_angles(joints[None, :])
         axes = attached_poses(campaign.chain, angles, frames[loads.axes])[1][0]
         program = load_program(loads, axes, stream(seed, Stream.LOADS, number))
-        if kind == "free":
+        if measure_of(kind) is StateMeasure.FRAME:
             program = program.first_hold()
         planned_runs.append(PlannedRun(run.id, joints, program, loads, frames[loads.point], now))
         now += program.duration

@@ -87,6 +87,8 @@ class ViewValue:
     """Lower end of the 95 % interval."""
     high: float | None = None
     """Upper end of the 95 % interval."""
+    at_bound: bool = False
+    """Whether the value is at the limit of its range."""
 
 
 @dataclass(frozen=True, kw_only=True)

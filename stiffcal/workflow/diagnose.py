@@ -178,13 +178,13 @@ def _place_of(suspect: Suspect, states: LoadStates) -> str:
     return run if suspect.row is None or alone else f"row {suspect.row} of {run}"
 
 
-TOO_FEW_READINGS = "No effect can be diagnosed: too few readings per run for load states; log at a higher rate."
-
-
 def without_states(data: Ingested, identified: IdentifyResult, context: RunContext) -> DiagnoseResult:
     """Return the diagnosis of a campaign without load states and without rows of another kind: nothing to search."""
+    from stiffcal.experiments import all_kinds
     from stiffcal.workflow.validate import up_to_date_validation
 
+    measured = {run.experiment for run in data.campaign.manifest.runs}
+    reasons = dict.fromkeys(kind.why_not_diagnosed for kind in all_kinds() if kind.name in measured)
     validation = up_to_date_validation(data, identified, context)
     return DiagnoseResult(
         warnings=list(validation.warnings),
@@ -196,13 +196,13 @@ def without_states(data: Ingested, identified: IdentifyResult, context: RunConte
         could_be=[],
         findings=[],
         next_measurement=None,
-        not_tried=[UntestableEffect("every effect that deflects the robot", "load states: more readings per run")],
+        not_tried=[UntestableEffect("every effect that deflects the robot", "load states")],
         unexplained=None,
         structure=[],
         heldout_rms_after_choosing=Rms(None, None),
         parameters_with_missing=[],
         pace=SearchPace(models=0, candidates=0, signatures=0, seconds=0.0, candidates_per_second=0.0),
-        summary=TOO_FEW_READINGS,
+        summary=f"No effect can be diagnosed: {'; '.join(reasons)}.",
         superfluous=[],
         evidence=[],
         fit_id="",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.experiment_kinds import any_measures
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.campaign.prismatic_checks import refuse_prismatic
@@ -17,6 +18,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import HELD
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.reduction.reading_bounds import LARGEST_FORCE_N
 from stiffcal.workflow.plan_measured import measured_so_far
 from stiffcal.workflow.steps import RunContext, free_names
@@ -116,12 +118,16 @@ def kind_of(campaign: Campaign, plan: PlanFile) -> RunKind:
     if plan.experiment is not None:
         return plan.experiment
     kinds = {run.experiment for run in campaign.manifest.runs}
-    if "load" in kinds or not kinds:
+    if not kinds:
         return "load"
-    if "absolute" in kinds:
-        return "absolute"
-    if "clamped" in kinds:
-        return "clamped"
+    planned: dict[StateMeasure, RunKind] = {
+        StateMeasure.DISPLACEMENT: "load",
+        StateMeasure.PLACE: "absolute",
+        StateMeasure.MOTOR_ANGLE: "clamped",
+    }
+    for measure, kind in planned.items():
+        if any_measures(kinds, measure):
+            return kind
     here = " or ".join(sorted(kinds))
     reason = f"all runs are {here} runs; plan supports load runs, absolute poses and clamped robots"
     # a joint on a bench of its own has no lever that a load at the flange could turn it by
@@ -134,10 +140,14 @@ def as_planned(campaign: Campaign, plan: PlanFile) -> Campaign:
     """Return the campaign with a run of the planned kind, where it has none: frames to be found depend on it."""
     from stiffcal.campaign.manifest import Run
 
-    if kind_of(campaign, plan) != "absolute" or any(run.experiment == "absolute" for run in campaign.manifest.runs):
+    if kind_of(campaign, plan) != "absolute" or _has_places(campaign):
         return campaign
     runs = (*campaign.manifest.runs, Run(id="poses", experiment="absolute"))
     return replace(campaign, manifest=campaign.manifest.model_copy(update={"runs": runs}))
+
+
+def _has_places(campaign: Campaign) -> bool:
+    return any_measures((run.experiment for run in campaign.manifest.runs), StateMeasure.PLACE)
 
 
 def refuse_lifts(campaign: Campaign) -> None:

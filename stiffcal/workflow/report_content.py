@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.experiment_kinds import measure_of
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import JointSignals, Wrench
@@ -31,6 +32,7 @@ from stiffcal.ingest.parts import PROVENANCE
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.set_aside import SetAsideCode
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.summary import EffectAt
@@ -109,7 +111,7 @@ def report_content(
         )
         for run in data.campaign.manifest.runs
         # Rows of absolute runs are runs of their own.
-        if run.experiment != "absolute" and run.id not in {info.name for info in states.runs}
+        if measure_of(run.experiment) is not StateMeasure.PLACE and run.id not in {info.name for info in states.runs}
     )
     diagnosis, _ = current_diagnosis(data, identified)
     named = (
@@ -236,7 +238,11 @@ def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
             # States count runs by number: a run of which nothing is left keeps its place.
             rows.append(
                 ReportRun(
-                    info.name, np.full(states.joints.shape[1], np.nan), holdout=info.holdout, kind=info.experiment
+                    info.name,
+                    np.full(states.joints.shape[1], np.nan),
+                    holdout=info.holdout,
+                    kind=info.experiment,
+                    measures=info.measures,
                 )
             )
             continue
@@ -246,7 +252,7 @@ def _runs(states: LoadStates, chain: Chain) -> tuple[ReportRun, ...]:
         target, _ = attached_poses(chain, angles, states.setup.targets[0])
         has_extent = float(np.ptp(stick[0], axis=0).max()) > 0.0  # a joint on a bench has none: nothing to draw
         figure, end = (stick[0], target[0]) if has_extent else (None, None)
-        rows.append(ReportRun(info.name, joints, figure, end, info.holdout, info.tags, info.experiment))
+        rows.append(ReportRun(info.name, joints, figure, end, info.holdout, info.tags, info.experiment, info.measures))
     return tuple(rows)
 
 

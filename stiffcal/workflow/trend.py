@@ -226,7 +226,10 @@ def _parameter(
         effect=any_one.effect,
         where=any_one.where,
         unit=any_one.unit,
-        values=[None if one is None else EstimatedValue(value=one.value, interval=one.interval) for one in estimates],
+        values=[
+            None if one is None else EstimatedValue(value=one.value, interval=one.interval, at_bound=one.at_bound)
+            for one in estimates
+        ],
         variance_from=source,
         relative=charted is not None and charted.relative,
         deviation=None if charted is None or chart is None else deviation_of(charted, since),

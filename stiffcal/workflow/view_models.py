@@ -180,7 +180,7 @@ def _in_words(fit: StoredFit) -> str:
 
 def _value(entry: EstimatedParameter) -> ViewValue:
     low, high = entry.interval or (None, None)
-    return ViewValue(name=entry.name, unit=entry.unit, value=entry.value, low=low, high=high)
+    return ViewValue(name=entry.name, unit=entry.unit, value=entry.value, low=low, high=high, at_bound=entry.at_bound)
 
 
 def _refits(

@@ -25,6 +25,7 @@ from stiffcal.identification.geometry import with_geometry
 from stiffcal.identification.identify import identify_parameters, predict_observations
 from stiffcal.identification.observation import evaluate, observe
 from stiffcal.measurements.load_states import LoadStates, RunInfo
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.workflow.steps import RunContext, up_to_date_states
@@ -76,7 +77,9 @@ def unmeasured(states: LoadStates, truth: Truth, robot: CompliantRobot, seed: in
         wrench=nothing,
         time=np.zeros(N_HELD_OUT),
     )
-    runs = tuple(RunInfo(f"row {k + 1}", "absolute", of="unmeasured") for k in range(N_HELD_OUT))
+    runs = tuple(
+        RunInfo(f"row {k + 1}", "absolute", of="unmeasured", measures=StateMeasure.PLACE) for k in range(N_HELD_OUT)
+    )
     return replace(rows, runs=runs)
 
 

@@ -39,7 +39,7 @@ def judged(document: dict[str, Any], joint: int) -> tuple[list[float], float, fl
     std = np.sqrt(np.diag(np.array(reported["curve"]["covariance"])))
     width = values(document)[f"backlash.j{joint}.width"]["value"]
     poor = [one["run"] for one in reported["left_out"]] == ([f"c-joint{joint}"] if joint in (2, 3) else [])
-    return list((found - truth) / std), width / DEGREE - play, reported["play"] / DEGREE - play, poor
+    return list((found - truth) / std), width / DEGREE - play, reported["low_slope"] / DEGREE - play, poor
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

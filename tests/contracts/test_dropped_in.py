@@ -34,6 +34,7 @@ from stiffcal.results.identify_result import IdentifyResult
 from tests.fuzz.feeding import feed_one
 from tests.fuzz.targets import formats_not_fed
 from tests.laboratory.campaign_folders import changed
+from tests.laboratory.constant_orientation import write_campaign as write_places
 from tests.laboratory.displacement_table import (
     Columns,
     displacement_columns,
@@ -445,6 +446,129 @@ def test_the_terminal_and_the_report_call_a_new_kind_as_it_says(
     command("report", hanging, "-o", output)
     text = re.sub(r"\s+", " ", " ".join(page.extract_text() for page in PdfReader(output).pages))
     assert HANGING in text
+
+
+# ---- kinds whose runs measure what absolute or clamped runs do ------------------------------------------------------
+
+
+def test_places_of_a_new_kind_are_those_of_absolute_runs(tmp_path: Path, command: Command) -> None:
+    folder = write_places(tmp_path / "c", "scara", n=30)
+    absolute = command("identify", folder)
+    with dropped_in("state_experiments"):
+        rewrite(folder, ('experiment = "absolute"', 'experiment = "surveyed"'))
+        surveyed = command("identify", folder)
+        assert command("check", folder)["runs"][0]["experiment"] == "surveyed"
+    assert surveyed["parameters"] == absolute["parameters"]
+    assert surveyed["expected_error"] == absolute["expected_error"]
+
+
+ONE_JOINT_ROBOT = """
+schema = "stiffcal/robot/1"
+name = "j"
+convention = "modified-dh"
+gravity_mps2 = [0, 0, 0]
+
+[[joints]]
+name = "axis"
+"""
+ONE_JOINT = """
+schema = "stiffcal/campaign/1"
+name = "stop"
+robot = "robot.toml"
+
+[sources.bench]
+time = { column = "t", unit = "s" }
+joints = { position = ["q"], torque = ["tau"], units = { position = "deg", torque = "N*m" } }
+
+[[runs]]
+id = "a"
+experiment = "clamped"
+moved_joint = 1
+joints_deg = [0.0]
+files = { bench = "raw/a.csv" }
+"""
+
+
+@pytest.mark.long
+def test_motor_angles_of_a_new_kind_are_those_of_clamped_runs(tmp_path: Path, command: Command) -> None:
+    """Three cycles of a spring of 1e5 N·m/rad."""
+    folder = tmp_path / "c"
+    (folder / "raw").mkdir(parents=True)
+    (folder / "campaign.toml").write_text(ONE_JOINT, encoding="utf-8")
+    (folder / "robot.toml").write_text(ONE_JOINT_ROBOT, encoding="utf-8")
+    time = np.arange(0.0, 60.0, 0.1)
+    torque = 100.0 * np.sin(2.0 * np.pi * time / 20.0)
+    angle = np.rad2deg(1e-5 * torque + 4e-6 * np.random.default_rng(1).normal(size=time.size))
+    rows = [f"{t:.1f},{q:.9f},{tau:.6f}" for t, q, tau in zip(time, angle, torque, strict=True)]
+    (folder / "raw" / "a.csv").write_text("\n".join(["t,q,tau", *rows, ""]), encoding="utf-8")
+    clamped = command("identify", folder)
+    with dropped_in("state_experiments"):
+        rewrite(folder, ('experiment = "clamped"', 'experiment = "pressed"'))
+        pressed = command("identify", folder)
+        validated, diagnosis = command("validate", folder), command("diagnose", folder)
+        limits = 'schema = "stiffcal/plan-input/1"\n[load]\nmoment_Nm = 100.0\n'
+        (folder / "plan.toml").write_text(limits, encoding="utf-8")
+        planned = command("plan", folder, "--runs", "2")
+    assert pressed["parameters"] == clamped["parameters"]
+    assert "clamped" not in pressed
+    assert planned["experiment"] == "clamped"
+    assert validated["rms"]["motor_angle"] == pytest.approx(4e-6, rel=0.1)
+    assert diagnosis["missing"] == []
+
+
+# ---- a kind with rows of its own -------------------------------------------------------------------------------------
+
+
+TURNED = """
+schema = "stiffcal/campaign/1"
+name = "turned"
+robot = "robot.toml"
+
+[sources.drive]
+time = { column = "t", unit = "s" }
+
+[sources.drive.joints]
+position = ["q"]
+velocity = ["w"]
+torque = ["tau"]
+units = { position = "rad", velocity = "rad/s", torque = "N*m" }
+"""
+
+
+@pytest.mark.long
+def test_effects_are_searched_in_rows_of_a_new_kind(
+    tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Friction and a ripple of 1 N·m: identify, validate, diagnose and report run, and the ripple is found."""
+    folder, rng = tmp_path / "c", np.random.default_rng(1)
+    (folder / "raw").mkdir(parents=True)
+    (folder / "robot.toml").write_text(ONE_JOINT_ROBOT, encoding="utf-8")
+    model = 'schema = "stiffcal/model/1"\n[[effects]]\ntype = "joint-friction"\njoints = [1]\n'
+    (folder / "model.toml").write_text(model, encoding="utf-8")
+    text = TURNED
+    for number, speed in enumerate((0.1, -0.1, 0.2, -0.2, 0.4, -0.4, 0.3, -0.3)):
+        angle = np.sign(speed) * np.linspace(-1.5, 1.5, 80)
+        torque = 20.0 * np.sign(speed) + 15.0 * speed + np.cos(7.0 * angle) + 0.1 * rng.normal(size=80)
+        rows = [
+            f"{20 * number + 0.1 * k:.1f},{q},{speed},{tau}"
+            for k, (q, tau) in enumerate(zip(angle, torque, strict=True))
+        ]
+        (folder / "raw" / f"{number}.csv").write_text("\n".join(["t,q,w,tau", *rows, ""]), encoding="utf-8")
+        text += f'[[runs]]\nid = "turn{number}"\nexperiment = "turning"\nfiles = {{ drive = "raw/{number}.csv" }}\n'
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    kept = [module for module in all_sections() if module.__name__.endswith((".experiments", ".diagnosis"))]
+    monkeypatch.setattr(building, "all_sections", lambda: kept)  # the others take long to draw
+    with dropped_in("row_experiments"):
+        assert command("identify", folder)["turning"] == {"turns": 8}
+        assert command("validate", folder)["rms"]["torque"] == pytest.approx(0.72, abs=0.05)
+        diagnosis = command("diagnose", folder)
+        command("report", folder, "-o", folder / "report.pdf")
+        command("view", folder, "-o", folder / "view.html")
+    (missing,) = diagnosis["missing"]
+    assert (missing["effect"], missing["where"]) == ("torque-ripple", {"joints": [1]})
+    text = re.sub(r"\s+", " ", " ".join(page.extract_text() for page in PdfReader(folder / "report.pdf").pages))
+    assert "the joint was turned 8 times" in text
+    assert "torque-ripple" in text
 
 
 # ---- a section of the report ----------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.effects.creep import Creep
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.effect import RZ, Place, StateOrder, joint_node
 from stiffcal.model.state_order import PoseHistory
 from tests.laboratory.effect_bench import bare_states, displacement, loads, order_of, robot_chain
@@ -121,7 +122,7 @@ def test_an_interrupted_sequence_begins_relaxed() -> None:
 
 def test_absolute_places_need_the_order_of_approach() -> None:
     states = bare_states([0, 1, 2], time=[0.0, 20.0, 40.0])
-    runs = tuple(replace(run, experiment="absolute") for run in states.runs)
+    runs = tuple(replace(run, measures=StateMeasure.PLACE) for run in states.runs)
     held = replace(states, runs=runs, hold=np.full(3, 5.0))
     assert "order of approach" in (EFFECT.lacking(robot_chain(), held) or "")
     ordered = replace(held, runs=tuple(replace(run, direct=True) for run in runs))
@@ -156,7 +157,7 @@ def test_what_is_lacking_is_never_also_tried() -> None:
     some = bare_states(runs, time=[0.0, np.nan, 2.0])
     assert "time stamp of each" in (EFFECT.lacking(robot_chain(), some) or "")
     rows = bare_states([0, 1, 2], time=[0.0, np.nan, np.nan])
-    absolute = tuple(replace(run, experiment="absolute", direct=k > 0) for k, run in enumerate(rows.runs))
+    absolute = tuple(replace(run, measures=StateMeasure.PLACE, direct=k > 0) for k, run in enumerate(rows.runs))
     assert 'approach = "direct"' in (EFFECT.lacking(robot_chain(), replace(rows, runs=absolute)) or "")
     two = bare_states([0, 0, 1, 1], time=[0.0, 2.0, 0.0, np.nan])
     assert EFFECT.lacking(robot_chain(), two) is None

@@ -9,6 +9,7 @@ import pytest
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.effects.friction_hysteresis import FrictionHysteresis
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import RZ, Law, NodeLoads, Place, joint_node
 from stiffcal.model.forms import form_of
@@ -121,7 +122,7 @@ def test_the_form_of_absolute_places_is_the_part_that_is_no_compliance() -> None
 
 def test_absolute_places_need_both_directions_of_a_drive() -> None:
     states = bare_states([0, 1, 2])
-    states = replace(states, runs=tuple(replace(run, experiment="absolute") for run in states.runs))
+    states = replace(states, runs=tuple(replace(run, measures=StateMeasure.PLACE) for run in states.runs))
     assert "order of approach" in (EFFECT.lacking(robot_chain(), states) or "")
     one_way = replace(states, approach=np.ones((3, 6)))
     form = form_of(EFFECT, ["width"])

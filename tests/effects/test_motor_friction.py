@@ -14,6 +14,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.documents import document_of
 from stiffcal.effects.friction_hysteresis import FrictionHysteresis
 from stiffcal.effects.joint_compliance import JointCompliance
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import RZ, Inputs, Place, joint_node
@@ -108,7 +109,9 @@ def test_it_acts_where_the_motors_torque_is_measured_alone() -> None:
 
 def test_it_replaces_the_other_form_where_all_loads_are_motor_torques() -> None:
     states = bare_states([0, 0, 0])
-    motors = replace(states, runs=tuple(replace(run, experiment="clamped", motor_torque=True) for run in states.runs))
+    motors = replace(
+        states, runs=tuple(replace(run, measures=StateMeasure.MOTOR_ANGLE, motor_torque=True) for run in states.runs)
+    )
     assert whole_form(FrictionHysteresis(), robot_chain(), states) is None
     assert whole_form(FrictionHysteresis(), robot_chain(), motors) is FORM
     # the angle stays while the torque falls from 30 to 18

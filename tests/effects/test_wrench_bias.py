@@ -9,6 +9,7 @@ import pytest
 
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.wrench_bias import WrenchBias
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.effect import Inputs, Place
 from tests.laboratory.effect_bench import bare_states, robot_chain, settled
@@ -55,5 +56,5 @@ def test_where_it_can_be_found() -> None:
     joints[1, 4] = 0.5
     assert EFFECT.lacking(CHAIN, replace(still, joints=joints)) is None
     assert EFFECT.lacking(CHAIN, replace(still, deflection=np.zeros((4, 1, 6)))) is None
-    places = replace(still, runs=tuple(replace(run, experiment="absolute") for run in still.runs))
+    places = replace(still, runs=tuple(replace(run, measures=StateMeasure.PLACE) for run in still.runs))
     assert "load runs" in str(EFFECT.lacking(CHAIN, places))

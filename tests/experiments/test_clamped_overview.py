@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,8 @@ import pytest
 from stiffcal.cli.experiments import text_of
 from stiffcal.experiments.clamped.documents import DEFINITION, joint_result, run_result
 from stiffcal.experiments.clamped.joints import joints_of
-from stiffcal.experiments.clamped.page import LOW_SLOPE, clamped_overview
-from stiffcal.experiments.clamped.results import ClampedSection
+from stiffcal.experiments.clamped.page import AT_LIMIT, LOW_SLOPE, clamped_overview
+from stiffcal.experiments.clamped.results import ClampedRunResult, ClampedSection, Definition, JointResult
 from stiffcal.experiments.clamped.torque_angle_fit import CURVE
 from stiffcal.experiments.presentation import Column, Sentence, Table
 from stiffcal.uncertainty import NORMAL_95
@@ -54,9 +54,9 @@ def test_each_quantity_has_one_unit_and_each_run_its_reversal_error() -> None:
     overview = clamped_overview(section())
     joints, runs = (block for block in overview.blocks if isinstance(block, Table))
     units = {column.title: column.unit for column in (*joints.columns, *runs.columns) if isinstance(column, Column)}
-    assert units["chord stiffness, ± 95 %"] == "N·m/rad"
+    assert units["chord stiffness"] == "N·m/rad"
     # as backlash's width
-    assert units[f"{LOW_SLOPE}, ± 95 %"] == units[LOW_SLOPE] == units["reversal error"] == "rad"
+    assert units[LOW_SLOPE] == units["reversal error"] == "rad"
     assert [str(row[0][0]) for row in runs.rows] == ["wide", "narrow"]
     assert [block.code for block in overview.blocks if isinstance(block, Sentence)] == ["joint", *["definition"] * 3]
 
@@ -65,8 +65,10 @@ def test_a_description_is_no_second_play() -> None:
     """That is a parameter of the model, next to which the description stands."""
     joints = next(block for block in clamped_overview(section()).blocks if isinstance(block, Table))
     titles = [str(column.title) for column in joints.columns if isinstance(column, Column)]
-    assert titles[0] == "clamped, without a model"
+    assert titles[0] == "clamped, without a model, ± 95 %"
     assert not [title for title in titles if "play" in title]
+    names = [field.name for result in (JointResult, ClampedRunResult, Definition) for field in fields(result)]
+    assert not [name for name in names if "play" in name]
 
 
 def test_a_band_as_wide_as_the_search_allows_is_at_its_limit() -> None:
@@ -80,7 +82,14 @@ def test_a_curve_at_the_limit_of_its_range_has_no_uncertainty() -> None:
     run = clamped_run("straight", clamped_law(3, width=0.0)[0])
     run = replace(run, fit=replace(run.fit, at_limit=dict.fromkeys(CURVE, (True, True))))
     (joint,) = joints_of([run])
-    assert {one.spec.symbol for one in joint.parameters if one.at_bound} == {"play", "width", "p1", "p2", "p3", "chord"}
+    assert {one.spec.symbol for one in joint.parameters if one.at_bound} == {
+        "low_slope",
+        "width",
+        "p1",
+        "p2",
+        "p3",
+        "chord",
+    }
     assert [one.std for one in joint.curve] == [None] * 3
     result = joint_result(joint, "A3")
     assert result.at_bound == ["p1", "p2", "p3", "chord"]
@@ -89,20 +98,21 @@ def test_a_curve_at_the_limit_of_its_range_has_no_uncertainty() -> None:
         block for block in clamped_overview(ClampedSection(definition=DEFINITION, joints=[result], runs=[])).blocks
     )
     assert isinstance(table, Table)
+    assert text_of(table.rows[0][1]).endswith(f", {AT_LIMIT}")
     assert "±" not in text_of(table.rows[0][1])
     assert all(tangent.interval == [None, None] for tangent in result.tangent_stiffness if tangent.stiffness)
     # of a play that is none what it may be at most is known
-    assert result.play_std is None
-    assert result.play_interval == [0.0, pytest.approx(NORMAL_95 * 0.5 * run.resolution)]
+    assert result.low_slope_std is None
+    assert result.low_slope_interval == [0.0, pytest.approx(NORMAL_95 * 0.5 * run.resolution)]
 
 
 def test_intervals_of_a_description_are_those_of_its_standard_uncertainties() -> None:
     (joint,) = joints_of([clamped_run("wide", clamped_law(3, friction=12.0)[0])])
     result = joint_result(joint, "A3")
     assert result.at_bound == []
-    assert result.play_std is not None
-    half = NORMAL_95 * result.play_std
-    assert result.play_interval == pytest.approx([result.play - half, result.play + half])
+    assert result.low_slope_std is not None
+    half = NORMAL_95 * result.low_slope_std
+    assert result.low_slope_interval == pytest.approx([result.low_slope - half, result.low_slope + half])
     assert joint.friction is not None
     assert joint.friction.interval == pytest.approx([12.0, 12.0], abs=2.0)
     spread = np.sqrt(np.diagonal(joint.covariance))

@@ -76,6 +76,14 @@ def test_what_moved_is_reported_in_words(moving: tuple[int, ...], given: int | N
     assert "run1" in str(caught.value)
 
 
+def test_a_log_too_coarse_for_its_motion_is_not_one_that_stood_still() -> None:
+    joints = 1e-3 * np.sin(2.5 * np.arange(15.0))[:, None]
+    with pytest.raises(InputError) as caught:
+        moved_joint("run1", joints, 1, ("A1",))
+    assert "15 readings" in str(caught.value)
+    assert "higher rate" in str(caught.value)
+
+
 def test_the_moved_joint_is_found() -> None:
     joints = np.random.default_rng(1).normal(0.0, 1e-8, (4000, 3))
     joints[:, 1] += triangle()

@@ -14,6 +14,7 @@ from stiffcal.identification.projection import Projection
 from stiffcal.identification.run_offsets import run_offsets
 from stiffcal.identification.weights import huber_whitening
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.validation.heldout import search_folds, validation_folds
 from stiffcal.validation.schemes import BY_REGION_AND_POSE
 from tests.laboratory.simulated_states import medium_robot, played
@@ -26,7 +27,10 @@ def places_and_loads(correlated: bool = False) -> LoadStates:
     states = played(medium_robot(), runs=5, noise=Sigma(2e-5, 1e-5))
     keep = (states.run >= 2) | states.reference
     states = states.select(keep)
-    runs = tuple(RunInfo(f"row {k}", "absolute", of="places") if k < 2 else info for k, info in enumerate(states.runs))
+    runs = tuple(
+        RunInfo(f"row {k}", "absolute", of="places", measures=StateMeasure.PLACE) if k < 2 else info
+        for k, info in enumerate(states.runs)
+    )
     wrench = np.where(states.run[:, None] < 2, 0.0, states.wrench)
     return replace(states, runs=runs, wrench=wrench)
 

@@ -21,6 +21,7 @@ from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters
 from stiffcal.identification.moved_base import MovedBase, moved_base
 from stiffcal.measurements.load_states import LoadStates, RunInfo
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.measured_frames import placed_frame
@@ -91,7 +92,10 @@ def in_two_runs(states: LoadStates, time: Floats) -> LoadStates:
     half = N // 2
     names = ["a" if k < half else "b" for k in range(N)]
     row = np.arange(N) % half + 1
-    runs = tuple(RunInfo(f"{name} row {k}", "absolute", of=name) for name, k in zip(names, row, strict=True))
+    runs = tuple(
+        RunInfo(f"{name} row {k}", "absolute", of=name, measures=StateMeasure.PLACE)
+        for name, k in zip(names, row, strict=True)
+    )
     return replace(states, runs=runs, row=row, time=time)
 
 

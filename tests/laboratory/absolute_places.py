@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo, Sigma, TrackerPlace
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
@@ -45,7 +46,7 @@ def absolute_states(
         wrench=np.zeros((n, 6)) if wrench is None else wrench,
         time=20.0 * np.arange(n),
     )  # fmt: skip
-    runs = tuple(RunInfo(f"poses row {k + 1}", "absolute", of="poses") for k in range(n))
+    runs = tuple(RunInfo(f"poses row {k + 1}", "absolute", of="poses", measures=StateMeasure.PLACE) for k in range(n))
     return replace(states, runs=runs)
 
 

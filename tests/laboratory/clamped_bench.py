@@ -13,6 +13,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import HELD, LoadStates, RunInfo
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -92,7 +93,9 @@ def clamped_bench(
         deflection=np.full((n, 2, 6), np.nan), position_scatter=np.full((n, 2, 3), np.nan),
         temperature=np.concatenate(temperatures)[:, None] if warming is not None else np.zeros((n, 0)),
     )  # fmt: skip
-    return replace(states, runs=tuple(RunInfo(info.name, "clamped") for info in states.runs))
+    return replace(
+        states, runs=tuple(RunInfo(info.name, "clamped", measures=StateMeasure.MOTOR_ANGLE) for info in states.runs)
+    )
 
 
 def model_with(chain: Chain, effect: Effect, place: Place, drive: Effect) -> CompliantRobot:

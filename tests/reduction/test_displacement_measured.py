@@ -14,6 +14,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.data_quality import check_load_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.reduction.displacement_measured import check_displacement_measured
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
@@ -91,7 +92,7 @@ def test_states_that_are_set_aside_do_not_count(states: LoadStates) -> None:
 
 def test_runs_without_load_that_place_a_frame_need_no_second_state(states: LoadStates) -> None:
     single = states.select(np.array([np.flatnonzero(states.run == run)[0] for run in range(RUNS)]))
-    free = tuple(replace(run, experiment="free") for run in single.runs)
+    free = tuple(replace(run, measures=StateMeasure.FRAME) for run in single.runs)
     assert not check_displacement_measured(replace(single, runs=free))
 
 

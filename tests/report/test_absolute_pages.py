@@ -11,6 +11,7 @@ import pytest
 from pypdf import PdfReader
 
 from stiffcal.measurements.rms import Rms
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.report import building
 from stiffcal.report.blocks import ReportSection, TableBlock
 from stiffcal.report.content import ReportContent
@@ -31,7 +32,8 @@ def poses(n: int, load: float = 0.0) -> ReportContent:
     assert content.states is not None
     joints = np.array([0.5, -1.0, -1e-5])
     runs = tuple(
-        replace(run, name=f"poses row {k + 1}", kind="absolute", joints=joints) for k, run in enumerate(content.runs)
+        replace(run, name=f"poses row {k + 1}", measures=StateMeasure.PLACE, joints=joints)
+        for k, run in enumerate(content.runs)
     )
     states = replace(content.states, load=np.full(len(content.states), load))
     return replace(content, runs=runs, states=states)
@@ -55,7 +57,7 @@ def test_poses_without_load_are_listed_by_angles_and_distance() -> None:
 def test_places_and_loads_have_a_column_each() -> None:
     content = poses(3)
     first, *others = content.runs
-    table = runs_table(replace(content, runs=(replace(first, kind="load"), *others)))
+    table = runs_table(replace(content, runs=(replace(first, measures=StateMeasure.DISPLACEMENT), *others)))
     assert [column.title for column in table.columns][-2:] == ["largest deflection", "from the nominal robot"]
     assert [[cell == "–" for cell in row[-2:]] for row in table.rows] == [[False, True], *[[True, False]] * 2]
 

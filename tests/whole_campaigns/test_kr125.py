@@ -65,7 +65,7 @@ def test_table_2_comes_back(identified: dict[str, Any], joint: int) -> None:
     # joint 4 is crossed within 0.05 N·m, less than what the force sensor's noise makes of a torque
     assert abs(width["value"] - play * DEGREE) < (0.004 if joint == 4 else 0.002) * DEGREE
     # the definition's own number, the paper's resolution
-    assert abs(reported["play"] - play * DEGREE) < 0.01 * DEGREE
+    assert abs(reported["low_slope"] - play * DEGREE) < 0.01 * DEGREE
     # joint 1's printed cubic turns over at 0.096°
     low, high = reported["curve"]["reach"]
     x = np.linspace(low, min(high, 0.09 * DEGREE if joint == 1 else high), 41)
@@ -89,12 +89,12 @@ def test_the_poor_pose_is_named_for_joints_2_and_3(identified: dict[str, Any]) -
     for joint in (2, 3):
         left_out = joint_of(identified, joint)["left_out"]
         assert [one["run"] for one in left_out] == [f"c-joint{joint}"]
-        assert "barely exceeds the play" in left_out[0]["why"]
+        assert "barely exceeds the segment" in left_out[0]["why"]
     warned = [words for words in identified["warnings"] if "is not used for joint" in words]
     assert len(warned) == 2
     poor = next(run for run in identified["clamped"]["runs"] if run["run"] == "c-joint2")
     # Fig. 8: the poor pose gives too small a play
-    assert poor["play"] < 0.145 * DEGREE
+    assert poor["low_slope"] < 0.145 * DEGREE
 
 
 def test_the_model_leaves_the_noise_of_neighbouring_readings(identified: dict[str, Any]) -> None:
@@ -166,14 +166,14 @@ def test_a_soft_fixture_changes_nothing_but_the_correction(tmp_path: Path) -> No
     out = simulated(tmp_path, ("a-joint3",), settings=yields, manifest=known)
     corrected = document_of(identify_campaign(out))
     reported = joint_of(corrected, 3)
-    assert reported["play"] == pytest.approx(0.10 * DEGREE, abs=0.005 * DEGREE)
+    assert reported["low_slope"] == pytest.approx(0.10 * DEGREE, abs=0.005 * DEGREE)
     assert reported["curve"]["p1"] == pytest.approx(1470.0 / DEGREE, rel=0.01)
     text = (out / "campaign.toml").read_text().replace(f"fixture_compliance = {soft}", "")
     (out / "campaign.toml").write_text(text)
     rigid = joint_of(document_of(identify_campaign(out)), 3)
     # taken for rigid, the fixture's give counts as the joint's: softer, with the same play
     assert rigid["curve"]["p1"] < 0.97 * reported["curve"]["p1"]
-    assert rigid["play"] == pytest.approx(reported["play"], abs=0.005 * DEGREE)
+    assert rigid["low_slope"] == pytest.approx(reported["low_slope"], abs=0.005 * DEGREE)
 
 
 def test_motor_currents_alone_show_friction_and_no_play(tmp_path: Path) -> None:
@@ -205,7 +205,7 @@ def test_motor_currents_alone_show_friction_and_no_play(tmp_path: Path) -> None:
     reported = joint_of(document, 3)
     assert reported["torque_from"] == "motor torque"
     assert any("it includes friction" in words for words in document["warnings"])
-    assert not reported["play_found"]
+    assert not reported["low_slope_found"]
     assert reported["friction"] == pytest.approx(14.0, rel=0.03)
     # the raw width at zero torque, which friction alone makes, is distinguished: F/k either way
     assert reported["reversal_error"] == pytest.approx(2.0 * 14.0 / (1470.0 / DEGREE), rel=0.1)
@@ -238,7 +238,7 @@ def test_the_wrong_moved_joint_is_refused(one_run: Path) -> None:
 
 def test_the_moved_joint_is_found(one_run: Path) -> None:
     broken(one_run, "moved_joint = 5\n", "")
-    assert joint_of(document_of(identify_campaign(one_run)), 5)["play_found"]
+    assert joint_of(document_of(identify_campaign(one_run)), 5)["low_slope_found"]
 
 
 def test_currents_without_a_torque_constant_are_refused(one_run: Path) -> None:
@@ -264,7 +264,7 @@ def test_a_force_sensor_at_its_limit_is_named(one_run: Path) -> None:
     reported = next(run for run in document["clamped"]["runs"] if run["run"] == "a-joint5")
     assert "stays at its limit" in reported["saturated"]
     assert any("the joint is not identified beyond" in words for words in document["warnings"])
-    assert joint_of(document, 5)["play"] == pytest.approx(0.14 * DEGREE, abs=0.01 * DEGREE)
+    assert joint_of(document, 5)["low_slope"] == pytest.approx(0.14 * DEGREE, abs=0.01 * DEGREE)
 
 
 def test_one_direction_only_is_a_named_gap(tmp_path: Path) -> None:
@@ -285,7 +285,9 @@ def test_motor_angles_that_start_anew_need_the_pose(tmp_path: Path) -> None:
     rate = "rate_hz = 83.3333333333"
     out = simulated(tmp_path, ("a-joint5",), settings=lambda text: text.replace(rate, f"{rate}\nstarts_anew = true"))
     broken(out, "moved_joint = 5", "moved_joint = 5\njoints_deg = [41, -46.5, 117.5, -90, 10, 45]")
-    assert joint_of(document_of(identify_campaign(out)), 5)["play"] == pytest.approx(0.14 * DEGREE, abs=0.01 * DEGREE)
+    assert joint_of(document_of(identify_campaign(out)), 5)["low_slope"] == pytest.approx(
+        0.14 * DEGREE, abs=0.01 * DEGREE
+    )
 
 
 TRACKER = """

@@ -13,6 +13,7 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.fault_codes import FaultCode
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.reduction.registered_frames import RegistrationSummary
 from stiffcal.reduction.registration import in_instrument_axes, register_frames
 from stiffcal.workflow.check import check_campaign
@@ -94,7 +95,10 @@ def test_where_displacements_are_measured_too_the_target_has_to_be_given(tmp_pat
     folder = write_campaign(tmp_path / "cell", "scara", n=30)
     ingest_campaign(folder)
     campaign, states = load_campaign(folder), stored_states(folder)
-    runs = tuple(replace(run, experiment="load") for run in states.runs[:15]) + states.runs[15:]
+    runs = (
+        tuple(replace(run, experiment="load", measures=StateMeasure.DISPLACEMENT) for run in states.runs[:15])
+        + states.runs[15:]
+    )
     readings = in_instrument_axes(replace(states, runs=runs))
     with pytest.raises(InputError) as caught:
         register_frames(readings, campaign.manifest, campaign.chain, ("tracker", "target1"))

@@ -41,7 +41,7 @@ class Selection:
 
 def select_states(states: LoadStates, robot: CompliantRobot) -> Selection:
     """Return the states of load runs, thinned where they are very many."""
-    loads = np.array([run.experiment == "load" and not run.compensated for run in states.runs], dtype=np.bool_)
+    loads = np.array([run.is_displaced for run in states.runs], dtype=np.bool_)
     # States that are set aside stay in their runs: the readings of two runs are compared state by state.
     index = np.flatnonzero(loads[states.run]) if len(states) else np.zeros(0, dtype=np.int64)
     n_runs = len(np.unique(states.run[index][states.used[index]]))

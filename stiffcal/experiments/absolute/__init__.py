@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.experiments import ExperimentKind
+from stiffcal.measurements.state_measures import StateMeasure
 
 if TYPE_CHECKING:
     from stiffcal.experiments.absolute.simulation_settings import AbsolutePoses
@@ -33,4 +34,9 @@ class AbsoluteKind(ExperimentKind):
         return AbsoluteStateKind()
 
 
-KIND = AbsoluteKind("absolute", default_model=Path(__file__).with_name("default_model.toml"))
+KIND = AbsoluteKind(
+    "absolute",
+    default_model=Path(__file__).with_name("default_model.toml"),
+    measures=StateMeasure.PLACE,
+    run_keys=("approach",),
+)

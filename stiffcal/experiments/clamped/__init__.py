@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiffcal.experiments import ExperimentKind
+from stiffcal.measurements.state_measures import StateMeasure
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -101,4 +102,12 @@ def _section(identified: IdentifiedModel) -> ClampedSection | None:
     return section if isinstance(section, ClampedSection) else None
 
 
-KIND = ClampedKind("clamped", tables=("clamped",), fit_tables=("clamped_branches",), holds_flange=True, plots_runs=True)
+KIND = ClampedKind(
+    "clamped",
+    tables=("clamped",),
+    fit_tables=("clamped_branches",),
+    measures=StateMeasure.MOTOR_ANGLE,
+    run_keys=("moved_joint", "fixture_compliance"),
+    why_not_diagnosed="too few readings per run for load states; log at a higher rate",
+    plots_runs=True,
+)

@@ -243,13 +243,13 @@ def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
             why = ONE_WAY
         if not why and run.play > 0.0 and (side := run.fit.law.flank_not_reached):
             why = (
-                f"its motion ends within the play, the {side} flank is not reached: drive it back and forth beyond "
-                "both flanks"
+                f"its motion ends within the segment of low slope, the {side} flank is not reached: drive it back and "
+                "forth beyond both flanks"
             )
         if not why and reference > 0.0 and run.motion < LEAST_MOTION * reference:
             why = (
-                f"the motion, {1e3 * run.motion:.3g} mrad, barely exceeds the play, {1e3 * reference:.3g} mrad: "
-                "the flanks are not reached"
+                f"the motion, {1e3 * run.motion:.3g} mrad, barely exceeds the segment of low slope, "
+                f"{1e3 * reference:.3g} mrad: the flanks are not reached"
             )
         judged_runs.append(replace(run, left_out=why))
     return judged_runs

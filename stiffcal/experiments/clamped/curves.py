@@ -123,7 +123,7 @@ def _pose(run: ClampedRunResult, columns: dict[str, NDArray[Any]]) -> ClampedPos
     spring_side = angle - sign * law.lag - law.middle
     outside = np.abs(spring_side) > 0.5 * law.width
     from_flank = spring_side - 0.5 * law.width * np.sign(spring_side)
-    half = 0.5 * (run.play or 0.0)
+    half = 0.5 * (run.low_slope or 0.0)
     return ClampedPose(
         run=run.run,
         left_out=run.left_out,
@@ -131,8 +131,8 @@ def _pose(run: ClampedRunResult, columns: dict[str, NDArray[Any]]) -> ClampedPos
         torque=torque,
         up=up,
         fitted=columns["law_Nm"],
-        play=run.play,
-        doubt=max(run.resolution or 0.0, NORMAL_95 * (run.play_between_cycles or 0.0)),
+        play=run.low_slope,
+        doubt=max(run.resolution or 0.0, NORMAL_95 * (run.low_slope_between_cycles or 0.0)),
         motion=run.motion,
         low=law.middle - half if half else None,
         high=law.middle + half if half else None,

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 DEFINITION = Definition(
-    play=(
+    low_slope=(
         f"length of the segment around zero torque in which the slope is below {SLOPE_SHARE:g} of the outer slope "
         "(from the flanks to the ends of the measured range), common to both branches; its torque band is given too"
     ),
@@ -43,7 +43,7 @@ DEFINITION = Definition(
     reversal_error="width between the branches at zero torque, which friction alone can also cause",
     angle="angle φ = φ_a − φ_m: rotation of the arm relative to the motor, at the joint side; torque: that on the arm",
     curve="τ = p1 φ + p2 φ² + p3 φ³, φ counted from the flank, monotonic over the measured range",
-    left_out=f"poses with a total motion below {LEAST_MOTION:g} times the play",
+    left_out=f"poses with a total motion below {LEAST_MOTION:g} times the segment of low slope",
     slope_share=SLOPE_SHARE,
 )
 
@@ -55,13 +55,13 @@ def joint_result(joint: ClampedJoint, name: str) -> JointResult:
     friction, chord = joint.friction, joint.chord
     return JointResult(
         joint=joint.joint,
-        play_found=joint.play_found,
-        play=_value(joint.play),
-        play_std=joint.play.std,
-        play_interval=_interval(joint.play),
-        play_width=_value(joint.width),
-        play_width_interval=_interval(joint.width),
-        play_band=float(np.mean(bands)) if bands else None,
+        low_slope_found=joint.play_found,
+        low_slope=_value(joint.play),
+        low_slope_std=joint.play.std,
+        low_slope_interval=_interval(joint.play),
+        law_width=_value(joint.width),
+        law_width_interval=_interval(joint.width),
+        low_slope_band=float(np.mean(bands)) if bands else None,
         resolution=finite(joint.resolution),
         spread_between_poses=finite(joint.spread),
         friction_found=friction is not None,
@@ -120,8 +120,8 @@ def run_result(run: ClampedRun) -> ClampedRunResult:
         half_sweeps=run.sweeps.count,
         cycles=run.sweeps.cycles,
         motion=run.motion,
-        play=run.play if run.branches.angle.size else None,
-        play_between_cycles=finite(run.cycle_spread),
+        low_slope=run.play if run.branches.angle.size else None,
+        low_slope_between_cycles=finite(run.cycle_spread),
         resolution=finite(run.resolution),
         encoder_step=run.encoder_step,
         reversal_error=run.reversal,

@@ -34,7 +34,7 @@ DESCRIPTION = "torque-over-angle"
 SPECS = {
     spec.symbol: spec
     for spec in (
-        _spec("play", "rad", "length of the segment of low slope", 0.0),
+        _spec("low_slope", "rad", "length of the segment of low slope", 0.0),
         _spec("width", "rad", "b of the law", 0.0),
         _spec("friction", "N·m", "half the torque between the branches"),
         _spec("chord", "N·m/rad", "torque over angle from end to end of what was reached", 0.0),
@@ -194,7 +194,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         joint=joint,
         runs=runs,
         left_out=left_out,
-        play=described(joint, "play", float(plays.mean()) if plays.size else 0.0, play_std, of_play),
+        play=described(joint, "low_slope", float(plays.mean()) if plays.size else 0.0, play_std, of_play),
         width=described(joint, "width", width, float(np.hypot(width_std, middle)), of_play),
         friction=described(joint, "friction", friction, friction_std, _limits(frictions, "friction"))
         if 2 * len(frictions) > len(curve_runs)

@@ -1,13 +1,14 @@
-"""The clamped robot as it is shown: play, friction and torque over angle of every joint (004, Table 2, Fig. 5 to 8)."""
+"""The clamped robot as it is shown: low slope, friction and torque over angle of joints (004, Table 2, Fig. 5 to 8)."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 from stiffcal.errors import InputError
 from stiffcal.experiments.clamped.curves import ClampedCurve, clamped_curves
-from stiffcal.experiments.clamped.pictures import branches_picture, curves_picture, play_picture, tangents_picture
+from stiffcal.experiments.clamped.pictures import branches_picture, curves_picture, low_slope_picture, tangents_picture
 from stiffcal.experiments.clamped.results import ClampedSection, Definition, JointResult
 from stiffcal.experiments.measured import MeasuredRuns
 from stiffcal.experiments.presentation import (
@@ -15,7 +16,9 @@ from stiffcal.experiments.presentation import (
     Column,
     Digits,
     Interval,
+    Joints,
     Listing,
+    Names,
     Overview,
     Page,
     Plot,
@@ -42,9 +45,9 @@ def clamped_overview(section: ClampedSection) -> Overview:
         rows.append(
             (
                 (f"joint {joint.joint} ({joint.name})",),
-                (Interval(joint.chord_stiffness, joint.chord_interval[0], joint.chord_interval[1]),),
-                _play(joint),
-                (Digits(joint.friction),) if joint.friction_found else ("none found",),
+                _estimate(joint, "chord", joint.chord_stiffness, joint.chord_interval),
+                _low_slope(joint),
+                _friction(joint),
             )
         )
     if not rows:
@@ -52,7 +55,7 @@ def clamped_overview(section: ClampedSection) -> Overview:
     sentences = [
         *map(_joint_sentence, section.joints),
         Sentence((f"chord stiffness: {CHORD}",), "definition"),
-        Sentence((f"{LOW_SLOPE}: {section.definition.play}",), "definition"),
+        Sentence((f"{LOW_SLOPE}: {section.definition.low_slope}",), "definition"),
         Sentence((f"reversal error: {section.definition.reversal_error}",), "definition"),
     ]
     blocks: tuple[Table | Sentence, ...] = (Table(columns, tuple(rows)), _runs_table(section), *sentences)
@@ -60,11 +63,11 @@ def clamped_overview(section: ClampedSection) -> Overview:
 
 
 def _overview_columns(with_interval: str) -> tuple[Column, ...]:
-    """Return the columns of the leading table; `with_interval` stands in the titles of values that have one."""
+    """Return the columns of the leading table; `with_interval` stands in the title of the first."""
     return (
-        Column("clamped, without a model", numbers=_TEXT),
-        Column(f"chord stiffness{with_interval}", "N·m/rad"),
-        Column(f"{LOW_SLOPE}{with_interval}", "rad"),
+        Column(f"clamped, without a model{with_interval}", numbers=_TEXT),
+        Column("chord stiffness", "N·m/rad"),
+        Column(LOW_SLOPE, "rad"),
         Column("friction", "N·m"),
     )
 
@@ -78,7 +81,7 @@ def clamped_main_table(section: ClampedSection) -> Table | None:
 def _joint_sentence(joint: JointResult) -> Sentence:
     """Return over which torque a joint's stiffness is meant, how its tangent goes there, and the width of the law."""
     low, high = joint.curve.torque
-    words: list[str | Digits] = [
+    words: list[str | Digits | Interval | Names | Joints] = [
         f"joint {joint.joint}: chord stiffness from ",
         Digits(low),
         " to ",
@@ -88,16 +91,18 @@ def _joint_sentence(joint: JointResult) -> Sentence:
     tangents = [tangent.stiffness for tangent in joint.tangent_stiffness]
     if tangents:
         words += [", with a tangent stiffness between ", Digits(min(tangents)), " and ", Digits(max(tangents))]
-        words += [" N·m/rad"]
-    if joint.play_found:
+        words += [" N·m/rad", *([f" ({AT_LIMIT})"] if "chord" in joint.at_bound else [])]
+    if joint.low_slope_found:
         words += [f"; the {LOW_SLOPE} is that of the law b·tanh(torque/w) with b = "]
-        words += [Digits(1e3 * joint.play_width), " mrad"]
+        ends = [None if end is None else 1e3 * end for end in joint.law_width_interval]
+        words += [*_estimate(joint, "width", 1e3 * joint.law_width, ends), " mrad"]
     return Sentence(tuple(words), "joint")
 
 
 # Not "play": that is a parameter of the model, whose value this description does not give.
 LOW_SLOPE = "segment of low slope"
-CHORD = "chord of torque over angle over the measured range, play excluded"
+AT_LIMIT = "at the limit of the search"
+CHORD = "chord of torque over angle over the measured range, segment of low slope excluded"
 
 
 def _runs_table(section: ClampedSection) -> Table:
@@ -116,7 +121,7 @@ def _runs_table(section: ClampedSection) -> Table:
             (f"joint {run.joint}",),
             (Digits(run.torque_range[0]), " … ", Digits(run.torque_range[1])),
             (Digits(run.reversal_error),),
-            (Digits(run.play),) if run.play else ("none found",),
+            (Digits(run.low_slope),) if run.low_slope else ("none found",),
             ("" if run.used else "excluded",),
         )
         for run in section.runs
@@ -135,7 +140,11 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
     with_result = [(curve, curve.result) for curve in curves if curve.result is not None]
     blocks: list[Block] = [Sentence((_definitions(section.definition),), "definition")]
     if with_result:
-        blocks += [_play_table(with_result), replace(_runs_table(section), caption=_RUNS), _curve_table(with_result)]
+        blocks += [
+            _low_slope_table(with_result),
+            replace(_runs_table(section), caption=_RUNS),
+            _curve_table(with_result),
+        ]
     remarks = [
         Sentence((f"{curve.joint}, run {pose.run}: excluded, {pose.left_out}",), "run-left-out", "warning")
         for curve in curves
@@ -157,7 +166,7 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
     for start in range(0, len(with_result), _PER_PICTURE):
         blocks.append(curves_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
     if any(len(curve.poses) > 1 for curve in curves):
-        blocks.append(play_picture(curves))
+        blocks.append(low_slope_picture(curves))
     for start in range(0, len(with_result), _PER_PICTURE):
         blocks.append(tangents_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
     title = "The clamped robot without a model: torque over angle"
@@ -187,13 +196,13 @@ def clamped_plot(data: MeasuredRuns, section: ClampedSection | None, run: str | 
 
 def _definitions(definition: Definition) -> str:
     return (
-        f"Chord stiffness: {CHORD}. Segment of low slope: {definition.play}. Friction: {definition.friction}. "
+        f"Chord stiffness: {CHORD}. Segment of low slope: {definition.low_slope}. Friction: {definition.friction}. "
         f"Reversal error: {definition.reversal_error}. "
         f"{definition.angle[0].upper()}{definition.angle[1:]}. Excluded: {definition.left_out}."
     )
 
 
-def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
+def _low_slope_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     columns = (
         Column("joint", numbers=_TEXT),
         Column(LOW_SLOPE, "rad"),
@@ -206,33 +215,52 @@ def _play_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
     )
     rows: list[tuple[Words, ...]] = []
     for curve, joint in known:
-        friction: Words = ("none found",)
-        if joint.friction is not None:
-            friction = (_with_std(joint.friction, joint.friction_std),)
         rows.append(
             (
                 (curve.joint,),
-                _play(joint),
-                (Digits(joint.play_width),) if joint.play_found else ("–",),
-                (Digits(joint.play_band, 2),),
+                _low_slope(joint),
+                _estimate(joint, "width", joint.law_width, joint.law_width_interval)
+                if joint.low_slope_found
+                else ("–",),
+                (Digits(joint.low_slope_band, 2),),
                 (Digits(joint.spread_between_poses, 2),),
                 (Digits(joint.resolution, 2),),
-                friction,
+                _friction(joint),
                 (str(joint.torque_from),),
             )
         )
     return Table(columns, tuple(rows), "Segment of low slope and friction of each joint, ± 95 %, from all used poses.")
 
 
-def _play(joint: JointResult) -> Words:
-    if not joint.play_found:
-        return ("none found, ± ", Digits(joint.play_interval[1], 2))
-    return (_with_std(joint.play, joint.play_std),)
+def _low_slope(joint: JointResult) -> Words:
+    if not joint.low_slope_found:
+        return ("none found, at most ", Digits(joint.low_slope_interval[1], 2))
+    return _estimate(joint, "low_slope", joint.low_slope, joint.low_slope_interval)
 
 
-def _with_std(value: float, std: float | None) -> Interval | Digits:
-    """Return a number with ± 95 %, alone where it rests on a search that ended at a limit of its range."""
-    return Digits(value) if std is None else Interval(value, value - NORMAL_95 * std, value + NORMAL_95 * std)
+def _law_width(joint: JointResult) -> Words:
+    if not joint.low_slope_found:
+        return ("–",)
+    return _estimate(joint, "width", joint.law_width, joint.law_width_interval)
+
+
+def _friction(joint: JointResult) -> Words:
+    if joint.friction is None:
+        return ("none found",)
+    half = NORMAL_95 * (joint.friction_std or 0.0)
+    return _estimate(joint, "friction", joint.friction, [joint.friction - half, joint.friction + half])
+
+
+def _estimate(joint: JointResult, symbol: str, value: float, interval: Sequence[float | None]) -> Words:
+    """Return a number with its 95 % interval; of one on which a search ended at a limit that is said, and no interval.
+
+    Parameters
+    ----------
+    symbol : as in `JointResult.at_bound`. interval : both ends.
+    """
+    if symbol in joint.at_bound:
+        return (Digits(value), f", {AT_LIMIT}")
+    return (Interval(value, interval[0], interval[1]),)
 
 
 def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
@@ -250,7 +278,8 @@ def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
         cells: list[Words] = []
         for power, coefficient in enumerate((shape.p1, shape.p2, shape.p3), start=1):
             std = math.sqrt(max(float(shape.covariance[power - 1, power - 1]), 0.0))
-            cells.append((_with_std(coefficient, None if f"p{power}" in joint.at_bound else std),))
+            ends = [coefficient - NORMAL_95 * std, coefficient + NORMAL_95 * std]
+            cells.append(_estimate(joint, f"p{power}", coefficient, ends))
         reach: Words = (Digits(shape.reach[0]), " … ", Digits(shape.reach[1]))
         torque: Words = (Digits(shape.torque[0]), " … ", Digits(shape.torque[1]))
         rows.append(((curve.joint,), *cells, reach, torque))

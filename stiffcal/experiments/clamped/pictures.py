@@ -19,8 +19,8 @@ def branches_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
     """Return torque over angle of every joint in the pose that moved it furthest: both branches, the law, the play."""
     caption = (
         "Torque over angle of ", Names(tuple(curve.joint for curve in curves)),
-        (", averaged over cycles, in the pose with the largest motion: both directions, the fitted law, and the play "
-        "(grey)."),
+        (", averaged over cycles, in the pose with the largest motion: both directions, the fitted law, and the "
+        "segment of low slope (grey)."),
     )  # fmt: skip
     panels = tuple(_branches(curve.joint, curve.widest_pose) for curve in curves)
     return _in_rows(panels, caption)
@@ -57,8 +57,8 @@ def curves_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
     of_joints = [(curve.joint, departures(curve)) for curve in curves]
     caption: Words = (
         "Torque over the spring's angle of ", Names(tuple(curve.joint for curve in curves)),
-        (", counted from the flank, with play, friction and zero offset of the sensor removed: readings of all used "
-        "poses, the third-order polynomial (dashed) and its 95 % interval."),
+        (", counted from the flank, with that segment, friction and zero offset of the sensor removed: readings of "
+        "all used poses, the third-order polynomial (dashed) and its 95 % interval."),
         *departures_in_words(of_joints, "mrad", _MRAD),
     )  # fmt: skip
     return _in_rows(tuple(_curve(curve) for curve in curves), caption)
@@ -101,6 +101,7 @@ def _curve(curve: ClampedCurve) -> Panel:
 def tangents_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
     """Return the tangent stiffness of every joint over its torque, with the 95 % interval."""
     panels = []
+    at_limit = any(curve.result is not None and "chord" in curve.result.at_bound for curve in curves)
     for curve in curves:
         tangents = [] if curve.result is None else sorted(curve.result.tangent_stiffness, key=lambda at: at.torque)
         torque = np.array([at.torque for at in tangents])
@@ -118,19 +119,21 @@ def tangents_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
             )
         )  # fmt: skip
     caption: Words = (
-        "Tangent stiffness of ", Names(tuple(curve.joint for curve in curves)), " over torque, play excluded.",
+        "Tangent stiffness of ", Names(tuple(curve.joint for curve in curves)),
+        " over torque, the segment of low slope excluded.",
+        *([" Without an interval: the search ended at a limit."] if at_limit else []),
     )  # fmt: skip
     return _in_rows(tuple(panels), caption)
 
 
-def play_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
-    """Return the play that each pose gives of each joint, with what it is known to; poses left out as crosses."""
+def low_slope_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
+    """Return the low slope of each joint in each pose, with what it is known to; poses left out as crosses."""
     series: list[Series] = []
     for place, curve in enumerate(curves):
         poses = [pose for pose in curve.poses if pose.play is not None]
         spots = place + (np.arange(len(poses)) - 0.5 * (len(poses) - 1)) * min(0.22, 0.7 / max(len(poses), 1))
         if curve.result is not None:
-            play = np.full(2, _MRAD * curve.result.play)
+            play = np.full(2, _MRAD * curve.result.low_slope)
             series.append(Line(np.array([place - 0.42, place + 0.42]), play, width=1.0, label="joint", layer=1.0))
         for spot, pose in zip(spots, poses, strict=True):
             is_cross = bool(pose.left_out)
@@ -150,7 +153,7 @@ def play_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
         (
             "Segment of low slope of each joint by pose, with its resolution (encoder step and noise) and the scatter "
             "between cycles. "
-            "Crosses: poses excluded, because the motion barely exceeds the play. Line: that of the joint."
+            "Crosses: poses excluded, because the motion barely exceeds the segment. Line: that of the joint."
         ),
     )
     return Picture((panel,), columns=1, height=56.0, caption=caption)

@@ -13,7 +13,7 @@ from stiffcal.experiments.clamped.chain import TorqueSource
 class Definition:
     """What the numbers mean."""
 
-    play: str
+    low_slope: str
     """The segment whose slope lies below `slope_share` of the outer slope."""
     friction: str
     """Half the distance of the two directions' torques."""
@@ -26,7 +26,7 @@ class Definition:
     left_out: str
     """Which poses are not used."""
     slope_share: float
-    """Share of the outer slope below which a segment counts as play."""
+    """Share of the outer slope below which a segment counts as low."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,24 +79,24 @@ class JointResult:
 
     joint: int
     """From 1."""
-    play_found: bool
-    """Whether play is significant."""
-    play: float
-    """rad."""
-    play_std: Number
+    low_slope_found: bool
+    """Whether there is a segment of low slope beyond noise: a description of the curve, no parameter of the model."""
+    low_slope: float
+    """Its length, rad."""
+    low_slope_std: Number
     """rad; null where none is found, or at a limit of the search."""
-    play_interval: list[Number]
+    low_slope_interval: list[Number]
     """Both ends of the 95 % interval, rad; null where one is open."""
-    play_width: float
-    """b of the law b·tanh(torque/w), rad: `play` is the segment of it whose slope is low."""
-    play_width_interval: list[Number]
+    law_width: float
+    """b of the law b·tanh(torque/w), rad: `low_slope` is the segment of it whose slope is low."""
+    law_width_interval: list[Number]
     """Both ends of the 95 % interval, rad; null where one is open."""
-    play_band: Number
-    """Torque within which the play is crossed, ± N·m."""
+    low_slope_band: Number
+    """Torque within which the segment is crossed, ± N·m."""
     resolution: Number
-    """Of the play, rad."""
+    """Of the segment, rad."""
     spread_between_poses: Number
-    """Standard deviation of the play between poses, rad."""
+    """Standard deviation of the segment between poses, rad."""
     friction_found: bool
     """Whether friction is significant."""
     friction: Number
@@ -109,13 +109,14 @@ class JointResult:
     """What measured the torque."""
     curve: TorqueOverAngle
     chord_stiffness: float
-    """Torque over angle from end to end of what was reached, play left out, N·m/rad: one over joint-compliance."""
+    """Torque over angle from end to end of what was reached, without that segment, N·m/rad: one over joint-compliance.
+    """
     chord_interval: list[Number]
     """Both ends of the 95 % interval, N·m/rad; null where one is open."""
     tangent_stiffness: list[Tangent]
     at_bound: Annotated[list[str], NOT_PROMISED] = field(default_factory=list)
-    """Which of play, width, friction, p1, p2, p3 and chord rest on a search that ended at a limit of its range, and
-    have no standard uncertainty."""
+    """Which of low_slope, width, friction, p1, p2, p3 and chord rest on a search that ended at a limit of its
+    range, and have no standard uncertainty."""
     runs: list[str]
     """Names of the runs that are used."""
     left_out: list[RunLeftOut]
@@ -165,12 +166,12 @@ class ClampedRunResult:
     """Motions there and back."""
     motion: float
     """Whole range of the joint's angle, rad."""
-    play: Number
+    low_slope: Number
     """rad."""
-    play_between_cycles: Number
-    """Standard deviation of the play between cycles, rad."""
+    low_slope_between_cycles: Number
+    """Standard deviation of the segment between cycles, rad."""
     resolution: Number
-    """Of the play, rad."""
+    """Of the segment, rad."""
     encoder_step: float
     """rad."""
     reversal_error: Number

@@ -283,6 +283,13 @@ def moved_joint(run: str, joints: Floats, given: int | None, names: tuple[str, .
     span = np.ptp(joints, axis=0)
     floor = np.maximum(STANDS_RAD, MOVED * noise_of(joints))
     largest = int(np.argmax(span))
+    if STANDS_RAD < span[largest] <= floor[largest]:
+        raise InputError.at(
+            FaultCode.MOTION_WRONG,
+            f"run {run}", "", "the motor angles change from reading to reading by as much as in the whole run of "
+            f"{len(joints)} readings: no motion is distinguished from noise",
+            "log at a higher rate, or drive more slowly; if the joint stood still, remove this run",
+        )  # fmt: skip
     if span[largest] <= floor[largest]:
         raise InputError.at(
             FaultCode.MOTION_WRONG,

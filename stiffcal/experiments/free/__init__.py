@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 from stiffcal.experiments import ExperimentKind
+from stiffcal.measurements.state_measures import StateMeasure
 
-KIND = ExperimentKind("free")
+KIND = ExperimentKind("free", measures=StateMeasure.FRAME)

@@ -114,5 +114,7 @@ KIND = FrictionKind(
     tables=("friction", "friction_samples", "free_motion"),
     fit_tables=("friction_fit", "friction_heldout"),
     kept_tables=("friction_fit", "friction_heldout"),
+    measures=None,
+    run_keys=("moved_joint",),
     plot_axis="velocity",
 )

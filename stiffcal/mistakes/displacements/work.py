@@ -13,6 +13,7 @@ import numpy as np
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.catalogue.loads.wrench_columns import WrenchColumns
 from stiffcal.mistakes.displacements.springs import (
@@ -43,7 +44,7 @@ def check_work(
 ) -> list[Fault]:
     """Return a fault where force and deflection run against each other, with the mend that fits.
 
-    Only runs of experiment "load" count.
+    Only runs that measure displacements count.
 
     Parameters
     ----------
@@ -51,8 +52,8 @@ def check_work(
     place : the wrench's key in it.
     columns : of the wrench, 3 or 6.
     """
-    loads = np.array([states.runs[k].experiment == "load" for k in states.run], dtype=np.bool_) & states.used
-    chosen = states.select(loads)
+    displaced = np.array([run.measures is StateMeasure.DISPLACEMENT for run in states.runs], dtype=np.bool_)
+    chosen = states.select(displaced[states.run] & states.used)
     if not np.any(chosen.wrench) or not chosen.setup.targets or count_distinct(chosen) < 2:
         return []
     sign = work_of_load(chosen, chain)

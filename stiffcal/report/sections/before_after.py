@@ -71,12 +71,14 @@ def _row(value: BeforeAfter, content: ReportContent) -> tuple[str, ...]:
     return (
         value.setup_part or where_words(value.where, content.joint_names),
         value.effect + ("" if symbol == "c" else f", {symbol}"),
-        _estimate(value.before, scale), _estimate(value.after, scale), printed, change,
+        estimate_text_of(value.before, scale), estimate_text_of(value.after, scale), printed, change,
     )  # fmt: skip
 
 
-def _estimate(estimate: EstimatedValue | None, scale: float) -> str:
+def estimate_text_of(estimate: EstimatedValue | None, scale: float) -> str:
+    """Return an estimate, times `scale`, with its 95 % interval, and where it is at the limit of its range."""
     if estimate is None:
         return "not in the model"
     text = estimate_text(estimate.value, estimate.interval, scale)
-    return "not identified" if text == wording.DASH else text
+    limit = ", at its limit" if estimate.at_bound else ""
+    return "not identified" if text == wording.DASH else text + limit

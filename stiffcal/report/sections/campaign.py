@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -133,7 +134,7 @@ def runs_table(content: ReportContent) -> TableBlock:
         ]
         if states is not None:
             n_states, load, length, *further = _run_cells(states, number)
-            at = min(1, len(_lengths(content)) - 1) if run.kind == "absolute" else 0
+            at = min(1, len(_lengths(content)) - 1) if run.measures is StateMeasure.PLACE else 0
             lengths = [length if k == at else wording.DASH for k in range(len(_lengths(content)))]
             cells += [*((n_states, load) if loads else ()), *lengths, *further]
         rows.append(tuple(cells[: len(columns)]))
@@ -156,7 +157,7 @@ def _lengths(content: ReportContent) -> tuple[str, ...]:
     """Return the titles of the columns of lengths: deflections, distances of places, or both of runs of both kinds."""
     if content.absolute_alone:
         return (_FROM_NOMINAL,)
-    places = any(run.kind == "absolute" for run in content.runs)
+    places = any(run.measures is StateMeasure.PLACE for run in content.runs)
     return ("largest deflection", _FROM_NOMINAL) if places else ("largest deflection",)
 
 

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent, ReportStates
@@ -35,7 +36,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if curves:
         blocks.extend(_curves(content, states, curves))
     singles = [number for number in range(len(content.runs)) if 0 < counts[number] < _FEWEST_STATES]
-    places = [number for number in singles if content.runs[number].kind == "absolute"]
+    places = [number for number in singles if content.runs[number].measures is StateMeasure.PLACE]
     for chosen, of_places in (([number for number in singles if number not in places], False), (places, True)):
         if chosen:
             blocks.extend(_singles(content, states, chosen, of_places))

@@ -21,6 +21,8 @@ PACKAGES = {
     "effect_kinds": "stiffcal.effects",
     "experiments": "stiffcal.experiments",
     "load_experiments": "stiffcal.experiments",
+    "state_experiments": "stiffcal.experiments",
+    "row_experiments": "stiffcal.experiments",
     "sections": "stiffcal.report.sections",
 }
 

@@ -182,4 +182,4 @@ def _picture(section: ProbingSection) -> Picture:
     return Picture((Panel("heights", "run", "height [m]", series),), columns=1, height=60.0, caption=("Heights.",))
 
 
-KIND = ProbingKind("probing", options=ProbingOptions, tables=("probing",), fit_tables=("probing_fit",))
+KIND = ProbingKind("probing", options=ProbingOptions, tables=("probing",), fit_tables=("probing_fit",), measures=None)
