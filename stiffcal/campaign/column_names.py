@@ -40,6 +40,8 @@ TIMES = (
 )
 """The likeliest first. The last ones are units, after which nothing but a time is called: s may be a travel, min a
 least value."""
+DATES = ("date", "datum", "fecha", "日付", "日期")
+"""Words for a day, which is a time where it grows from row to row: spreadsheets count days with their fractions."""
 FRACTIONS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "ns": ("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds", "nanosekunden"),

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from stiffcal.campaign.column_names import (
+    DATES,
     FRACTIONS,
     MEASURED_AT,
     NUMBERED_QUATERNION,
@@ -331,7 +332,8 @@ def _among_words(columns: list[SniffedColumn]) -> SniffedColumn | None:
     """Return the first column that grows from row to row and has a word for time among those of its name."""
     for column in columns:
         words = words_of(column.name)[0]
-        if _OF_A_STATE & set(words) or not any(word in TIMES for word in words if len(word) >= _LEAST_WORD):
+        for_time = (word in DATES or (word in TIMES and len(word) >= _LEAST_WORD) for word in words)
+        if _OF_A_STATE & set(words) or not any(for_time):
             continue
         if len(column.values) >= _LEAST_GROWING and not stands_still(column):
             return column

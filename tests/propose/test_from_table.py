@@ -77,8 +77,8 @@ def test_travels_of_axes_are_no_displacements(word: str) -> None:
     [(46356.4271875, 2.3e-7, "day"), (46356.427, 1.2e-5, "day"), (46356.427, 0.001, "s"), (0.0, 1e-5, "s")],
 )
 def test_times_as_spreadsheets_count_days(first: float, step: float, unit: str) -> None:
-    column = SniffedColumn("Zeit", "Zeit", None, tuple(first + step * k for k in range(9)))
-    line = time_line(column, None)
+    column = SniffedColumn("Datum", "Datum", None, tuple(first + step * k for k in range(9)))
+    line = time_line(recognise([column]).time, None)
     assert line is not None
     assert f'unit = "{unit}"' in str(line)
 
