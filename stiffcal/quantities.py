@@ -40,7 +40,7 @@ _MOMENT = {
     "lbf*in": _POUND_FORCE_N * _INCH_M,
     "lbf*ft": _POUND_FORCE_N * 12.0 * _INCH_M,
 }
-_TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+_TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86400.0}
 _TEMPERATURE = {"K": 1.0, "degC": 1.0, "degF": 5.0 / 9.0}
 _MASS = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": _POUND_KG}
 _VELOCITY = {"rad/s": 1.0, "deg/s": pi / 180.0, "mrad/s": 1e-3, "rev/s": 2.0 * pi, "rpm": pi / 30.0}
@@ -99,6 +99,7 @@ _WORDS: dict[str, str] = {
     **dict.fromkeys(("secondo", "secondi", "秒"), "s"),
     **dict.fromkeys(("millisecond", "milliseconds", "millisekunden", "millisecondes", "毫秒", "ミリ秒"), "ms"),
     **dict.fromkeys(("minute", "minutes", "minuten"), "min"),
+    **dict.fromkeys(("days", "tag", "tage", "jour", "jours", "dia", "dias", "giorno", "giorni", "日", "天"), "day"),
     **dict.fromkeys(("celsius", "°celsius"), "degC"),
     **dict.fromkeys(("degree", "degrees", "degré", "degrés", "grado", "grados", "gradi", "graus", "度"), "deg"),
 }
@@ -160,7 +161,7 @@ def unit_names(quantity: str) -> tuple[str, ...]:
     Examples
     --------
     >>> unit_names("time")
-    ('s', 'ms', 'us', 'ns', 'min', 'h')
+    ('s', 'ms', 'us', 'ns', 'min', 'h', 'day')
     """
     return tuple(_table(quantity))
 

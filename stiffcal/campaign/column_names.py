@@ -40,6 +40,8 @@ TIMES = (
 )
 """The likeliest first. The last ones are units, after which nothing but a time is called: s may be a travel, min a
 least value."""
+DATES = ("date", "datum", "fecha", "日付", "日期")
+"""Words for a day, which is a time where it grows from row to row: spreadsheets count days with their fractions."""
 FRACTIONS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "ns": ("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds", "nanosekunden"),
@@ -124,6 +126,12 @@ WORDS_OF_SIGNS = tuple(
     word for words in (JOINT_STEMS, TIMES, *STEMS.values()) for word in words if word and word[0] >= "\u2e80"
 )
 """Those of them in Chinese, Japanese and Korean."""
+_TRAVELS = frozenset(("weg", "deplacement", "desplazamiento", "spostamento", "deslocamento", "位移", "位移量"))
+"""Words for a displacement under load that are as usual for how far an axis has moved."""
+_RAW = frozenset(("raw", "roh", "rohwert", "brut", "crudo", "grezzo", "bruto"))
+"""Words for what a sensor reads before its zero, or its calibration."""
+TRAVEL = "displacements under load, or travels of axes"
+RAW = "raw: are calibration and unit those of the load?"
 _OPEN: Mapping[str, tuple[Reading, ...]] = MappingProxyType({"r": (Reading.ROTATION, Reading.MOMENT, Reading.FORCE)})
 """Stems that mean several things about as often (Rx: a rotation, a reaction); without a unit it is a question."""
 
@@ -153,6 +161,8 @@ class Component:
     """Words before the stem that name what is measured ("plate" of "plate Position X"), small; "" without."""
     is_open: bool = False
     """Whether the name and the missing unit leave open which reading it is."""
+    doubt: str = ""
+    """What a word of the name leaves open: `TRAVEL` or `RAW`; "" where none does."""
 
 
 def header_parts(header: str) -> ColumnHeader:
@@ -286,7 +296,8 @@ def component_of(name: str, written: str | None) -> Component | None:
     kept, places = words_of(name)
     if _OTHER_QUANTITIES & set(kept):
         return None
-    kept = [word for word in kept if word not in _BETWEEN]
+    raw = RAW if _RAW & set(kept) else ""
+    kept = [word for word in kept if word not in _BETWEEN and word not in _RAW]
     for first in range(len(kept)):
         for stem, axis in _stems_and_axes("".join(kept[first:])):
             readings = _OPEN.get(stem) or tuple(
@@ -304,8 +315,11 @@ def component_of(name: str, written: str | None) -> Component | None:
                 reading for reading in readings if written is not None and is_unit_of(written, QUANTITY[reading])
             ]
             found = (of_unit or readings)[0]
+            if raw and found not in (Reading.FORCE, Reading.MOMENT):
+                return None
             is_open = stem in _OPEN and not of_unit
-            return Component(found, axis, stem, places, " ".join(kept[:first]), is_open=is_open)
+            doubt = TRAVEL if stem in _TRAVELS else raw
+            return Component(found, axis, stem, places, " ".join(kept[:first]), is_open=is_open, doubt=doubt)
     return None
 
 
@@ -346,7 +360,7 @@ _OTHER_QUANTITIES = frozenset(
         *("vel", "velocity", "speed", "geschwindigkeit", "acc", "accel", "acceleration", "beschleunigung", "jerk"),
         *("gyro", "imu", "mag", "magnet", "magnetic", "angular", "linear", "rpy", "euler", "quat", "tilt", "gain"),
         *("error", "err", "std", "cmd", "command", "commanded", "soll", "setpoint", "desired", "residual", "quality"),
-        *("offset", "bias", "raw", "voltage", "current", "temp", "temperature", "id", "rms"),
+        *("offset", "bias", "voltage", "current", "temp", "temperature", "id", "rms"),
         *("rist", "rsol"),  # RSI of KUKA: where the controller believes the tool to be, from its own joints
     )
 )

@@ -144,7 +144,9 @@ def _name_of(part: ColumnHeader, asked: Sequence[str]) -> str | None:
         if plain in names:
             return QUATERNION[names.index(plain)]
     component = component_of(part.name, part.unit)
-    if component is None or component.is_open or component.body or component.reading not in _OF_READING:
+    if component is None or component.is_open or component.doubt or component.body:
+        return None
+    if component.reading not in _OF_READING:
         return None
     return _OF_READING[component.reading][component.axis]
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from stiffcal.campaign.column_names import (
+    DATES,
     FRACTIONS,
     MEASURED_AT,
     NUMBERED_QUATERNION,
@@ -14,10 +15,12 @@ from stiffcal.campaign.column_names import (
     QUATERNIONS,
     STEMS,
     TIMES,
+    TRAVEL,
     Component,
     Reading,
     component_of,
     components_of_arrays,
+    is_unit_of,
     plain_name,
     words_of,
 )
@@ -186,19 +189,27 @@ def _joints(columns: list[SniffedColumn]) -> Role | None:
     return Role(tuple(of_name[name] for name in names)) if names else None
 
 
+_Group = dict[int, tuple[SniffedColumn, Component]]
+"""By axis the columns of one reading of one body."""
+
+
 def _triples(columns: list[SniffedColumn], body: str) -> dict[str, Role]:
     """Find the groups of three columns x, y and z; of several bodies that with an orientation, else the first."""
-    groups: dict[tuple[Reading, str, frozenset[str], str], dict[int, tuple[SniffedColumn, Component]]] = {}
+    groups: dict[tuple[object, ...], _Group] = {}
     of_arrays = components_of_arrays([column.name for column in columns])
     for column in columns:
         found = component_of(of_arrays.get(column.name, column.name), column.unit)
         if found is not None:
-            groups.setdefault((found.reading, found.stem, found.places, found.body), {})[found.axis] = column, found
-    complete = [(key[0], group) for key, group in groups.items() if len(group) == 3]
+            key = (found.reading, found.stem, found.places, found.body, found.doubt)
+            groups.setdefault(key, {})[found.axis] = column, found
+    complete = [
+        (group[0][1].reading, group) for group in groups.values() if len(group) == 3 and not _only_travels(group)
+    ]
     of_reading: dict[Reading, list[Role]] = {}
     for reading, group in sorted(complete, key=_order):
         first = group[0][1]
-        role = Role(tuple(group[k][0] for k in range(3)), first.places, is_open=first.is_open, body=first.body)
+        three = tuple(group[k][0] for k in range(3))
+        role = Role(three, first.places, is_open=first.is_open, body=first.body, doubt=first.doubt)
         of_reading.setdefault(_read_as(reading, role, first.stem, complete), []).append(role)
     roles: dict[str, Role] = {}
     for reading, own in of_reading.items():
@@ -206,7 +217,7 @@ def _triples(columns: list[SniffedColumn], body: str) -> dict[str, Role]:
         others = tuple(role.body for role in own if role.body and role.body != chosen.body)
         unclear = reading is Reading.POSITION and chosen.columns[0].unit is None
         doubt = _DOUBTS.get(chosen.columns[0].name.lower()[:1], "") if unclear else ""
-        roles[reading] = replace(chosen, others=others, doubt=doubt)
+        roles[reading] = replace(chosen, others=others, doubt=chosen.doubt or doubt)
     return roles
 
 
@@ -217,9 +228,15 @@ _LONGEST_LEVER_M = 10.0
 _DOUBTS = {"t": "positions, or moments in N*mm"}
 
 
-def _read_as(
-    reading: Reading, role: Role, stem: str, complete: list[tuple[Reading, dict[int, tuple[SniffedColumn, Component]]]]
-) -> Reading:
+def _only_travels(group: _Group) -> bool:
+    """Return whether three columns that may be displacements or travels of axes are too large for displacements."""
+    written = group[0][0].unit or "mm"
+    if group[0][1].doubt != TRAVEL or not is_unit_of(written, "translation"):
+        return False
+    return max(column.size for column, _ in group.values()) * unit(written, "length").factor > _LARGEST_DISPLACEMENT_M
+
+
+def _read_as(reading: Reading, role: Role, stem: str, complete: list[tuple[Reading, _Group]]) -> Reading:
     """Return what three columns hold where "Tx" may be a translation (trackers) or a torque (force sensors).
 
     Without a force next to it, and where it is too large for the force, it is a place; with a unit of length as well,
@@ -239,11 +256,11 @@ def _read_as(
     return reading
 
 
-def _order(entry: tuple[Reading, dict[int, tuple[SniffedColumn, Component]]]) -> tuple[bool, int]:
-    """Return by what groups are sorted: what moves before what stands still, then as their stems are listed."""
+def _order(entry: tuple[Reading, _Group]) -> tuple[bool, bool, int]:
+    """Return by what groups are sorted: what moves first, then what is in no doubt, then as their stems are listed."""
     reading, group = entry
     still = all(len(set(column.values)) < 2 for column, _ in group.values())
-    return still, _rank(group[0][1].stem, STEMS[reading])
+    return still, bool(group[0][1].doubt), _rank(group[0][1].stem, STEMS[reading])
 
 
 def _rank(stem: str, stems: tuple[str, ...]) -> int:
@@ -315,7 +332,8 @@ def _among_words(columns: list[SniffedColumn]) -> SniffedColumn | None:
     """Return the first column that grows from row to row and has a word for time among those of its name."""
     for column in columns:
         words = words_of(column.name)[0]
-        if _OF_A_STATE & set(words) or not any(word in TIMES for word in words if len(word) >= _LEAST_WORD):
+        for_time = (word in DATES or (word in TIMES and len(word) >= _LEAST_WORD) for word in words)
+        if _OF_A_STATE & set(words) or not any(for_time):
             continue
         if len(column.values) >= _LEAST_GROWING and not stands_still(column):
             return column

@@ -28,7 +28,9 @@ def time_line(
         written = written if written in TIMES_IN_WORDS else unit(written, "time").name
         added = {} if fraction is None else {"fraction": fraction[0].header, "fraction_unit": fraction[1]}
         line = toml_text.pair("time", {"column": time.header, "unit": written} | added)
-        return ProposedLine(line, time.doubt if known else f"{written}, judged by the values (up to {time.size:.10g})")
+        guessed = f"{written}, judged by the values (up to {time.size:.10g})"
+        guessed += ", as spreadsheets count days from 1900" if written == _DAYS else ""
+        return ProposedLine(line, time.doubt if known else guessed)
     if rate_hz is None:
         return None
     why = "as stated in its first lines"
@@ -37,9 +39,20 @@ def time_line(
     return ProposedLine(f"time = {{ rate_hz = {rate_hz:g} }}", why)
 
 
+_DAYS = "day"
+_DAY_NUMBERS = (36526.0, 73050.0)
+"""Of 2000 and of 2100, as spreadsheets count days."""
+_FASTEST_S = 1e-4
+"""Steps of a log that are shorter, taken as seconds, are days: nobody logs at above 10 kHz what was not zeroed."""
+
+
 def _likely_time_unit(time: SniffedColumn) -> str:
-    """Return the unit of a time without one: seconds, unless they count from 1970 in finer steps."""
+    """Return the unit of a time without one: seconds, but where they count from 1970 in finer steps, or are days."""
     size = time.size
+    if len(time.values) > 1 and _DAY_NUMBERS[0] <= min(time.values) <= size < _DAY_NUMBERS[1]:
+        steps = [later - earlier for earlier, later in pairwise(time.values)]
+        if 0.0 < sorted(steps)[len(steps) // 2] < _FASTEST_S:
+            return _DAYS
     finer = [name for name, least in (("ns", 1e17), ("us", 1e14), ("ms", 1e11)) if size > least]
     return finer[0] if finer else "s"
 

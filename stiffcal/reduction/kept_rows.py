@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.campaign.row_filter import condition_text
 from stiffcal.campaign.source import Source
 from stiffcal.campaign.toml_reading import LARGEST, SMALLEST
 from stiffcal.errors import InputError
+from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Batch
 from stiffcal.reduction.excluded_rows import RowExclusions
@@ -124,7 +126,10 @@ def check_sizes(rows: KeptRows, files: Mapping[str, str]) -> None:
         if not np.isfinite(largest):
             reason, mend = "the cell is no number", "correct it, or exclude its row with [[exclude]]"
         elif largest > LARGEST:
-            reason, mend = f"{values[row]:g} is larger than any plausible value", "correct it, or exclude its row"
+            # the end of a number of 32 or 64 bits stands where there is no reading, in many rows
+            kept = condition_text(column, *(("<", LARGEST) if values[row] > 0.0 else (">", -LARGEST)))
+            reason = f"{values[row]:g} is larger than any plausible value"
+            mend = f"correct it, or leave such rows out: {toml_text.pair('rows', kept)} next to the columns' names"
         else:
             reason = f"{values[row]:g}, the column's largest number here, is smaller than any plausible value"
             mend = "correct its unit in the log, or write 0"

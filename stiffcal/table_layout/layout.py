@@ -91,7 +91,7 @@ def layout_of_rows(
         return scope
     above = rows[max(0, names_row - _HIGHEST_HEADER) : names_row]
     names, composed_units = composed_names(names, above)
-    below, units = _units_below(rows, names_row, names, unit_row, wanted)
+    below, units = _units_below(rows, names_row, names, unit_row)
     if not units and unit_row is None:
         units = _units_above(above, len(names))
     if not any(kinds.used[len(names) :]):  # cells beyond the names are empty in all rows: columns without a name
@@ -292,17 +292,16 @@ def _of_bodies(rows: Sequence[Sequence[str]], kinds: _Kinds) -> Layout | None:
 
 
 def _units_below(
-    rows: Sequence[Sequence[str]], header: int, names: Sequence[str], asked: bool | None, wanted: Collection[str]
+    rows: Sequence[Sequence[str]], header: int, names: Sequence[str], asked: bool | None
 ) -> tuple[int, list[str]]:
-    """Return the first row below the names and the units, and these; empty where there are none."""
+    """Return the first row below the names and the units, and these; empty where there are none.
+
+    Columns without a unit have empty cells there, also where none but these are wanted.
+    """
     if asked is False or header + 1 >= len(rows):
         return header + 1, []
     row = [bare_unit(cell) for cell in without_comment_sign(rows[header + 1], len(names))]
-    if asked or (
-        is_unit_row(row)
-        and len(row) <= len(names) + 1
-        and (not wanted or any(unit for name, unit in zip(names, row, strict=False) if name in wanted))
-    ):
+    if asked or (is_unit_row(row) and len(row) <= len(names) + 1):
         return header + 2, row
     return header + 1, []
 

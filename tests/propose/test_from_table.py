@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.campaign.column_names import RAW, TRAVEL, header_parts
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.propose.column_roles import recognise
@@ -16,6 +17,7 @@ from stiffcal.propose.from_table import draft_campaign, propose_campaign
 from stiffcal.propose.joint_columns import columns_of_joints
 from stiffcal.propose.lines import GUESS
 from stiffcal.propose.table_sniffing import SniffedColumn, sniff_table
+from stiffcal.propose.time_lines import time_line
 from tests.laboratory.campaign_folders import DATA
 
 ROOT = Path(__file__).parents[2]
@@ -45,6 +47,52 @@ def table(folder: Path, text: str, name: str = "table.csv", encoding: str = "utf
     path = folder / name
     path.write_bytes(text.encode(encoding))
     return path
+
+
+def deflection_of(text: str) -> tuple[list[str], str]:
+    """Return the columns that are taken as a displacement, and what is open about them."""
+    role = recognise(sniffed_columns(text)).deflection
+    return ([], "") if role is None else ([column.header for column in role.columns], role.doubt)
+
+
+def sniffed_columns(text: str) -> list[SniffedColumn]:
+    names, *rows = (line.split(",") for line in text.splitlines())
+    return [
+        SniffedColumn(name, header_parts(name).name, header_parts(name).unit, tuple(map(float, cells)))
+        for name, *cells in zip(names, *rows, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("word", ["Weg", "Déplacement", "Spostamento", "Desplazamiento", "位移"])
+def test_travels_of_axes_are_no_displacements(word: str) -> None:
+    travels = [f"{word} {axis}" for axis in "XYZ"]
+    held = ",".join(travels)
+    assert deflection_of(f"{held}\n0.1,0.2,0.3\n0.4,0.1,0.2") == (travels, TRAVEL)
+    assert deflection_of(f"{held}\n100,200,300\n400,100,200") == ([], "")
+    assert deflection_of(f"{held},dx,dy,dz\n1,2,3,1,2,3\n4,1,2,4,1,2") == (["dx", "dy", "dz"], "")
+
+
+@pytest.mark.parametrize(
+    ("first", "step", "unit"),
+    [(46356.4271875, 2.3e-7, "day"), (46356.427, 1.2e-5, "day"), (46356.427, 0.001, "s"), (0.0, 1e-5, "s")],
+)
+def test_times_as_spreadsheets_count_days(first: float, step: float, unit: str) -> None:
+    column = SniffedColumn("Datum", "Datum", None, tuple(first + step * k for k in range(9)))
+    line = time_line(recognise([column]).time, None)
+    assert line is not None
+    assert f'unit = "{unit}"' in str(line)
+
+
+def test_raw_forces_are_taken_where_there_are_no_others() -> None:
+    raw = "Fx_raw,Fy_raw,Fz_raw"
+    for text, held, doubt in (
+        (f"{raw}\n1,2,3\n2,1,3", raw, RAW),
+        (f"{raw},Fx,Fy,Fz\n1,2,3,1,2,3\n2,1,3,2,1,3", "Fx,Fy,Fz", ""),
+    ):
+        force = recognise(sniffed_columns(text)).force
+        assert force is not None
+        assert (",".join(column.header for column in force.columns), force.doubt) == (held, doubt)
+    assert recognise(sniffed_columns("raw_x,raw_y,raw_z\n1,2,3\n2,1,3")).position is None
 
 
 def test_simple_spreadsheet_in_at_most_fifteen_lines(tmp_path: Path) -> None:

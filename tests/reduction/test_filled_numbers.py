@@ -10,6 +10,7 @@ from stiffcal.campaign.row_filter import parse_rows
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import unit
+from stiffcal.reduction.kept_rows import KeptRows, check_sizes
 from stiffcal.reduction.plausibility import LogQuality
 
 COLUMNS = {
@@ -76,6 +77,15 @@ def test_a_filled_number_is_named_with_a_condition_that_leaves_it_out(signal: st
     assert f"column {column}:" in fault.reason
     assert "4 rows (61-63, 151)" in fault.reason
     _assert_left_out(fault, {column: values[-1]}, 4)
+
+
+@pytest.mark.parametrize("number", [3.4028234663852886e38, -1.7976931348623157e308])
+def test_a_number_that_is_larger_than_any_is_left_out_by_its_condition(number: float) -> None:
+    values = good("position.probe")[0]
+    values[[5, 6, 40]] = number
+    with pytest.raises(InputError) as refused:
+        check_sizes(KeptRows(np.arange(1, N + 1), {"X (mm)": values}, []), {"X (mm)": "raw/a.csv"})
+    _assert_left_out(refused.value.faults[0], {"X (mm)": values}, 3)
 
 
 @pytest.mark.parametrize("number", [-1000.0, 0.0, 7777.0])

@@ -158,6 +158,12 @@ def test_a_header_that_is_known_counts_whatever_else_is_there() -> None:
     assert layout_of_rows(rows, wanted=("t", "Fx")).header_row == 1
 
 
+def test_a_row_of_units_is_one_for_columns_without_a_unit_too() -> None:
+    rows = [["Zeit", "Fx", "Fy"], ["", "N", "N"], ["2026-11-20 10:15:30", "1", "2"], ["2026-11-20 10:15:31", "2", "2"]]
+    for wanted in ((), ("Zeit",), ("Fx",)):
+        assert layout_of_rows(rows, wanted=wanted).first_data_row == 2
+
+
 def test_a_date_does_not_count_twice_where_blanks_would_cut_it() -> None:
     """With a column of words a tab cuts a smaller share of the cells into numbers than blanks do."""
     rows = [f"21.11.2026 10:15:0{k},000\t862,06{k}\t75,47\t391,83\tok" for k in range(9)]
