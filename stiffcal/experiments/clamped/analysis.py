@@ -3,7 +3,8 @@
 Definitions (physics, section 7). *Play* is the length of the segment about the crossing whose slope stays below a
 quarter of the outer slope, common to both branches: the law's slope, which both share. *Friction* is half the torque
 between the branches at all angles. *Reversal error* is the raw width between the branches at zero torque, which
-friction alone can cause. All are averaged over cycles; their resolution comes from the encoder's step and the noise.
+friction alone can cause. All are averaged over cycles; their resolution comes from the encoder's step, the noise and
+the distance of readings.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class ClampedRun:
     encoder_step: float
     """rad, smallest step of the angle; 0 where none shows."""
     resolution: float
-    """rad, what the play is known to at best: encoder step and noise on the flanks."""
+    """rad, what the play is known to at best: encoder step, noise on the flanks, and the distance of readings."""
     reversal: float | None
     """rad, raw width between the branches at zero torque; None where they do not come there."""
     saturation: Saturation | None
@@ -169,6 +170,8 @@ def _analyse_run(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[i
     step = encoder_step(readings.joints[:, chain.joint - 1])
     outer = segment.outer_slope if segment is not None else abs(fit.law.curve[0])
     noise = np.sqrt(2.0) * NORMAL_95 * branches.noise / max(outer, 1e-12)
+    # between two readings nothing is known of the curve, whatever the law that is fitted makes of it
+    spacing = _distance_about_the_crossing(angle[used >= 0], torque[used >= 0])
     return ClampedRun(
         name=name,
         joint=chain.joint,
@@ -181,12 +184,19 @@ def _analyse_run(readings: ClampedReadings, chain: ClampedChain, laws: Mapping[i
         cycle_spread=_between_cycles(angle, torque, used, sweeps, fit),
         motion=float(np.ptp(angle[sweeps.number >= 0])),
         encoder_step=step,
-        resolution=float(np.hypot(step, noise)),
+        resolution=float(np.linalg.norm([step, noise, spacing])),
         reversal=reversal_error(angle, torque, sweeps.number, sweeps.up),
         saturation=saturation,
         others_share=chain.share_of_others(laws),
         left_out="" if not holdout else "held out",
     )
+
+
+def _distance_about_the_crossing(angle: Floats, torque: Floats) -> float:
+    """Return the mean distance of angles in the middle quarter of the torque, rad, all cycles together."""
+    middle = 0.5 * float(torque.max() + torque.min())
+    near = np.abs(torque - middle) <= 0.125 * np.ptp(torque)
+    return 0.25 * float(np.ptp(angle)) / max(int(np.count_nonzero(near)) - 1, 1)
 
 
 def _unusable_run(readings: ClampedReadings, chain: ClampedChain) -> ClampedRun:

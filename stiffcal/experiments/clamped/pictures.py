@@ -151,8 +151,8 @@ def low_slope_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
     )  # fmt: skip
     caption = (
         (
-            "Segment of low slope of each joint by pose, with its resolution (encoder step and noise) and the scatter "
-            "between cycles. "
+            "Segment of low slope of each joint by pose, with its resolution (encoder step, noise, distance of "
+            "readings) and the scatter between cycles. "
             "Crosses: poses excluded, because the motion barely exceeds the segment. Line: that of the joint."
         ),
     )
