@@ -55,7 +55,7 @@ def without_target(cell: str) -> dict[str, str]:
 def test_rows_left_out_may_hold_anything(campaign: Path, cell: str) -> None:
     whole = states_of(campaign)
     write_cells(campaign, 7, {"Fx": cell, "A2": cell, **without_target(cell)})
-    with pytest.raises(InputError, match="exclude"):
+    with pytest.raises(InputError):
         load_and_ingest(campaign)
     add_to_manifest(campaign, EXCLUDE.format(7))
     states = states_of(campaign)
