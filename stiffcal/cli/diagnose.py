@@ -354,8 +354,9 @@ def _show_pace(console: AnswerConsole, result: DiagnoseResult) -> None:
 
 
 def _show_ranking(console: AnswerConsole, result: DiagnoseResult, details: bool) -> None:
-    """Show the ranking for the next single step, without details what is not rejected alone."""
-    shown = [finding for finding in result.findings if details or finding.verdict != "rejected"][:MOST_ROWS]
+    """Show the ranking for the next single step, without details the first of what is not rejected alone."""
+    probable = [finding for finding in result.findings if finding.verdict != "rejected"]
+    shown = result.findings if details else probable[:MOST_ROWS]
     if not shown:
         return
     drawn = console.width >= ROOMY
@@ -378,9 +379,6 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult, details: bool)
     console.print(table)
     if not details:
         return
-    more = len(result.findings) - len(shown)
-    if more > 0:
-        console.print(f"  and {more} more with lower rank (all in --json)")
     if any(finding.explains is not None for finding in result.findings):
         console.print(f"  {EXPLAINS}", soft_wrap=True)
     console.print(f"  {PROBABILITY}; {AT_TOOL}", soft_wrap=True)

@@ -195,15 +195,17 @@ def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice]
     of_deflection = (f"share of {whole}>",) if parts[0].zero_model is not None else ()
     table = plain_table(title, "states>", "rms>", "max>", *of_deflection)
     ranked = sorted(parts, key=lambda part: -(part.rms.translation or 0.0))
-    for part in ranked[:most]:
+    # a line that says one more takes the room of that one
+    shown = ranked if len(ranked) <= most + 1 else ranked[:most]
+    for part in shown:
         cells = [part.label, str(part.n), deviation(part.rms), deviation(part.max)]
         if of_deflection:
             of_all = None if part.zero_model is None else part.zero_model.translation
             cells.append(share((part.rms.translation or 0.0) / of_all) if of_all else "–")
         table.add_row(*cells)
     console.print(table)
-    if len(ranked) > most:
-        console.print(f"  and {len(ranked) - most} more with smaller errors (--details)")
+    if len(shown) < len(ranked):
+        console.print(f"  and {len(ranked) - len(shown)} more with smaller errors (--details)")
 
 
 def _shares(relative: Rms) -> str:
