@@ -68,8 +68,8 @@ def _nothing_named(found: Diagnosed, against: str) -> str:
         return f"Something is missing that no effect of the catalogue explains ({against})."
     if not found.noise_known:
         return (
-            "Nothing is supported; without a known noise it cannot be judged whether the model is good enough "
-            f"({against})."
+            "No missing effect is found; whether the model is good enough cannot be judged without a known noise "
+            f"({against}): repeat some loads, or state sigma."
         )
     if found.after is not None and not found.after.adequate and found.reading.adequate:
         return (
