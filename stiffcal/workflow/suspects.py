@@ -163,9 +163,10 @@ def suspects_in(
 
 def _exclusion(suspect: Suspect, campaign: Campaign, states: LoadStates) -> list[str]:
     """Return the lines of campaign.toml that leave a suspect out."""
-    from stiffcal.diagnosis.suspects.result import exclusion_lines
+    from stiffcal.diagnosis.suspects.result import SuspectKind, exclusion_lines
 
-    why = f"disagrees with the other runs: {suspect.kind}"
+    kind = "" if suspect.kind is SuspectKind.UNKNOWN else f": {suspect.kind}"
+    why = f"disagrees with the other runs{kind}"
     tables = [(name, source) for name, source in campaign.manifest.sources.items() if source.is_states]
     if not tables:
         # of logs that were sampled in time the rows are many; a run that is held out is not fitted

@@ -99,6 +99,11 @@ def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> list[str]:
         reasons.append("force and displacement have opposite directions in it")
     if suspect.variant is not None:
         reasons.append("corrected, it agrees with the others")
+    if not reasons and suspect.kind is SuspectKind.UNKNOWN:
+        reasons.append(
+            "among all explanations of the error that it is off is probable; compared by itself with the other runs it "
+            "does not stand apart"
+        )
     return reasons
 
 

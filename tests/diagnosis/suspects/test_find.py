@@ -59,6 +59,17 @@ def test_in_a_sound_campaign_nothing_is_suspect(form: str) -> None:
     assert not suspicion.suspects
 
 
+def test_a_run_that_only_the_whole_judgement_doubts_has_a_reason() -> None:
+    """A line ended after its colon."""
+    states = sound("rows").states
+    suspicion = replace(
+        found_in("rows", with_wrench(states, 7, [3.0] * 6)), suspects=(find._unknown(4),), without_each=(None,)
+    )
+    (suspect,) = suspects_of(suspicion, states, sound("rows").model.chain)
+    assert (suspect.run, suspect.kind) == ("run05", "unknown")
+    assert suspect.why
+
+
 @pytest.mark.parametrize("form", ["rows", "pairs"])
 def test_forces_in_lbf_are_named_with_the_factor(form: str) -> None:
     states = sound(form).states
