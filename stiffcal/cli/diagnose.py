@@ -176,11 +176,15 @@ def _show_not_tried(console: AnswerConsole, result: DiagnoseResult) -> None:
 
 def _show_what_details_show(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Name what stands in the answer and is not shown."""
+    if not result.has_searched:
+        return
     further = [f"the ranking of all {len(result.findings)} candidates"] * bool(result.findings)
     if result.missing:
         further += ["how to check on the machine", "which values an addition would change"]
     if result.not_tried:
         further.append(f"{count(len(result.not_tried), 'effect')} that these data cannot test")
+    if result.not_weighed is not None:
+        further.append("what was not compared")
     if further:
         console.print(f"\n--details shows {listing(further)}", soft_wrap=True)
 
@@ -359,30 +363,30 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult, details: bool)
     shown = result.findings if details else probable[:MOST_ROWS]
     if not shown:
         return
-    drawn = console.width >= ROOMY
-    bars = ("",) if drawn else ()
-    table = plain_table("effect", "place", "probability>", "held-out, rms>", "verdict", "explains>", "size>", *bars)
-    table.add_row("present model", "", "", deviation(result.rms), "", "", "", *bars)
+    drawn, whole = console.width >= ROOMY, details or console.width >= ROOMY
+    columns = ["effect", "place", "probability>", "held-out, rms>", "verdict"]
+    table = plain_table(*columns, *["explains>", "size>"] * whole, *[""] * drawn)
+    table.add_row("present model", "", "", deviation(result.rms))
     for finding in shown:
+        explained = share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0))
         table.add_row(
             finding.effect,
             short_places(finding.where),
             probability_in_words(finding.probability or 0.0),
             deviation(finding.heldout_rms_after),
             finding.verdict,
-            share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0)),
-            _size_words(finding.size_m, finding.size_Nm),
+            *[explained, _size_words(finding.size_m, finding.size_Nm)] * whole,
             *([bar(BAR * (finding.probability or 0.0), None, BAR)] if drawn else []),
         )
-    table.add_row("noise", "", "", deviation(result.noise) if result.noise else NOT_KNOWN, "", "", "", *bars)
+    table.add_row("noise", "", "", deviation(result.noise) if result.noise else NOT_KNOWN)
     console.print()
     console.print(table)
+    _show_found_later(console, result)
     if not details:
         return
     if any(finding.explains is not None for finding in result.findings):
         console.print(f"  {EXPLAINS}", soft_wrap=True)
     console.print(f"  {PROBABILITY}; {AT_TOOL}", soft_wrap=True)
-    _show_found_later(console, result)
 
 
 def _show_found_later(console: AnswerConsole, result: DiagnoseResult) -> None:

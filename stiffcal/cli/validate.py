@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from stiffcal.validation.elasticity import Elasticity, JointElasticity, JointVerdict
     from stiffcal.validation.results import ErrorSlice, WorstState
 
-FEW_PARTS, MOST_PARTS = 3, 100
-"""Rows of a table of errors by run, direction, load: without details, and with them."""
+FEW_PARTS = 3
+"""Rows of a table of errors by run, direction, load: without details."""
 NOISE_IN_DISTANCE = (
     "noise alone: distances of a right model from the readings, σ the uncertainty of one axis: mean 1.60 σ, rms 1.73 σ"
 )
@@ -107,7 +107,7 @@ def show_validation(console: AnswerConsole, result: ValidateResult, details: boo
         "branch": result.by_branch,
     }
     for title, parts in slices.items():
-        _show_slices(console, title, parts or [], whole_error(result), MOST_PARTS if details else FEW_PARTS)
+        _show_slices(console, title, parts or [], whole_error(result), None if details else FEW_PARTS)
     if result.worst:
         console.print(f"worst: {_worst(result.worst)}")
     show_suspects(console, result.suspects, result.suspects_not_checked)
@@ -189,14 +189,14 @@ def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequenc
     console.print(table)
 
 
-def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice], whole: str, most: int) -> None:
+def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice], whole: str, most: int | None) -> None:
     if len(parts) < 2:
         return
     of_deflection = (f"share of {whole}>",) if parts[0].zero_model is not None else ()
     table = plain_table(title, "states>", "rms>", "max>", *of_deflection)
     ranked = sorted(parts, key=lambda part: -(part.rms.translation or 0.0))
     # a line that says one more takes the room of that one
-    shown = ranked if len(ranked) <= most + 1 else ranked[:most]
+    shown = ranked if most is None or len(ranked) <= most + 1 else ranked[:most]
     for part in shown:
         cells = [part.label, str(part.n), deviation(part.rms), deviation(part.max)]
         if of_deflection:

@@ -61,7 +61,7 @@ class ExperimentKind:
     run_keys: tuple[str, ...] = ()
     """Which of the keys of a run that only some kinds read (moved_joint, fixture_compliance, approach) it reads. A kind
     with a moved joint measures torque over its turn."""
-    why_not_diagnosed: str = "its runs make neither load states nor rows in which effects are searched for"
+    why_not_diagnosed: str = "runs of this kind make neither load states nor rows in which effects are searched for"
     """Why ``diagnose`` has nothing to search in where that is so."""
     plot_axis: str = ""
     """What ``plot --against`` calls this kind's picture, for one joint as in ``velocity:2``; "": nothing."""

@@ -1,1 +1,1 @@
-"""Rods on links: the field of a bent beam, faulty rods, a link's compliance by its rods."""
+"""Rods on links: the field of a bent beam, a link's compliance by its rods."""

@@ -23,12 +23,12 @@ class _Member(Protocol):
 MemberT = TypeVar("MemberT", bound=_Member)
 
 
-def members_of(base: type[MemberT]) -> tuple[MemberT, ...]:
+def mistakes_of(base: type[MemberT]) -> tuple[MemberT, ...]:
     """Return the mistakes of one base class in all files of the catalogue, the likelier ones first.
 
     Examples
     --------
-    >>> {"direction", "joint-unit", "row-order"} <= {mistake.name for mistake in members_of(Mistake)}
+    >>> {"direction", "joint-unit", "row-order"} <= {mistake.name for mistake in mistakes_of(Mistake)}
     True
     """
     every = _found_in(tuple(importlib.import_module(CATALOGUE).__path__))
@@ -52,7 +52,7 @@ def _found_in(folders: tuple[str, ...]) -> tuple[object, ...]:
 
 def mistakes_on(tried_on: TriedOn) -> tuple[Mistake, ...]:
     """Return the mistakes that may be there, the likelier ones first."""
-    return tuple(mistake for mistake in members_of(Mistake) if tried_on in mistake.tried_on)
+    return tuple(mistake for mistake in mistakes_of(Mistake) if tried_on in mistake.tried_on)
 
 
 def taken_back(read: AsRead) -> Iterator[TakenBack]:

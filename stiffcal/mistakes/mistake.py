@@ -187,7 +187,7 @@ class Mistake:
         return False
 
     def is_distinct(self, read: AsRead, taken: TakenBack) -> bool:
-        """Return whether the data tell it from an effect that looks like it; asked of what explains them best."""
+        """Return whether the data distinguish it from an effect that is alike; asked of what explains them best."""
         return True
 
     def as_known(self, best: Scored, tried: Sequence[Scored]) -> InputChange:

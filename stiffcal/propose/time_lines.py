@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from stiffcal.campaign.column_names import is_unit_of
+from stiffcal.campaign.column_names import DATES, is_unit_of, words_of
 from stiffcal.campaign.source import TIMES_IN_WORDS
 from stiffcal.escapes import toml_text
 from stiffcal.propose.lines import ProposedLine
@@ -43,15 +43,16 @@ _DAYS = "day"
 _DAY_NUMBERS = (36526.0, 73050.0)
 """Of 2000 and of 2100, as spreadsheets count days."""
 _FASTEST_S = 1e-4
-"""Steps of a log that are shorter, taken as seconds, are days: nobody logs at above 10 kHz what was not zeroed."""
+"""Shorter steps of a column that is not called a date, taken as seconds, are days: nobody logs so fast."""
 
 
 def _likely_time_unit(time: SniffedColumn) -> str:
     """Return the unit of a time without one: seconds, but where they count from 1970 in finer steps, or are days."""
     size = time.size
     if len(time.values) > 1 and _DAY_NUMBERS[0] <= min(time.values) <= size < _DAY_NUMBERS[1]:
-        steps = [later - earlier for earlier, later in pairwise(time.values)]
-        if 0.0 < sorted(steps)[len(steps) // 2] < _FASTEST_S:
+        step = sorted(later - earlier for earlier, later in pairwise(time.values))[(len(time.values) - 1) // 2]
+        named = any(word in DATES for word in words_of(time.name)[0])
+        if step > 0.0 and (named or step < _FASTEST_S):
             return _DAYS
     finer = [name for name, least in (("ns", 1e17), ("us", 1e14), ("ms", 1e11)) if size > least]
     return finer[0] if finer else "s"

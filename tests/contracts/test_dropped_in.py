@@ -25,7 +25,7 @@ from stiffcal.cli.app import main
 from stiffcal.documents import document_of, result_of, schema_of
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
-from stiffcal.mistakes.found import members_of
+from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.mistake import Mistake
 from stiffcal.mistakes.references.kinematics import check_kinematics
 from stiffcal.report import building, sections
@@ -239,8 +239,8 @@ def test_a_new_mistake_is_named_in_unloaded_poses() -> None:
 
 def test_without_its_file_the_mistake_is_not_known() -> None:
     with dropped_in("mistakes"):
-        assert "halved-angle" in {mistake.name for mistake in members_of(Mistake)}
-    assert "halved-angle" not in {mistake.name for mistake in members_of(Mistake)}
+        assert "halved-angle" in {mistake.name for mistake in mistakes_of(Mistake)}
+    assert "halved-angle" not in {mistake.name for mistake in mistakes_of(Mistake)}
 
 
 # ---- a kind of experiment -------------------------------------------------------------------------------------------

@@ -73,11 +73,14 @@ def test_travels_of_axes_are_no_displacements(word: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("first", "step", "unit"),
-    [(46356.4271875, 2.3e-7, "day"), (46356.427, 1.2e-5, "day"), (46356.427, 0.001, "s"), (0.0, 1e-5, "s")],
-)
-def test_times_as_spreadsheets_count_days(first: float, step: float, unit: str) -> None:
-    column = SniffedColumn("Datum", "Datum", None, tuple(first + step * k for k in range(9)))
+    ("name", "first", "step", "unit"),
+    [
+        ("Datum", 46356.4271875, 2.3e-7, "day"), ("Datum", 46356.427, 0.001, "day"), ("Datum", 0.0, 1e-5, "s"),
+        ("t", 46356.427, 1.2e-5, "day"), ("t", 46356.427, 0.001, "s"),
+    ],
+)  # fmt: skip
+def test_times_as_spreadsheets_count_days(name: str, first: float, step: float, unit: str) -> None:
+    column = SniffedColumn(name, name, None, tuple(first + step * k for k in range(9)))
     line = time_line(recognise([column]).time, None)
     assert line is not None
     assert f'unit = "{unit}"' in str(line)

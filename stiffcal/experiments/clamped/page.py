@@ -219,9 +219,7 @@ def _low_slope_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:
             (
                 (curve.joint,),
                 _low_slope(joint),
-                _estimate(joint, "width", joint.law_width, joint.law_width_interval)
-                if joint.low_slope_found
-                else ("–",),
+                _law_width(joint),
                 (Digits(joint.low_slope_band, 2),),
                 (Digits(joint.spread_between_poses, 2),),
                 (Digits(joint.resolution, 2),),

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Booleans, Integers
-from stiffcal.mistakes.absolute.met_places import FAR, FAR_M, LEAST_ROWS, MeasuredPlaces, Met, meet
+from stiffcal.mistakes.absolute.met_places import LEAST_ROWS, MeasuredPlaces, Met, far_from, meet
 from stiffcal.mistakes.some_rows import some_of
 from stiffcal.reduction.registration import WORST_M
 
@@ -53,7 +53,7 @@ def agreeing(places: MeasuredPlaces) -> tuple[Met, float, Booleans] | None:
         if len(within) < LEAST_ROWS or not met.settled:
             continue
         usual = float(np.median(within))
-        far = np.asarray(distance > max(FAR * usual, FAR_M))
+        far = np.asarray(distance > far_from(usual))
         if found is None or far.sum() < found[2].sum():
             found = met, usual, far
     return found

@@ -16,12 +16,11 @@ from stiffcal.errors import Fault
 from stiffcal.fault_changes import InputChange
 from stiffcal.mistakes.absolute.met_places import (
     EXPLAINED,
-    FAR,
-    FAR_M,
     LEAST_ROWS,
     UNCALIBRATED_M,
     MeasuredPlaces,
     Met,
+    far_from,
     meet,
     orders,
 )
@@ -112,4 +111,4 @@ def _all_meet(met: Met, places: MeasuredPlaces, mended: Booleans) -> bool:
     if not met.settled or usual > UNCALIBRATED_M:
         return False
     away = np.nanmax(np.nan_to_num(met.distance(places)), axis=1)[mended]
-    return bool(np.mean(away <= max(FAR * usual, FAR_M)) > EXPLAINED)
+    return bool(np.mean(away <= far_from(usual)) > EXPLAINED)

@@ -20,10 +20,10 @@ from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
-from stiffcal.mistakes.found import members_of
+from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
 from stiffcal.mistakes.rods.readings import RodReadings, centred_by_run, count_of, left_over, squares_left
-from stiffcal.mistakes.rods.words import millimetres
+from stiffcal.mistakes.rods.words import length_in_words
 from stiffcal.reduction.rod_temperature import smooth_in_time
 
 # A contradiction smaller than this share of the readings may be the beam's own: sections taper, links shear. The second
@@ -162,7 +162,7 @@ def _next_fault(rods: Rods, readings: RodReadings) -> tuple[RodFault | None, Rod
     ]
     rivals = tuple(_label(trial, rods) for trial in close)
     names = tuple(rods.names[i] for i in best.rods)
-    rms = f"the contradiction of the rods decreases to {millimetres(after)} rms from {millimetres(before)}"
+    rms = f"the contradiction of the rods decreases to {length_in_words(after)} rms from {length_in_words(before)}"
     sentence = best.mistake.sentence(names, best, rms) + (f" (or: {', '.join(rivals)})" if rivals else "")
     size = best.mistake.size(best, readings)
     return RodFault(best.mistake.name, names, size, before, after, rivals, sentence), best.mended
@@ -187,7 +187,7 @@ def _closest(ranked: list[RodTrial], count: int, sigma: float) -> RodTrial:
 def _trials_of(readings: RodReadings) -> Iterator[RodTrial]:
     """Try no mistake first, then each at each place where it may be."""
     yield RodTrial(None, (), readings, *squares_left(readings), 0.0)
-    for mistake in members_of(RodMistake):
+    for mistake in mistakes_of(RodMistake):
         yield from (trial for trial in mistake.trials(readings) if mistake.is_large(trial, readings))
 
 
@@ -195,8 +195,8 @@ def _unexplained_fault(rods: Rods, readings: RodReadings, before: float) -> RodF
     off = np.sqrt(np.mean(left_over(readings, readings.lengths) ** 2, axis=0)) * readings.used
     names = (rods.names[int(np.argmax(off))],)
     sentence = (
-        f"the rods contradict each other by {millimetres(before)} rms, {names[0]} most, and no single fault explains "
-        "it: check the fixing of each rod, and [ids] start_m and end_m"
+        f"the rods contradict each other by {length_in_words(before)} rms, {names[0]} most, and no single fault "
+        "explains it: check the fixing of each rod, and [ids] start_m and end_m"
     )
     return RodFault(UNEXPLAINED, names, float(off.max()), before, before, (), sentence)
 

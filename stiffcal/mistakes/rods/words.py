@@ -5,12 +5,12 @@ from __future__ import annotations
 from stiffcal.wording import significant
 
 
-def millimetres(metres: float) -> str:
+def length_in_words(metres: float) -> str:
     """Return a length in the unit of the tables that it is printed next to.
 
     Examples
     --------
-    >>> millimetres(1.234e-5)
+    >>> length_in_words(1.234e-5)
     '0.0123 mm'
     """
     return f"{significant(1e3 * metres)} mm"

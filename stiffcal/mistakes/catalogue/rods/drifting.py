@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
 from stiffcal.mistakes.rods.readings import RodReadings, centred_by_run, left_over, squares_left
-from stiffcal.mistakes.rods.words import millimetres
+from stiffcal.mistakes.rods.words import length_in_words
 
 # A rate and its bend.
 NUMBERS = 2
@@ -45,7 +45,7 @@ class DriftingRod(RodMistake):
         """Return it in words."""
         names = " and ".join(rods)
         return (
-            f"{names} drifts by {millimetres(trial.size)} rms within a run: {rms}; let the gauge warm up, or "
+            f"{names} drifts by {length_in_words(trial.size)} rms within a run: {rms}; let the gauge warm up, or "
             "zero it more often"
         )
 

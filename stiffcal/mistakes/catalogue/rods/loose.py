@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
 from stiffcal.mistakes.rods.readings import RodReadings, left_over, squares_left
-from stiffcal.mistakes.rods.words import millimetres
+from stiffcal.mistakes.rods.words import length_in_words
 
 # A rod that is off by less than this share of what it should read is not called loose: sections taper, links shear …
 LOOSE = 0.20
@@ -46,7 +46,9 @@ class LooseRod(RodMistake):
     def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
         """Return it in words."""
         names = " and ".join(rods)
-        return f"{names} does not follow the link ({millimetres(trial.size)} rms): without it {rms}; check its fixing"
+        return (
+            f"{names} does not follow the link ({length_in_words(trial.size)} rms): without it {rms}; check its fixing"
+        )
 
     def is_large(self, trial: RodTrial, readings: RodReadings) -> bool:
         """Return whether the rod is further from the others than a link that is no even beam makes it."""

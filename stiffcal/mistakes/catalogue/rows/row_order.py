@@ -1,7 +1,7 @@
 """Columns that stand some rows too high or too low against the others, or in reverse order.
 
-A joint with a memory (play, creep, friction) lags behind its load as if rows of a pose were moved. What tells the two
-apart are the rows next to another pose: there, too, displacements have to follow their loads better.
+A joint with a memory (play, creep, friction) lags behind its load as if rows of a pose were moved. The rows next to
+another pose distinguish the two: there, too, displacements have to follow their loads better.
 """
 
 from __future__ import annotations
