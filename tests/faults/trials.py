@@ -44,7 +44,8 @@ VOLATILE = frozenset({
     "time", "seconds", "created", "mtime_ns", "mtime", "unchanged", "changed", "versions", "made", "steps", "key",
     "memory_bytes", "peak_memory_bytes", "sha256", "pace",
 })  # fmt: skip
-SIGNALLED = {"killed": -9, "killed in time": -14, "interrupted": 130, "terminated": -15}
+SIGNALLED = {"killed": (-9,), "killed in time": (-14,), "interrupted": (130,), "terminated": (-15, 130)}
+"""Exit codes that a signal gives; a batch that is asked to end does so in order, as after Ctrl-C."""
 
 Prints = dict[str, str]
 
@@ -235,7 +236,7 @@ class Bench:
         said = self._said()
         if code is None:
             raise FoundError(f"{reported}it hung")
-        if code not in (0, 1, 2, SIGNALLED.get(kind)):
+        if code not in (0, 1, 2, *SIGNALLED.get(kind, ())):
             raise FoundError(f"{reported}exit code {code}: {said[-2000:]}")
         if "Traceback" in said:
             raise FoundError(f"{reported}a traceback: {said[-2000:]}")
