@@ -65,6 +65,18 @@ def axe_findings(page: Any) -> list[tuple[str, str]]:
     return [(found["id"], found["nodes"][0]["html"][:200]) for found in results.response["violations"]]
 
 
+def becomes(page: Any, condition: str) -> bool:
+    """Return whether an expression of the page is true within ten seconds, however busy the machine is."""
+    return bool(
+        page.evaluate(
+            f"""async () => {{ for (let k = 0; k < 1000; k++) {{
+            if ({condition}) return true;
+            await new Promise((done) => setTimeout(done, 10)); }}
+            return false; }}"""
+        )
+    )
+
+
 def settled(page: Any) -> None:
     page.evaluate(
         """async () => { for (let k = 0; k < 500 && stiffcal.pending; k++)

@@ -14,7 +14,7 @@ from stiffcal.view.page import build_page
 from stiffcal.wording import estimate, significant
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.view import view_campaign
-from tests.laboratory.browser import colours_of, opened, settled
+from tests.laboratory.browser import becomes, colours_of, opened, settled
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.laboratory.view_of_many_states import with_many_states
@@ -336,8 +336,7 @@ def test_a_long_verdict_and_many_effects_leave_the_picture_in_a_small_window(
             .filter((box) => box.top < line.bottom - 1 && box.bottom > line.bottom + 1).length; }"""
     assert page.evaluate(cut) == 0
     page.get_by_role("button", name="all of it").click()
-    page.wait_for_timeout(50)
-    assert canvas.bounding_box()["y"] > 600
+    assert becomes(page, "document.getElementById('against-canvas').getBoundingClientRect().top > 600")
     page.get_by_role("button", name="less").click()
     assert canvas.bounding_box()["y"] + 100 < 600
     assert complaints == []
@@ -485,18 +484,14 @@ def test_a_page_of_20_000_states(browser: Any, content: Any, tmp_path: Path) -> 
 
 def test_the_first_picture_is_whole_in_a_small_window(page: Any) -> None:
     """With its axis, and not stretched; what the band is stands next to the categories, not among the points."""
-    found = """(() => {
-      const canvas = document.getElementById("against-canvas"), { bottom } = canvas.getBoundingClientRect();
-      return [bottom <= innerHeight, canvas.height === Math.round(canvas.clientHeight * devicePixelRatio)];
-    })()"""
+    canvas = "document.getElementById('against-canvas')"
+    drawn = f"{canvas}.height === Math.round({canvas}.clientHeight * devicePixelRatio)"
     for width, height in ((1400, 900), (800, 600)):
         page.set_viewport_size({"width": width, "height": height})
-        page.wait_for_timeout(300)
-        assert page.evaluate(found) == [True, True], (width, height)
+        whole = f"innerHeight === {height} && {canvas}.getBoundingClientRect().bottom <= innerHeight"
+        assert becomes(page, f"{whole} && {drawn}"), (width, height)
     # what is above it grows: the picture takes less room, and is drawn anew
-    high = page.evaluate("document.getElementById('against-canvas').clientHeight")
+    high = page.evaluate(f"{canvas}.clientHeight")
     page.evaluate("document.getElementById('tryout').style.minHeight = '240px'")
-    page.wait_for_timeout(300)
-    assert page.evaluate("document.getElementById('against-canvas').clientHeight") < high
-    assert page.evaluate(found)[1]
+    assert becomes(page, f"{canvas}.clientHeight < {high} && {drawn}")
     assert page.locator("#against .legend .band").is_visible()
