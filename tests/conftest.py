@@ -51,7 +51,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # A kernel changes the last digits of products and factors. It can turn a rank, a sign, an order of candidates or a
 # verdict, and numbers that must agree to rounding.
 NUMERICAL = (
-    "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "estimation", "experiments", "identification",
+    "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "estimation", "kinds", "identification",
     "independent", "links", "measurements", "mechanics", "mistakes", "planning", "reduction",
     "simulation",
     "validation", "workflow/test_fingerprint.py",
@@ -61,7 +61,7 @@ NUMERICAL = (
 NO_KERNEL = (
     "compensation/test_c_code.py", "compensation/test_st_code.py", "contracts/test_dropped_in.py",
     "contracts/test_opaque_texts.py", "contracts/test_readers.py", "contracts/test_sources.py", "effects/test_creep.py",
-    "effects/test_motor_friction.py", "experiments/test_clamped_sigma.py", "experiments/test_friction.py",
+    "effects/test_motor_friction.py", "kinds/test_clamped_sigma.py", "kinds/test_friction.py",
     "identification/test_absolute_speed.py", "identification/test_exact_derivatives.py",
     "identification/test_moved_base.py", "independent/test_friction_motion.py",
     "independent/test_practice_truth.py", "planning/test_efficiency.py", "reduction/test_clocks.py",
@@ -77,7 +77,7 @@ LONG = (
     "benchmarks", "compensation/test_c_code.py", "diagnosis/suspects/test_find.py",
     "diagnosis/test_few_poses.py", "diagnosis/test_model_settings.py", "diagnosis/test_moving_joints.py",
     "diagnosis/test_refit_values.py", "diagnosis/test_search.py",
-    "experiments/test_clamped_sigma.py", "experiments/test_friction.py", "faults", "fuzz",
+    "kinds/test_clamped_sigma.py", "kinds/test_friction.py", "faults", "fuzz",
     "identification/test_moved_base.py", "live/test_command.py", "live/test_server.py", "live/test_watching.py",
     "next_steps", "planning/test_efficiency.py", "rates", "mistakes/test_kinematics.py",
     "mistakes/test_place_faults.py", "mistakes/test_place_faults_of_tables.py", "report/test_figures.py",
@@ -137,10 +137,10 @@ PRACTICE = (
     "docs/test_blocks.py::test_a_page_s_commands_print_what_it_shows[how-to/seven-joints",
     "docs/test_blocks.py::test_a_page_s_commands_print_what_it_shows[how-to/watch-a-robot-age",
     "docs/test_blocks.py::test_a_page_s_commands_print_what_it_shows[tutorials/absolute-poses",
-    "experiments/test_clamped_sigma.py::test_an_encoders_step",
-    "experiments/test_clamped_sigma.py::test_correlated_noise",
-    "experiments/test_clamped_sigma.py::test_filtered_noise",
-    "experiments/test_friction.py::test_weight_does_not_matter",
+    "kinds/test_clamped_sigma.py::test_an_encoders_step",
+    "kinds/test_clamped_sigma.py::test_correlated_noise",
+    "kinds/test_clamped_sigma.py::test_filtered_noise",
+    "kinds/test_friction.py::test_weight_does_not_matter",
     "identification/test_moved_base.py::test_the_diagnosis",
     "ingest/test_run_readings.py::test_of_other_kinds_the_run_whose_log_was_edited_is_read_again[rehearsed-controller",
     "ingest/test_run_readings.py::test_of_other_kinds_the_run_whose_log_was_edited_is_read_again[rods",

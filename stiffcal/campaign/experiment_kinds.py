@@ -14,14 +14,14 @@ from stiffcal.campaign.found_modules import module_names
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.measurements.state_measures import StateMeasure
 
-EXPERIMENTS = "stiffcal.experiments"
+KINDS = "stiffcal.kinds"
 """The package whose folders are the kinds."""
 OF_SOME_KINDS = frozenset({"moved_joint", "fixture_compliance", "approach"})
 """Keys of a run that only runs of some kinds read: those that have them in their `run_keys`."""
 
 
 class KnownKind(Protocol):
-    """What the campaign has to know of a kind of experiment; see `stiffcal.experiments.ExperimentKind`."""
+    """What the campaign has to know of a kind of experiment; see `stiffcal.kinds.ExperimentKind`."""
 
     @property
     def name(self) -> str:
@@ -58,7 +58,7 @@ def kind_names() -> tuple[str, ...]:
     >>> {"load", "clamped", "friction", "free"} <= set(kind_names())
     True
     """
-    return module_names(EXPERIMENTS, folders_alone=True)
+    return module_names(KINDS, folders_alone=True)
 
 
 def experiment_kind(name: str) -> KnownKind | None:
@@ -71,7 +71,7 @@ def experiment_kind(name: str) -> KnownKind | None:
     """
     if name not in kind_names():
         return None
-    return cast(KnownKind, importlib.import_module(f"{EXPERIMENTS}.{name}").KIND)
+    return cast(KnownKind, importlib.import_module(f"{KINDS}.{name}").KIND)
 
 
 def measure_of(experiment: str) -> StateMeasure | None:

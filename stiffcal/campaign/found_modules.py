@@ -24,7 +24,7 @@ def module_names(package: str, *, folders_alone: bool = False) -> tuple[str, ...
 
     Examples
     --------
-    >>> "clamped" in module_names("stiffcal.experiments", folders_alone=True)
+    >>> "clamped" in module_names("stiffcal.kinds", folders_alone=True)
     True
     """
     return _names_in(package_folders(package), folders_alone)

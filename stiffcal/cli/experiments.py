@@ -11,13 +11,13 @@ from stiffcal.printed_units import printed_unit
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.experiments.presentation import Column, Overview, Table, Words
+    from stiffcal.kinds.presentation import Column, Overview, Table, Words
     from stiffcal.results.identify_result import IdentifyResult
 
 
 def overviews(result: IdentifyResult) -> list[Overview]:
     """Return the overviews that the kinds of experiment make of a fit."""
-    from stiffcal.experiments import all_kinds
+    from stiffcal.kinds import all_kinds
 
     overviews_of_kinds = [kind.overview(result) for kind in all_kinds()]
     return [overview for overview in overviews_of_kinds if overview is not None]
@@ -25,7 +25,7 @@ def overviews(result: IdentifyResult) -> list[Overview]:
 
 def show_overviews(console: Console, chosen: list[Overview]) -> None:
     """Draw the tables and sentences of kinds of experiment."""
-    from stiffcal.experiments.presentation import Sentence
+    from stiffcal.kinds.presentation import Sentence
 
     for overview in chosen:
         for block in overview.blocks:
@@ -52,11 +52,11 @@ def text_of(words: Words, factor: float = 1.0) -> str:
 
     Examples
     --------
-    >>> from stiffcal.experiments.presentation import Digits, Interval, Joints
+    >>> from stiffcal.kinds.presentation import Digits, Interval, Joints
     >>> text_of((Joints((1, 2, 3)), ": ", Digits(0.12345), " N·m, ", Interval(2.0, 1.0, 3.0)))
     'joints 1–3: 0.123 N·m, 2.0 ± 1.0'
     """
-    from stiffcal.experiments.presentation import Digits, Interval, Joints, Names
+    from stiffcal.kinds.presentation import Digits, Interval, Joints, Names
 
     text = ""
     for piece in words:

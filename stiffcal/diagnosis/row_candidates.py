@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 from stiffcal.diagnosis.candidates import Candidate, stands_in_the_way
 from stiffcal.diagnosis.results import UntestableEffect
-from stiffcal.experiments.row_search import RowProblem, merged_lacking
+from stiffcal.kinds.row_search import RowProblem, merged_lacking
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect
 

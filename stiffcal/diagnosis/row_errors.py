@@ -8,7 +8,7 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.experiments.row_search import RowProblem
+from stiffcal.kinds.row_search import RowProblem
 from stiffcal.measurements.rms import Rms
 
 

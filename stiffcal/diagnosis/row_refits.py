@@ -13,7 +13,7 @@ from stiffcal.diagnosis.row_errors import left_out_residual, rms_of_rows
 from stiffcal.diagnosis.row_forecast import forecast_row_residual
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.experiments.row_search import RowProblem
+from stiffcal.kinds.row_search import RowProblem
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.summary import Where
 

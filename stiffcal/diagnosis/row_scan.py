@@ -13,7 +13,7 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.scan import Scan, scan_rows, try_candidate
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.estimation.constants import without_constants
-from stiffcal.experiments.row_search import RowFit
+from stiffcal.kinds.row_search import RowFit
 from stiffcal.measurements.load_states import members_of
 
 

@@ -15,7 +15,7 @@ from stiffcal.diagnosis.lack_of_fit import f_tail, rms_reduction
 from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.row_scan import RowScan
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P, LEAST_FALL, STANDARD_ERRORS
-from stiffcal.experiments.row_search import RowProblem
+from stiffcal.kinds.row_search import RowProblem
 
 # Below this share nothing is reported as followed.
 LEAST_SHARE = 0.1

@@ -1,6 +1,6 @@
 """What kinds of experiment say of their load states, where states of several are fitted together.
 
-Each kind says it in its own folder (`stiffcal.experiments`): how its states are called, what is left out of them, and
+Each kind says it in its own folder (`stiffcal.kinds`): how its states are called, what is left out of them, and
 in which measure their error is. Fits and judgements ask the kinds of the runs, and name none.
 """
 

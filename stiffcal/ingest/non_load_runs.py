@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.experiments import all_kinds
-from stiffcal.experiments.reduction import RunsReduction
+from stiffcal.kinds import all_kinds
+from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.reduction.results import IngestedRun
 from stiffcal.store.provenance import IngestSettings
 

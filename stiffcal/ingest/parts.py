@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.experiments import tables_of_logs
+from stiffcal.kinds import tables_of_logs
 
 if TYPE_CHECKING:
     from stiffcal.store import Snapshot

@@ -12,11 +12,11 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.row_candidates import row_candidates
 from stiffcal.diagnosis.row_scan import RowScan, scan_row_candidates
 from stiffcal.errors import Progress, no_progress
-from stiffcal.experiments.row_search import RowProblem
 from stiffcal.judgement.found import Diagnosed, named_effects, superfluous_effects, with_all
 from stiffcal.judgement.numbers import ALIKE
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows import judge_rows
+from stiffcal.kinds.row_search import RowProblem
 from stiffcal.model.effect import Effect
 
 

@@ -92,7 +92,7 @@ class Discrepancy:
         """Return by what like states of sweeps err alike, each place by itself; None where no clamped motor swept.
 
         A sweep is cut into states where it bends, and each is one point of a stretch of a curve: what that makes
-        returns with the cycle (`stiffcal.experiments.clamped.states`).
+        returns with the cycle (`stiffcal.kinds.clamped.states`).
         """
         data = space.data
         m, n = data.measured.shape

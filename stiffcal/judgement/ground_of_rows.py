@@ -12,13 +12,13 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.drift import Drift, drift_of
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.estimation.bins import Bins
-from stiffcal.experiments.row_search import RowCourse, RowFit
 from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun
 from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.ground import CheckKind, Ground
 from stiffcal.judgement.numbers import OF_LOADS, OF_TIME, WAVES
 from stiffcal.judgement.shared import Shared
+from stiffcal.kinds.row_search import RowCourse, RowFit
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, Place
 

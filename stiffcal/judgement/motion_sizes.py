@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
-from stiffcal.experiments.row_search import RowProblem, UsualMotion
 from stiffcal.judgement.numbers import TYPICAL_FRICTION, TYPICAL_SPEED
 from stiffcal.judgement.priors import NO_SHAPE
+from stiffcal.kinds.row_search import RowProblem, UsualMotion
 from stiffcal.model.effect import Effect, Place, Values
 
 

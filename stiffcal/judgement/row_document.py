@@ -14,7 +14,6 @@ from stiffcal.diagnosis.row_structure import what_rows_follow
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.thresholds import LEAST_FOLDS
 from stiffcal.diagnosis.words import candidate_in_words, error_in_words, place_in_words, values_in_words
-from stiffcal.experiments.row_search import RowFit, RowProblem
 from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
 from stiffcal.judgement.answers import (
     excluded_sizes_of,
@@ -27,6 +26,7 @@ from stiffcal.judgement.answers import (
 )
 from stiffcal.judgement.diagnosed_rows import DiagnosedRows
 from stiffcal.judgement.sentences import answer_of
+from stiffcal.kinds.row_search import RowFit, RowProblem
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.motion import as_motion, is_constant_torque
 from stiffcal.wording import listing

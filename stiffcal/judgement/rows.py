@@ -9,7 +9,6 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.row_candidates import row_candidates
 from stiffcal.errors import Progress, no_progress
 from stiffcal.estimation.bins import Bins
-from stiffcal.experiments.row_search import RowCourse, RowFit, RowProblem
 from stiffcal.judgement.ground_of_rows import GroundOfRows
 from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, name_of, weighed_about
 from stiffcal.judgement.members import Member, list_members
@@ -18,6 +17,7 @@ from stiffcal.judgement.numbers import EXPECTED_EFFECTS, MOST_BINS
 from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.unlisted_motion import unlisted_motion_laws
+from stiffcal.kinds.row_search import RowCourse, RowFit, RowProblem
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
 

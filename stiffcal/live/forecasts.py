@@ -19,9 +19,9 @@ from stiffcal.diagnosis.row_forecast import forecast_row_residual
 from stiffcal.diagnosis.row_scan import RowScan, scan_row_candidates
 from stiffcal.diagnosis.scan import Trial, refine_nonlinear, try_candidate
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
-from stiffcal.experiments import all_kinds
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.judgement.row_document import too_few_folds
+from stiffcal.kinds import all_kinds
 from stiffcal.measurements.columns import table_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.assembly import fixed_parameters
@@ -39,10 +39,10 @@ if TYPE_CHECKING:
     from stiffcal.arrays import Floats, Integers
     from stiffcal.diagnosis.base_rows import BaseRows
     from stiffcal.errors import Progress
-    from stiffcal.experiments import ExperimentKind
-    from stiffcal.experiments.drawn_rows import DrawnRows
-    from stiffcal.experiments.row_search import RowProblem
     from stiffcal.identification.readings import Observations
+    from stiffcal.kinds import ExperimentKind
+    from stiffcal.kinds.drawn_rows import DrawnRows
+    from stiffcal.kinds.row_search import RowProblem
     from stiffcal.live.choice import ModelChoice
     from stiffcal.model.composite import PlacedEffect
     from stiffcal.results.identify_result import IdentifyResult

@@ -13,7 +13,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing, temporary_name, write_whole
 
-EXPERIMENTS, TEMPLATE = "stiffcal.experiments", "template"
+KINDS, TEMPLATE = "stiffcal.kinds", "template"
 """The package of the kinds of experiment, and the folder in each that holds its template."""
 
 _HERE = Path(__file__).parent
@@ -35,7 +35,7 @@ def _templates() -> dict[str, Path]:
     """Return the folder of each kind's template: those of load campaigns, and those that experiments bring."""
     folders = [*(_HERE / "template_files").iterdir()]
     folder_of = {folder.name: folder for folder in folders if folder.is_dir()}
-    for package in package_folders(EXPERIMENTS):
+    for package in package_folders(KINDS):
         folder_of |= {
             manifest.parent.parent.name: manifest.parent
             for manifest in Path(package).glob(f"*/{TEMPLATE}/{MANIFEST_FILE}")

@@ -17,10 +17,10 @@ from stiffcal.campaign.report_settings import ReportSettings
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
-from stiffcal.experiments.presentation import Page, Table
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
+from stiffcal.kinds.presentation import Page, Table
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.summary import EffectAt

@@ -7,7 +7,6 @@ from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, ManyKeys, Number, OrAbsent, Origin
-from stiffcal.experiments import section_types
 from stiffcal.identification.agreement_results import Agreement
 from stiffcal.identification.body_results import CartesianStiffnessResult, JointByItself
 from stiffcal.identification.fit_results import (
@@ -22,6 +21,7 @@ from stiffcal.identification.fit_results import (
 from stiffcal.identification.geometry_results import GeometryFound
 from stiffcal.identification.link_results import CouplingResult, LinkResult
 from stiffcal.identification.noise import NoiseSource
+from stiffcal.kinds import section_types
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
 from stiffcal.reduction.registered_frames import RegistrationSummary

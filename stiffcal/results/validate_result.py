@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, ManyKeys, OrAbsent, Origin
-from stiffcal.experiments import section_types
-from stiffcal.experiments.results import HeldoutSection
+from stiffcal.kinds import section_types
+from stiffcal.kinds.results import HeldoutSection
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
 from stiffcal.reduction.registered_frames import RegistrationSummary

@@ -22,12 +22,12 @@ import pyarrow as pa
 from stiffcal.campaign.source import Source
 from stiffcal.diagnosis.effect_curves import EffectEvidence
 from stiffcal.diagnosis.refits import Refit, RefitSummary
-from stiffcal.experiments import all_kinds
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.row_layout import GAUGE, LENGTH, MOTOR, ROTATION, TRANSLATION, GaugeRows, RowLayout
 from stiffcal.identification.state_loads import BRANCH, LOAD, TORQUE
 from stiffcal.identification.state_tables import observed_table
 from stiffcal.ingest.recording_tables import recording_table
+from stiffcal.kinds import all_kinds
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rms import Rms

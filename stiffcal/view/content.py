@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.experiments.presentation import Page
+from stiffcal.kinds.presentation import Page
 from stiffcal.measurements.rms import Rms
 
 

@@ -180,7 +180,7 @@ def _place_of(suspect: Suspect, states: LoadStates) -> str:
 
 def without_states(data: Ingested, identified: IdentifyResult, context: RunContext) -> DiagnoseResult:
     """Return the diagnosis of a campaign without load states and without rows of another kind: nothing to search."""
-    from stiffcal.experiments import all_kinds
+    from stiffcal.kinds import all_kinds
     from stiffcal.workflow.validate import up_to_date_validation
 
     measured = {run.experiment for run in data.campaign.manifest.runs}

@@ -40,9 +40,9 @@ class RowDiagnoses:
 def diagnoses_of_rows(data: Ingested, context: RunContext) -> RowDiagnoses:
     """Return the answer of each problem of such readings."""
     from stiffcal.diagnosis.row_refits import row_refits_of
-    from stiffcal.experiments import all_kinds
     from stiffcal.judgement.diagnosed_rows import diagnose_rows
     from stiffcal.judgement.row_document import row_diagnosis, too_few_folds
+    from stiffcal.kinds import all_kinds
     from stiffcal.model.campaign_effects import all_effects
 
     measured = measured_runs(data)

@@ -20,15 +20,15 @@ from stiffcal.workflow.steps import Ingested, kept_table
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from stiffcal.experiments.measured import MeasuredRuns
-    from stiffcal.experiments.results import ExperimentFit, ExperimentValidation
+    from stiffcal.kinds.measured import MeasuredRuns
+    from stiffcal.kinds.results import ExperimentFit, ExperimentValidation
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.results.validate_result import ValidateResult
 
 
 def fit_experiments(data: Ingested) -> list[ExperimentFit]:
     """Return the fits of the kinds of experiment that the campaign holds, for ``identify``."""
-    from stiffcal.experiments import all_kinds
+    from stiffcal.kinds import all_kinds
 
     fits = [kind.fit(measured_runs(data)) for kind in all_kinds()]
     return [fit for fit in fits if fit is not None]
@@ -36,7 +36,7 @@ def fit_experiments(data: Ingested) -> list[ExperimentFit]:
 
 def validated_experiments(data: Ingested) -> list[ExperimentValidation]:
     """Return the validations of the kinds of experiment that the campaign holds, for ``validate``."""
-    from stiffcal.experiments import all_kinds
+    from stiffcal.kinds import all_kinds
 
     validations = [kind.validate(measured_runs(data)) for kind in all_kinds()]
     return [validation for validation in validations if validation is not None]
@@ -44,14 +44,14 @@ def validated_experiments(data: Ingested) -> list[ExperimentValidation]:
 
 def measured_runs(data: Ingested) -> MeasuredRuns:
     """Return the kinds of experiment that are requested."""
-    from stiffcal.experiments.measured import MeasuredRuns
+    from stiffcal.kinds.measured import MeasuredRuns
 
     return MeasuredRuns(data.campaign, data.non_load, len(data.states), data.store.display_name)
 
 
 def runs_with_fits(data: Ingested) -> MeasuredRuns:
     """Return the same with the tables of the present fit."""
-    from stiffcal.experiments import tables_of_fits
+    from stiffcal.kinds import tables_of_fits
 
     measured = measured_runs(data)
     fits = {name: data.store.read_table(name) for name in tables_of_fits() if name in data.store.tables}
@@ -65,14 +65,14 @@ def kept_of_kinds(tables: Mapping[str, pa.Table], key: str) -> dict[str, pa.Tabl
     ----------
     tables : of the fit or its validation, by name. key : of the fit.
     """
-    from stiffcal.experiments import tables_kept
+    from stiffcal.kinds import tables_kept
 
     return {kept_table(name, key): tables[name] for name in tables_kept() if name in tables}
 
 
 def robot_to_fit(data: Ingested) -> CompliantRobot:
     """Return the campaign's robot and effects, with the values that the model file or a kind of experiment gives."""
-    from stiffcal.experiments import all_kinds
+    from stiffcal.kinds import all_kinds
 
     robot = placed_robot(data.campaign)
     for kind in all_kinds():

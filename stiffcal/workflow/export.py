@@ -173,7 +173,7 @@ def states_with_residuals(data: Ingested) -> pa.Table:
 
 def _readings(data: Ingested) -> pa.Table:
     """Return the measurements of other experiments, with the fit, of a campaign without load states."""
-    from stiffcal.experiments import tables_of_fits
+    from stiffcal.kinds import tables_of_fits
 
     for name in reversed(tables_of_fits()):
         if name in data.store.tables:

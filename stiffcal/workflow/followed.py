@@ -91,7 +91,7 @@ def _of_states(data: Ingested, diagnosis: DiagnoseResult) -> FollowedResidual | 
 
 def _of_rows(data: Ingested, missing: ProposedEffect, context: RunContext) -> FollowedResidual | None:
     """Return what is left of the rows of another experiment over what drives an effect of its joint."""
-    from stiffcal.experiments import all_kinds
+    from stiffcal.kinds import all_kinds
     from stiffcal.model.campaign_effects import effects_with
     from stiffcal.workflow.experiments import runs_with_fits
     from stiffcal.workflow.validate import up_to_date_results

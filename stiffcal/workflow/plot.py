@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.errors import InputError
-from stiffcal.experiments import ExperimentKind, all_kinds
 from stiffcal.fault_codes import FaultCode
+from stiffcal.kinds import ExperimentKind, all_kinds
 from stiffcal.trust.output_kinds import PLOT
 from stiffcal.trust.outputs import chosen_output, written
 from stiffcal.workflow.command_results import PlotResult

@@ -20,7 +20,6 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import JointSignals, Wrench
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.documents import Document, result_of
-from stiffcal.experiments import all_kinds
 from stiffcal.files import read_regular
 from stiffcal.identification.state_loads import (
     branch_words,
@@ -30,6 +29,7 @@ from stiffcal.identification.state_loads import (
 from stiffcal.identification.state_tables import component_block, gauge_block
 from stiffcal.ingest.parts import PROVENANCE
 from stiffcal.ingest.recording_tables import recording_name
+from stiffcal.kinds import all_kinds
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure

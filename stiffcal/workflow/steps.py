@@ -214,9 +214,9 @@ def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
     ------
     InputError : the input is wrong, or a step is missing and ``context.update`` is False.
     """
-    from stiffcal.experiments import tables_of_logs
     from stiffcal.ingest.freshness import freshness_of, warn_missing_sources, with_stored_runs, without_damaged
     from stiffcal.ingest.ingesting import ingest_now
+    from stiffcal.kinds import tables_of_logs
     from stiffcal.reduction.commanded import without_commands
     from stiffcal.store.index import FOREIGN, OWN
     from stiffcal.trust.foreign_content import use_foreign_results

@@ -12,8 +12,8 @@ import pyarrow as pa
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
-from stiffcal.experiments import all_kinds
 from stiffcal.identification.state_loads import torques_about_joints
+from stiffcal.kinds import all_kinds
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.varying import varies

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.experiments.drawn_rows import DrawnRows
+from stiffcal.kinds.drawn_rows import DrawnRows
 from stiffcal.store import values_of
 from stiffcal.view.content import ViewContent, ViewEffect, ViewRun, ViewStates, ViewVariable
 from stiffcal.workflow.steps import Ingested

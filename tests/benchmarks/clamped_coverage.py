@@ -19,7 +19,7 @@ import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.documents import document_of
-from stiffcal.experiments.clamped.simulation import simulate_clamped
+from stiffcal.kinds.clamped.simulation import simulate_clamped
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.workflow.identify import identify_campaign
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     errors, widths, plays, poor = [], [], [], []
     with (
         tempfile.TemporaryDirectory() as folder,
-        mock.patch("stiffcal.experiments.clamped.simulation.simulate_clamped", once),
+        mock.patch("stiffcal.kinds.clamped.simulation.simulate_clamped", once),
     ):
         source = source_folder(
             Path(folder) / "source",

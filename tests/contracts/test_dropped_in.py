@@ -248,7 +248,7 @@ def test_without_its_file_the_mistake_is_not_known() -> None:
 
 @pytest.fixture
 def kind() -> Iterator[None]:
-    with dropped_in("experiments"):
+    with dropped_in("kinds"):
         yield
 
 
@@ -410,7 +410,7 @@ HANGING = "runs of a rope"
 @pytest.fixture
 def hanging(tmp_path: Path) -> Iterator[Path]:
     """A small campaign of which the weights of two poses hang on a rope."""
-    with dropped_in("load_experiments"):
+    with dropped_in("load_kinds"):
         folder = write_small_campaign(tmp_path / "c")
         kinds = ("hanging", "hanging", "load", "load")
         runs = "".join(f'[[runs]]\nid = "pose{k}"\nexperiment = "{kind}"\n' for k, kind in enumerate(kinds, start=1))
@@ -454,7 +454,7 @@ def test_the_terminal_and_the_report_call_a_new_kind_as_it_says(
 def test_places_of_a_new_kind_are_those_of_absolute_runs(tmp_path: Path, command: Command) -> None:
     folder = write_places(tmp_path / "c", "scara", n=30)
     absolute = command("identify", folder)
-    with dropped_in("state_experiments"):
+    with dropped_in("state_kinds"):
         rewrite(folder, ('experiment = "absolute"', 'experiment = "surveyed"'))
         surveyed = command("identify", folder)
         assert command("check", folder)["runs"][0]["experiment"] == "surveyed"
@@ -502,7 +502,7 @@ def test_motor_angles_of_a_new_kind_are_those_of_clamped_runs(tmp_path: Path, co
     rows = [f"{t:.1f},{q:.9f},{tau:.6f}" for t, q, tau in zip(time, angle, torque, strict=True)]
     (folder / "raw" / "a.csv").write_text("\n".join(["t,q,tau", *rows, ""]), encoding="utf-8")
     clamped = command("identify", folder)
-    with dropped_in("state_experiments"):
+    with dropped_in("state_kinds"):
         rewrite(folder, ('experiment = "clamped"', 'experiment = "pressed"'))
         pressed = command("identify", folder)
         validated, diagnosis = command("validate", folder), command("diagnose", folder)
@@ -558,7 +558,7 @@ def test_effects_are_searched_in_rows_of_a_new_kind(
     (folder / "campaign.toml").write_text(text, encoding="utf-8")
     kept = [module for module in all_sections() if module.__name__.endswith((".experiments", ".diagnosis"))]
     monkeypatch.setattr(building, "all_sections", lambda: kept)  # the others take long to draw
-    with dropped_in("row_experiments"):
+    with dropped_in("row_kinds"):
         assert command("identify", folder)["turning"] == {"turns": 8}
         assert command("validate", folder)["rms"]["torque"] == pytest.approx(0.72, abs=0.05)
         diagnosis = command("diagnose", folder)

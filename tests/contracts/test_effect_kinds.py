@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 
-from stiffcal.experiments.friction.part_fit import PartFit
-from stiffcal.experiments.friction.row_columns import RowColumns
-from stiffcal.experiments.friction.rows import steady_rows
-from stiffcal.experiments.friction.runs import reduce_friction
 from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.kinds.friction.part_fit import PartFit
+from stiffcal.kinds.friction.row_columns import RowColumns
+from stiffcal.kinds.friction.rows import steady_rows
+from stiffcal.kinds.friction.runs import reduce_friction
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, EffectAtRest, Geometry, Instrument, Law, Place

@@ -23,7 +23,7 @@ ROWS = {"planning/information.py", "planning/rivals.py", "diagnosis/suspects/ben
 # Solvers of other kinds of experiment and of questions that are no fit of a model's parameters.
 SOLVERS = {
     "diagnosis/normal_equations.py",  # folds and candidates, from inner products
-    "experiments/clamped/state_noise.py",
+    "kinds/clamped/state_noise.py",
     "mistakes/displacements/springs.py",  # springs that cannot be negative, of loads and deflections as read
     "mistakes/displacements/turned_sensor.py",  # turns of a force sensor, against springs
     "propose/unnamed_states.py",  # the load at rest
@@ -136,8 +136,8 @@ def test_gauss_newton_has_one_caller_for_each_kind_of_rows(trees: dict[str, ast.
     callers = {name for name, tree in trees.items() if ("stiffcal.estimation.solve", "settle") in imported(tree)}
     assert callers == {
         "identification/identify.py",
-        "experiments/friction/part_fit.py",
-        "experiments/clamped/torque_angle_fit.py",
+        "kinds/friction/part_fit.py",
+        "kinds/clamped/torque_angle_fit.py",
     }
 
 
@@ -162,7 +162,7 @@ def test_folds_are_left_out_by_one_engine(trees: dict[str, ast.Module]) -> None:
         "diagnosis/forecast.py",
         "diagnosis/row_forecast.py",
         "diagnosis/scan.py",
-        "experiments/friction/heldout.py",
+        "kinds/friction/heldout.py",
         "links/rods.py",
         "validation/heldout.py",
     }

@@ -11,7 +11,7 @@ from stiffcal.campaign.experiment_kinds import kind_names
 
 PACKAGE = Path(stiffcal.__file__).parent
 NAMES = frozenset(kind_names())
-MAY_NAME_ONE = rf"""["']({"|".join(NAMES)})["']|stiffcal.experiments"""
+MAY_NAME_ONE = rf"""["']({"|".join(NAMES)})["']|stiffcal.kinds"""
 # `plan.toml` names what is planned, three kinds of run whatever kinds of experiment there are, and `init --kind` drafts
 # campaigns of two from their logs.
 PLANS = ("planning/", "workflow/plan", "report/run_sheet.py", "cli/plan.py", "campaign/plan_file.py")
@@ -22,7 +22,7 @@ def test_no_other_room_asks_for_a_kind_by_its_name() -> None:
     found: dict[str, list[int]] = {}
     for path in PACKAGE.rglob("*.py"):
         place, text = path.relative_to(PACKAGE).as_posix(), path.read_text(encoding="utf-8")
-        if place.startswith(("experiments/", *PLANS, *DRAFTS)) or not re.search(MAY_NAME_ONE, text):
+        if place.startswith(("kinds/", *PLANS, *DRAFTS)) or not re.search(MAY_NAME_ONE, text):
             continue
         if lines := kinds_named(text):
             found[place] = lines
@@ -30,8 +30,8 @@ def test_no_other_room_asks_for_a_kind_by_its_name() -> None:
 
 
 def test_a_name_in_an_import_a_comparison_and_a_table_is_found() -> None:
-    text = """from stiffcal.experiments.load import KIND
-from stiffcal.experiments import all_kinds, load
+    text = """from stiffcal.kinds.load import KIND
+from stiffcal.kinds import all_kinds, load
 held = run.experiment in ("load", "x")
 LOAD, CLAMPED = "load", "clamped"
 """
@@ -47,7 +47,7 @@ def kinds_named(text: str) -> list[int]:
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.ImportFrom):
             parts = [*(node.module or "").split("."), *(alias.name for alias in node.names)]
-            if parts[:2] == ["stiffcal", "experiments"] and NAMES.intersection(parts[2:]):
+            if parts[:2] == ["stiffcal", "kinds"] and NAMES.intersection(parts[2:]):
                 lines.add(node.lineno)
         elif isinstance(node, ast.Compare):
             if texts_in(node) & NAMES and re.search("experiment|kind", ast.unparse(node)):

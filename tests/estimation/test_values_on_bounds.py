@@ -11,10 +11,10 @@ from rich.console import Console
 from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.refit_values import _interval
 from stiffcal.estimation.parameters import Parameter, reported_parameters
-from stiffcal.experiments.friction.documents import _identified
-from stiffcal.experiments.friction.page import _value_cell
-from stiffcal.experiments.presentation import Interval
 from stiffcal.identification.document import identified_parameter
+from stiffcal.kinds.friction.documents import _identified
+from stiffcal.kinds.friction.page import _value_cell
+from stiffcal.kinds.presentation import Interval
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place

@@ -12,8 +12,8 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign, load_campaign
-from stiffcal.experiments.clamped.holding import held_wrench
-from stiffcal.experiments.clamped.readings import ClampedReadings
+from stiffcal.kinds.clamped.holding import held_wrench
+from stiffcal.kinds.clamped.readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.friction.fitting import FrictionFit, fit_friction
-from stiffcal.experiments.friction.rows import FrictionRows, motion_rows, steady_rows
-from stiffcal.experiments.friction.runs import FrictionRun, reduce_friction
+from stiffcal.kinds.friction.fitting import FrictionFit, fit_friction
+from stiffcal.kinds.friction.rows import FrictionRows, motion_rows, steady_rows
+from stiffcal.kinds.friction.runs import FrictionRun, reduce_friction
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.experiments.friction.problem import friction_problems
-from stiffcal.experiments.friction.rows import steady_rows
-from stiffcal.experiments.friction.runs import FrictionRun, reduce_friction
-from stiffcal.experiments.row_search import RowProblem
+from stiffcal.kinds.friction.problem import friction_problems
+from stiffcal.kinds.friction.rows import steady_rows
+from stiffcal.kinds.friction.runs import FrictionRun, reduce_friction
+from stiffcal.kinds.row_search import RowProblem
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect

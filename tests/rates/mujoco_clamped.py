@@ -64,7 +64,7 @@ def bench_angle(torque: Floats, time: Floats, stiffness: float, hinges: Sequence
 def clamped_by_mujoco(
     robot: CompliantRobot, planned: PlannedRun, frames: Mapping[str, Attachment], tool: ToolWeight, fixture: Floats
 ) -> TrueRun:
-    """Play one clamped run of a robot of six joints, in the place of `stiffcal.experiments.clamped.simulation`.
+    """Play one clamped run of a robot of six joints, in the place of `stiffcal.kinds.clamped.simulation`.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stiffcal.documents import document_of
-from stiffcal.experiments.results import ExperimentValidation, HeldoutSection
+from stiffcal.kinds.results import ExperimentValidation, HeldoutSection
 from stiffcal.measurements.rms import Rms
 from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict
 from stiffcal.workflow.experiments import merge_experiment_validations, validate_without_states

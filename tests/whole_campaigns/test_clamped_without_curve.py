@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.experiments.clamped import analysis, parts
-from stiffcal.experiments.clamped.branches import Branches
-from stiffcal.experiments.clamped.results import ClampedSection
-from stiffcal.experiments.clamped.torque_angle_fit import SeriesFit, fit_series
 from stiffcal.fault_codes import FaultCode
+from stiffcal.kinds.clamped import analysis, parts
+from stiffcal.kinds.clamped.branches import Branches
+from stiffcal.kinds.clamped.results import ClampedSection
+from stiffcal.kinds.clamped.torque_angle_fit import SeriesFit, fit_series
 from stiffcal.workflow.identify import identify_campaign
 from tests.rates.practice_joints import JOINTS
 

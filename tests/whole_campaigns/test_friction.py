@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from stiffcal.cli.app import main
-from stiffcal.experiments.presentation import Table
+from stiffcal.kinds.presentation import Table
 from stiffcal.report.building import lay_out
 from stiffcal.workflow.history import read_history
 from stiffcal.workflow.identify import up_to_date_fit

@@ -13,8 +13,8 @@ import pytest
 
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
-from stiffcal.experiments.friction.identifiability import MotionLack, motion_lack
 from stiffcal.fault_codes import FaultCode
+from stiffcal.kinds.friction.identifiability import MotionLack, motion_lack
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign

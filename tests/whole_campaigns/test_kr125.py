@@ -15,7 +15,7 @@ import pytest
 from stiffcal.cli.app import main
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
-from stiffcal.experiments.clamped.page import LOW_SLOPE
+from stiffcal.kinds.clamped.page import LOW_SLOPE
 from stiffcal.report.blocks import Items, PictureBlock
 from stiffcal.report.building import lay_out
 from stiffcal.report.content import ReportContent

@@ -8,9 +8,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from stiffcal.experiments.clamped.faults import TOO_SHORT
-from stiffcal.experiments.clamped.parts import WITHOUT_STATES
 from stiffcal.judgement.numbers import FIRM
+from stiffcal.kinds.clamped.faults import TOO_SHORT
+from stiffcal.kinds.clamped.parts import WITHOUT_STATES
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign

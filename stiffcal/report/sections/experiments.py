@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import assert_never
 
-from stiffcal.experiments import presentation
-from stiffcal.experiments.presentation import Digits, Interval, Joints, Names, Page, Sentence, Words
+from stiffcal.kinds import presentation
+from stiffcal.kinds.presentation import Digits, Interval, Joints, Names, Page, Sentence, Words
 from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import (

@@ -19,10 +19,10 @@ PACKAGES = {
     "effects": "stiffcal.effects",
     "mistakes": "stiffcal.mistakes.catalogue",
     "effect_kinds": "stiffcal.effects",
-    "experiments": "stiffcal.experiments",
-    "load_experiments": "stiffcal.experiments",
-    "state_experiments": "stiffcal.experiments",
-    "row_experiments": "stiffcal.experiments",
+    "kinds": "stiffcal.kinds",
+    "load_kinds": "stiffcal.kinds",
+    "state_kinds": "stiffcal.kinds",
+    "row_kinds": "stiffcal.kinds",
     "sections": "stiffcal.report.sections",
 }
 
