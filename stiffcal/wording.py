@@ -1,14 +1,14 @@
 """Numbers, places and lists as people read them, for every medium; what is not known is a dash, never a zero.
 
-Values come in SI units. A terminal writes numbers with `significant`, a page with `grouped`; `stiffcal.cli.wording` and
-`stiffcal.report.wording` bind one of them to the functions of this module.
+Values come in SI units. Terminal, report, notebook and page write a number in one way; `S.digits` and `S.estimate` of
+view/words.js are `significant` and `estimate` once more, for what a page computes by itself (a test compares them).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
@@ -16,24 +16,22 @@ if TYPE_CHECKING:
 
 DASH = "–"
 MOST_WRITTEN_OUT = 15
-"""Digits before the point that `grouped` writes; a double holds no more."""
+"""Digits behind the point that are written; a double holds no more."""
 _LOPSIDED = 0.1
 """Share of an interval's width by which its halves may differ and still be printed as one ±."""
 _NARROW_SPACE = "\u202f"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-NumberText: TypeAlias = Callable[[float], str]
-
 
 def significant(value: float | None, digits: int = 3) -> str:
-    """Return a number with so many significant digits, a power of ten outside 10⁻⁴ … 10⁴.
+    """Return a number with so many significant digits, a power of ten outside 10⁻⁴ … 10⁴, a true minus sign.
 
     Examples
     --------
-    >>> [significant(x) for x in (0.0123456, 1.0, 999.6, 2.7196e6, 0.0, None)]
-    ['0.0123', '1.00', '1000', '2.72·10⁶', '0', '–']
-    >>> significant(5e-324), significant(1.7e308)
-    ('4.94·10⁻³²⁴', '1.70·10³⁰⁸')
+    >>> [significant(x) for x in (0.0123456, 1.0, -999.6, 2.7196e6, 0.0, None)]
+    ['0.0123', '1.00', '−1000', '2.72·10⁶', '0', '–']
+    >>> significant(5e-324), significant(-1.7e308)
+    ('4.94·10⁻³²⁴', '−1.70·10³⁰⁸')
     """
     if value is None or not math.isfinite(value):
         return DASH
@@ -41,30 +39,8 @@ def significant(value: float | None, digits: int = 3) -> str:
         return "0"
     mantissa, exponent, rounded = _rounded(value, digits)
     if -4 <= exponent < 4:
-        return f"{rounded:.{max(digits - 1 - exponent, 0)}f}"
-    return f"{mantissa}·10{superscript(exponent)}"
-
-
-def grouped(value: float | None, digits: int = 3) -> str:
-    """Return a number with so many significant digits, thousands apart by a narrow space, a true minus sign.
-
-    Examples
-    --------
-    >>> grouped(0.0417), grouped(1.2249), grouped(-0.5), grouped(0.0)
-    ('0.0417', '1.22', '−0.500', '0')
-    >>> grouped(731820.0).replace(chr(0x202F), " ")
-    '732 000'
-    >>> grouped(5e-324), grouped(-2.5e300)
-    ('4.94·10⁻³²⁴', '−2.50·10³⁰⁰')
-    """
-    if value is None or not math.isfinite(value):
-        return DASH
-    if value == 0:
-        return "0"
-    mantissa, exponent, rounded = _rounded(value, digits)
-    if not -6 < exponent < MOST_WRITTEN_OUT:
-        return f"{mantissa.replace('-', '−')}·10{superscript(exponent)}"
-    return f"{rounded:,.{max(0, digits - 1 - exponent)}f}".replace(",", _NARROW_SPACE).replace("-", "−")
+        return f"{rounded:.{max(digits - 1 - exponent, 0)}f}".replace("-", "−")
+    return f"{mantissa}·10{superscript(exponent)}".replace("-", "−")
 
 
 def plus_minus(value: float, half_width: float) -> str:
@@ -151,52 +127,52 @@ def superscript(power: int) -> str:
     return str(power).translate(_SUPERSCRIPT)
 
 
-def thousandths(value: float | None, number: NumberText, unit: str) -> str:
+def thousandths(value: float | None, unit: str) -> str:
     """Return a small quantity in thousandths of its unit, whatever its size: an answer has one unit per quantity.
 
     Examples
     --------
-    >>> thousandths(3.08e-5, grouped, "m"), thousandths(2e-13, grouped, "rad")
+    >>> thousandths(3.08e-5, "m"), thousandths(2e-13, "rad")
     ('0.0308 mm', 'below 1 nrad')
     """
     if value is None or not math.isfinite(value):
         return DASH
     if 0.0 < abs(value) < 1e-9:  # some computation's rounding
         return f"below 1 n{unit}"
-    return f"{number(value * 1e3)} m{unit}"
+    return f"{significant(value * 1e3)} m{unit}"
 
 
-def length(metres: float | None, number: NumberText) -> str:
+def length(metres: float | None) -> str:
     """Return a length in mm, whatever its size: lines of one answer are compared.
 
     Examples
     --------
-    >>> length(0.0017254, significant), length(1.234e-5, grouped), length(None, grouped)
+    >>> length(0.0017254), length(1.234e-5), length(None)
     ('1.73 mm', '0.0123 mm', '–')
     """
-    return thousandths(metres, number, "m")
+    return thousandths(metres, "m")
 
 
-def angle(radians: float | None, number: NumberText) -> str:
+def angle(radians: float | None) -> str:
     """Return an angle in mrad, whatever its size.
 
     Examples
     --------
-    >>> angle(0.00123, significant), angle(7.79e-5, grouped)
+    >>> angle(0.00123), angle(7.79e-5)
     ('1.23 mrad', '0.0779 mrad')
     """
-    return thousandths(radians, number, "rad")
+    return thousandths(radians, "rad")
 
 
-def share(fraction: float | None, number: NumberText) -> str:
+def share(fraction: float | None) -> str:
     """Return a fraction in per cent.
 
     Examples
     --------
-    >>> share(0.2156, significant), share(None, grouped)
+    >>> share(0.2156), share(None)
     ('21.6 %', '–')
     """
-    return DASH if fraction is None or not math.isfinite(fraction) else f"{number(100 * fraction)} %"
+    return DASH if fraction is None or not math.isfinite(fraction) else f"{significant(100 * fraction)} %"
 
 
 def probability_in_words(p: float) -> str:
@@ -229,34 +205,29 @@ def place_label(where: Where) -> str:
     return ", ".join(labels) or "setup"
 
 
-def measures(
-    rms: Rms | Mapping[str, float | None] | None,
-    number: NumberText,
-    of_motors: str = "",
-) -> list[str]:
+def measures(rms: Rms | Mapping[str, float | None] | None, of_motors: str = "") -> list[str]:
     """Return the known measures of an error ``{translation, rotation, …}``, each with its unit.
 
     Parameters
     ----------
-    rms : the error. number : how a number is written.
-    of_motors : added to the angle of motors where other measures are known too.
+    rms : the error. of_motors : added to the angle of motors where other measures are known too.
 
     Examples
     --------
-    >>> measures({"translation": 0.0003721, "rotation": None, "length": 1.2e-6}, significant)
+    >>> measures({"translation": 0.0003721, "rotation": None, "length": 1.2e-6})
     ['0.372 mm', '0.00120 mm at the rods']
     """
     texts = []
     known = [(name, value) for name, value in (rms.items() if rms else ()) if value is not None]
     for name, value in known:
         if name == "torque":
-            texts.append(f"{number(value)} N·m")
+            texts.append(f"{significant(value)} N·m")
         elif name == "length":
-            texts.append(f"{thousandths(value, number, 'm')} at the rods")
+            texts.append(f"{thousandths(value, 'm')} at the rods")
         elif name == "motor_angle":
-            texts.append(thousandths(value, number, "rad") + (of_motors if len(known) > 1 else ""))
+            texts.append(thousandths(value, "rad") + (of_motors if len(known) > 1 else ""))
         else:
-            texts.append(thousandths(value, number, "rad" if name == "rotation" else "m"))
+            texts.append(thousandths(value, "rad" if name == "rotation" else "m"))
     return texts
 
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from stiffcal import wording
 from stiffcal.wording import DASH as NOT_KNOWN
+from stiffcal.wording import angle, length, share, significant
 from stiffcal.wording import place as places
 from stiffcal.wording import place_label as short_places
 from stiffcal.wording import ranges as runs_of
-from stiffcal.wording import significant
 
 if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
@@ -29,21 +29,6 @@ __all__ = [
 ]
 
 
-def length(metres: float | None) -> str:
-    """Return a length in mm."""
-    return wording.length(metres, significant)
-
-
-def angle(radians: float | None) -> str:
-    """Return an angle in mrad."""
-    return wording.angle(radians, significant)
-
-
-def share(fraction: float | None) -> str:
-    """Return a fraction in per cent."""
-    return wording.share(fraction, significant)
-
-
 def deviation(rms: Rms | Mapping[str, float | None] | None) -> str:
     """Return an rms `{translation, rotation, …}` as one phrase.
 
@@ -54,7 +39,7 @@ def deviation(rms: Rms | Mapping[str, float | None] | None) -> str:
     >>> deviation({"translation": 0.0003721, "rotation": None, "length": 1.2e-6})
     '0.372 mm, 0.00120 mm at the rods'
     """
-    return ", ".join(wording.measures(rms, significant)) or NOT_KNOWN
+    return ", ".join(wording.measures(rms)) or NOT_KNOWN
 
 
 def interval(value: float | None, low: float | None, high: float | None) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame
-from stiffcal.report.wording import digits, length, measure_text
+from stiffcal.report.wording import length, measure_text, significant
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import estimate, place_label
 
@@ -131,7 +131,7 @@ def _parameter_line(name: Any, row: Any) -> str:
     if math.isnan(value):
         return f"{name}: not identified"
     ends = (None if math.isinf(end) or math.isnan(end) else float(end) for end in (low, high))
-    text = f"{digits(value)} (fixed)" if row["fixed"] else estimate(float(value), *ends)
+    text = f"{significant(value)} (fixed)" if row["fixed"] else estimate(float(value), *ends)
     return f"{name}: {text} {unit}".rstrip()
 
 

@@ -30,8 +30,8 @@ def estimate_text(value: float | None, interval: Sequence[float | None] | None, 
     """
     low, high = (None if end is None else end * scale for end in interval or (None, None))
     if value is None:
-        return f"above {wording.digits(low)}" if low is not None else wording.DASH
-    return wording.digits(value * scale) if interval is None else estimate(value * scale, low, high)
+        return f"above {wording.significant(low)}" if low is not None else wording.DASH
+    return wording.significant(value * scale) if interval is None else estimate(value * scale, low, high)
 
 
 def parameter_text(parameter: IdentifiedParameter, scale: float) -> str:

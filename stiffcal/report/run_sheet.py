@@ -167,9 +167,7 @@ def _expected(plan: PlanResult) -> ReportSection:
         blocks.append(Paragraph(f"{_sentence(indices_text(plan.observability))}."))
     if plan.prediction_half_width_m is not None:
         what = "Position" if plan.experiment == "absolute" else "Deflection"
-        blocks.append(
-            Paragraph(f"{what} at {plan.predicted_at}: ± {length(plan.prediction_half_width_m, significant)}.")
-        )
+        blocks.append(Paragraph(f"{what} at {plan.predicted_at}: ± {length(plan.prediction_half_width_m)}."))
     for entry in plan.separations or ():
         blocks.append(
             Paragraph(f"If {entry.truth} is true, {entry.rival} fits worse by χ² = {significant(entry.chi_square, 2)}.")

@@ -12,8 +12,7 @@ from stiffcal import wording
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
 from stiffcal.printed_units import unit_words
-from stiffcal.wording import DASH, count, listing, place, plus_minus
-from stiffcal.wording import grouped as digits
+from stiffcal.wording import DASH, angle, count, length, listing, place, plus_minus, share, significant
 
 __all__ = [
     "DASH",
@@ -21,7 +20,6 @@ __all__ = [
     "angle",
     "capital",
     "count",
-    "digits",
     "effect_at",
     "effect_text",
     "in_sheets",
@@ -32,9 +30,10 @@ __all__ = [
     "model_change",
     "model_words",
     "part",
-    "percent",
     "place",
     "plus_minus",
+    "share",
+    "significant",
     "unit_words",
 ]
 
@@ -51,26 +50,11 @@ class Placed(Protocol):
         """Its place."""
 
 
-def length(metres: float | None) -> str:
-    """Return a length in mm, the one unit of lengths in a report."""
-    return wording.length(metres, digits)
-
-
 def size_of_effect(at_tool: float | None, torque: float | None) -> str:
     """Return the rms of an effect at the tool, m, or in a drive's torque, N·m; a dash where neither is known."""
     if torque:
-        return f"{digits(torque, 2)} N·m"
+        return f"{significant(torque, 2)} N·m"
     return length(at_tool) if at_tool else DASH
-
-
-def angle(radians: float | None) -> str:
-    """Return a small angle in mrad, the one unit of small angles in a report."""
-    return wording.angle(radians, digits)
-
-
-def percent(share: float | None) -> str:
-    """Return a share as a percentage."""
-    return wording.share(share, digits)
 
 
 def measure_text(measure: Rms | Mapping[str, Any] | None) -> str:
@@ -83,7 +67,7 @@ def measure_text(measure: Rms | Mapping[str, Any] | None) -> str:
     >>> measure_text({"translation": 4.17e-5, "rotation": None}), measure_text(None)
     ('0.0417 mm', '–')
     """
-    return listing(wording.measures(measure, digits, " of the motors"))
+    return listing(wording.measures(measure, " of the motors"))
 
 
 def measure_cell(measure: Rms | Mapping[str, Any] | None) -> str:

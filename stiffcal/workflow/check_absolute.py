@@ -94,7 +94,7 @@ def _noise_of(fit: Fit) -> CheckedNoise:
         stated = fit.noise.source == "manifest" or fit.noise.absolute is not None
         source = "manifest" if stated else "repeats"
     pairs = f"{n_pairs} pair{'s' * (n_pairs != 1)} of rows that repeat each other"
-    distance = "" if rms is None else f"{length(rms, significant)} rms in distance"
+    distance = "" if rms is None else f"{length(rms)} rms in distance"
     words = {
         "manifest": f"sigma of campaign.toml, {distance} (√3 times the standard uncertainty of one axis)",
         "repeats": f"estimated from {pairs if places.n_states == fit.data.n_states else 'repeated loads'}: {distance}",

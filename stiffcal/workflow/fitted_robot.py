@@ -16,7 +16,7 @@ from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.measured_frames import FramePosition, with_found_frames
-from stiffcal.wording import length, significant
+from stiffcal.wording import length
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import RunContext, free_names, up_to_date_states, with_trial_model
 
@@ -265,8 +265,8 @@ def _cautions(identified: IdentifyResult, names: set[str]) -> Iterator[str]:
     missed, noise = identified.rms.translation, None if identified.noise is None else identified.noise.translation
     if missed is not None and noise is not None and missed > _BEYOND_NOISE * noise:
         yield (
-            f"this model misses the readings it was fitted to by {length(missed, significant)} rms, their noise being "
-            f"{length(noise, significant)}: something is missing in it (stiffcal diagnose), and no stated uncertainty "
+            f"this model misses the readings it was fitted to by {length(missed)} rms, their noise being "
+            f"{length(noise)}: something is missing in it (stiffcal diagnose), and no stated uncertainty "
             "includes that"
         )
 

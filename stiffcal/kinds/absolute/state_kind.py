@@ -9,7 +9,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.validation.pose_folds import pose_folds
 from stiffcal.validation.region_folds import region_folds
 from stiffcal.validation.schemes import BY_REGION
-from stiffcal.wording import length, significant
+from stiffcal.wording import length
 
 
 class AbsoluteStateKind(StateKind):
@@ -33,7 +33,7 @@ class AbsoluteStateKind(StateKind):
         """Return the error in regions, and the noise."""
         if error.translation is None:
             return ""
-        rms = f"{length(error.translation, significant)} rms"
+        rms = f"{length(error.translation)} rms"
         known = None if noise is None else noise.translation
-        against = "" if known is None else f"; noise of the instruments {length(known, significant)} rms"
+        against = "" if known is None else f"; noise of the instruments {length(known)} rms"
         return f"expected error in regions that were not measured (held-out regions): {rms}{against}"

@@ -9,7 +9,7 @@ from stiffcal.identification.state_kinds import StateKind
 from stiffcal.kinds.clamped.folds import clamped_folds
 from stiffcal.measurements.rms import Rms
 from stiffcal.validation.schemes import LEAVE_ONE_POSE_OUT
-from stiffcal.wording import angle, significant
+from stiffcal.wording import angle
 
 
 class ClampedStateKind(StateKind):
@@ -31,5 +31,5 @@ class ClampedStateKind(StateKind):
         """Return the error of the motor's angle."""
         if error.motor_angle is None:
             return ""
-        rms = f"{angle(error.motor_angle, significant)} rms"
+        rms = f"{angle(error.motor_angle)} rms"
         return f"expected error in positions or cycles that were not measured: {rms} of the motor's angle"

@@ -30,6 +30,6 @@ class LoadStateKind(StateKind):
             return ""
         share = 100.0 * error.translation / whole.translation
         return (
-            f"expected error in new poses of this kind: {length(error.translation, significant)} rms, "
+            f"expected error in new poses of this kind: {length(error.translation)} rms, "
             f"{significant(share)} % of the deflection under such loads"
         )

@@ -96,8 +96,8 @@ def fill_ladder(
         axes.axvspan(low, floor, color=canvas.PALE, alpha=0.5, linewidth=0, zorder=0.2)
     axes.set_ylim(len(rungs) - 0.5, -0.5)
     axes.set_yticks(range(len(rungs)), ["\n".join(label_lines(rung.label, label_size)) for rung in rungs])
-    axes.xaxis.set_major_formatter(lambda value, _: wording.digits(value, 1))
-    axes.xaxis.set_minor_formatter(lambda value, _: wording.digits(value, 1) if f"{value:e}"[0] in "25" else "")
+    axes.xaxis.set_major_formatter(lambda value, _: wording.significant(value, 1))
+    axes.xaxis.set_minor_formatter(lambda value, _: wording.significant(value, 1) if f"{value:e}"[0] in "25" else "")
     axes.set_xlabel(f"{title} [{unit}], logarithmic")
     return handles
 
@@ -155,11 +155,11 @@ def _draw_rung(axes: Axes, row: int, rung: Rung, scale: tuple[str, float], above
         )
     if rung.heldout is not None:
         axes.plot(rung.heldout * per_unit, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
-        text = f"{wording.digits(rung.heldout * per_unit)} {unit}"
+        text = f"{wording.significant(rung.heldout * per_unit)} {unit}"
         factor = above / rung.heldout if above and rung.heldout else 1.0
         if max(factor, 1.0 / factor) > _SIGNIFICANT:
             sign = "÷" if factor > 1.0 else "×"
-            text += f"  ({sign} {wording.digits(max(factor, 1.0 / factor), 2)})"
+            text += f"  ({sign} {wording.significant(max(factor, 1.0 / factor), 2)})"
         axes.annotate(
             text, (rung.heldout * per_unit, row), xytext=(8, -7 if above else 0), textcoords="offset points",
             va="center", fontsize=6.5, zorder=5,

@@ -54,6 +54,6 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
 
 def _row(check: ThresholdCheck) -> tuple[str, ...]:
     name, factor, unit = _QUANTITIES.get(check.threshold, (check.threshold, 1.0, check.unit))
-    value = "not known" if check.value is None else wording.digits(check.value * factor)
+    value = "not known" if check.value is None else wording.significant(check.value * factor)
     result = {True: "passed", False: "FAILED", None: "not judged"}[check.held]
-    return name, check.where, wording.digits(check.limit * factor), value, unit, result
+    return name, check.where, wording.significant(check.limit * factor), value, unit, result

@@ -33,14 +33,14 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         left = validation.relative.translation
         caption += f" Distance from the diagonal {wording.measure_text(_of_target(validation.rms))} rms"
         caption += (
-            f", {wording.percent(left)} of {'that' if content.absolute_alone else 'the deflection'}"
+            f", {wording.share(left)} of {'that' if content.absolute_alone else 'the deflection'}"
             if left is not None
             else ""
         )
         caption += f"; at most {wording.measure_text(_of_target(validation.max))}."
     n_used = int(states.used.sum())
     if n_used > MOST_POINTS:
-        drawn = f"{wording.digits(MOST_POINTS)} of {wording.count(n_used, 'state')}"
+        drawn = f"{wording.significant(MOST_POINTS)} of {wording.count(n_used, 'state')}"
         caption += f" About {drawn} are drawn, including those farthest from it."
     return ReportSection(_TITLE, (PictureBlock(partial(draw_measured_against_predicted, states), caption),))
 

@@ -67,7 +67,7 @@ def _row(value: BeforeAfter, content: ReportContent) -> tuple[str, ...]:
     change = wording.DASH
     if value.relative is not None:
         sign = "+" if value.relative > 0 else ""
-        change = f"{sign}{wording.percent(value.relative)}"
+        change = f"{sign}{wording.share(value.relative)}"
     return (
         value.setup_part or where_words(value.where, content.joint_names),
         value.effect + ("" if symbol == "c" else f", {symbol}"),

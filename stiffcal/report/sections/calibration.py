@@ -66,8 +66,8 @@ def _distances(distance: Distances) -> TableBlock:
         rows += [(f"of these, {target.target}", *_cells(target), str(target.n)) for target in judged.by_target]
     noise = distance.noise
     if noise is not None:
-        cells = (wording.digits(1e3 * value) for value in (noise.mean, noise.median, noise.p95))
-        rows.append(("noise alone", *cells, "", wording.digits(1e3 * noise.rms), ""))
+        cells = (wording.significant(1e3 * value) for value in (noise.mean, noise.median, noise.p95))
+        rows.append(("noise alone", *cells, "", wording.significant(1e3 * noise.rms), ""))
     caption = (
         "Distances between predicted and measured positions. The value for held-out regions applies to new "
         "regions of the workspace."
@@ -109,7 +109,8 @@ def _columns(first: str, last: str) -> tuple[TableColumn, ...]:
 
 
 def _cells(of: object) -> tuple[str, ...]:
-    return tuple(wording.digits(1e3 * float(getattr(of, name))) for name in ("mean", "median", "p95", "max", "rms"))
+    names = ("mean", "median", "p95", "max", "rms")
+    return tuple(wording.significant(1e3 * float(getattr(of, name))) for name in names)
 
 
 def _ladder(ladder: list[LadderStep]) -> TableBlock:
@@ -134,4 +135,4 @@ def _errors(step: LadderStep) -> tuple[float | None, ...]:
 
 
 def _length(metres: float | None) -> str:
-    return wording.DASH if metres is None else wording.digits(1e3 * metres)
+    return wording.DASH if metres is None else wording.significant(1e3 * metres)

@@ -80,7 +80,7 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
     if directions:
         rows.append(("directions of force", wording.listing(directions, 12)))
     if load.max() > 0.0:
-        rows.append(("loads", f"up to {wording.digits(float(load.max()))} N"))
+        rows.append(("loads", f"up to {wording.significant(float(load.max()))} N"))
     if np.isfinite(deflection).any():  # clamped states have none
         rows.append((_largest(content), wording.length(float(np.nanmax(deflection)))))
     rows.append(("measured", "displacement and rotation" if states.has_rotation else "displacement, no rotation"))
@@ -98,7 +98,7 @@ def _instruments(content: ReportContent) -> TableBlock:
             instrument.source,
             instrument.measures,
             instrument.detail,
-            "averaged" if instrument.rate is None else wording.digits(instrument.rate),
+            "averaged" if instrument.rate is None else wording.significant(instrument.rate),
             instrument.sigma or "not given",
         )
         for instrument in content.instruments
@@ -179,7 +179,7 @@ def _run_cells(states: ReportStates, number: int) -> list[str]:
     cells = [str(int(inside.sum()))]
     if inside.any():
         largest = float(np.linalg.norm(states.measured[inside, :3], axis=1).max())
-        cells += [wording.digits(float(states.load[inside].max())), wording.digits(largest * 1e3)]
+        cells += [wording.significant(float(states.load[inside].max())), wording.significant(largest * 1e3)]
     else:
         cells += [wording.DASH, wording.DASH]
     if states.set_aside is not None:

@@ -38,7 +38,7 @@ def _table(number: int, pose: PoseStiffness, content: ReportContent) -> TableBlo
     rows = []
     for k, axis in enumerate(_AXES):
         scale, unit = _SCALES[k > 2], _UNITS[k > 2]
-        held = wording.DASH if pose.held is None else wording.digits(float(pose.held[k]) * scale)
+        held = wording.DASH if pose.held is None else wording.significant(float(pose.held[k]) * scale)
         rows.append((axis, _stiffness(float(pose.compliance[k]), float(pose.std[k]), scale), held, unit))
     angles = ", ".join(
         f"{name} {1e3 * at:.1f} mm" if k in content.prismatic_joints else f"{name} {np.degrees(at):.1f}°"

@@ -96,10 +96,10 @@ def _table(poses: list[ComparedPose]) -> TableBlock:
         (
             pose.off.name,
             pose.on.name,
-            wording.digits(1e3 * pose.error_off[0]),
-            wording.digits(1e3 * pose.error_on[0]),
-            wording.digits(1e3 * pose.largest_off[0]),
-            wording.digits(1e3 * pose.largest_on[0]),
+            wording.significant(1e3 * pose.error_off[0]),
+            wording.significant(1e3 * pose.error_on[0]),
+            wording.significant(1e3 * pose.largest_off[0]),
+            wording.significant(1e3 * pose.largest_on[0]),
             f"{100.0 * pose.gone:.0f}",
         )
         for pose in poses
@@ -123,7 +123,7 @@ def _caption_over_time(pair: TimePair) -> str:
         side_off, side_on = (_side_force(trace.wrench) for trace in (pair.off, pair.on))
         return (
             f"{names}: measured forces and moments, sensor axes. Perpendicular to the largest force: up to "
-            f"{wording.digits(side_off)} N without and {wording.digits(side_on)} N with compensation."
+            f"{wording.significant(side_off)} N without and {wording.significant(side_on)} N with compensation."
         )
     if not np.isfinite(pair.delay):
         return f"{names}: the displacement of {wording.length(pair.uncorrected)} is never compensated by half."

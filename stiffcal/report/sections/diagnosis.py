@@ -174,11 +174,11 @@ def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
         facts.append(("lack of fit", _lack_of_fit_words(lack)))
     explained = diagnosis.explained_by_missing
     if explained is not None and diagnosis.missing and diagnosis.noise:
-        facts.append(("explained", f"{wording.percent(explained)} of the avoidable error is explained by it"))
+        facts.append(("explained", f"{wording.share(explained)} of the avoidable error is explained by it"))
     if diagnosis.not_weighed is not None:
         text = (
             "combinations of those compared with one effect more, which have about "
-            f"{wording.percent(diagnosis.not_weighed)} of the probability"
+            f"{wording.share(diagnosis.not_weighed)} of the probability"
         )
         facts.append(("not compared", text))
     return facts
@@ -190,10 +190,10 @@ def _as_validated(rms: Rms, scheme: str) -> str:
 
 def _lack_of_fit_words(lack: VarianceRatio) -> str:
     own, of_repeats = lack.dof
-    dof = f"{wording.digits(own)} and {wording.digits(of_repeats) if of_repeats else '∞'} degrees of freedom"
+    dof = f"{wording.significant(own)} and {wording.significant(of_repeats) if of_repeats else '∞'} degrees of freedom"
     negligible = lack.p_value is not None and lack.p_value < 1e-12
-    chance = "p below 10⁻¹²" if negligible else f"p = {wording.digits(lack.p_value, 2)}"
-    return f"F = {wording.digits(lack.statistic)} with {dof}, {chance}"
+    chance = "p below 10⁻¹²" if negligible else f"p = {wording.significant(lack.p_value, 2)}"
+    return f"F = {wording.significant(lack.statistic)} with {dof}, {chance}"
 
 
 def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
@@ -202,7 +202,7 @@ def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
         TableColumn("observation", align="left", width=1.0),
     )  # fmt: skip
     rows = tuple(
-        (variable(dependence.follows).removeprefix("the "), wording.percent(dependence.share), dependence.seen)
+        (variable(dependence.follows).removeprefix("the "), wording.share(dependence.share), dependence.seen)
         for dependence in diagnosis.structure
     )
     caption = (
@@ -219,7 +219,7 @@ def _law(law: UnknownLaw, curve: LawCurveAt) -> list[Block]:
     what, _, joint = curve.over.partition(":")
     columns = (TableColumn(f"{what} of joint {joint}", over_unit), TableColumn(f"law of {law.of}", unit))
     rows = tuple(
-        (wording.digits(over_factor * at), wording.digits(factor * value))
+        (wording.significant(over_factor * at), wording.significant(factor * value))
         for at, value in zip(curve.at, curve.value, strict=True)
     )
     caption = (

@@ -44,4 +44,4 @@ def section(content: ReportContent) -> ReportSection | None:
 
 
 def _stiffness(compliance: float | None) -> str:
-    return wording.digits(1.0 / compliance, 6) if compliance else wording.DASH
+    return wording.significant(1.0 / compliance, 6) if compliance else wording.DASH

@@ -117,7 +117,7 @@ def _caption(figure: EvidenceFigure) -> str:
         where = wording.place(evidence.where)
         text += (
             f" The residual of each state is converted to the equivalent motion at {where}, times the mean lever arm "
-            f"of {wording.digits(evidence.lever)} m."
+            f"of {wording.significant(evidence.lever)} m."
         )
     n_known, n_all = int(np.isfinite(figure.before).sum()), len(figure.before)
     if n_known < n_all:

@@ -79,7 +79,7 @@ def text_of(words: Words, scale: float = 1.0) -> str:
     for piece in words:
         match piece:
             case Digits(value, significant):
-                text += wording.digits(None if value is None else value * scale, significant)
+                text += wording.significant(None if value is None else value * scale, significant)
             case Interval(value, low, high):
                 text += estimate_text(value, (low, high), scale)
             case Names(names):

@@ -121,7 +121,7 @@ def _stiffness(compliance: Number, std: Number, above: bool, scale: float) -> st
         return wording.DASH
     if not above:
         most = max(compliance, 0.0) + NORMAL_95 * std
-        return f"above {wording.digits(scale / most)}" if most > 0.0 else wording.DASH
+        return f"above {wording.significant(scale / most)}" if most > 0.0 else wording.DASH
     return wording.plus_minus(scale / compliance, NORMAL_95 * std * scale / compliance**2)
 
 
@@ -173,7 +173,7 @@ def _cartesian(poses: list[CartesianStiffnessResult]) -> list[Block]:
             ("from the compliance", pose.from_compliance),
         ):
             diagonal = [float(matrix[k, k]) * (1e-6 if k < 3 else 1e-3) for k in range(6)]
-            rows.append((pose.run, words, *(wording.digits(value) for value in diagonal)))
+            rows.append((pose.run, words, *(wording.significant(value) for value in diagonal)))
     shares = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
     text = (
         "If the loads at one pose cover all six directions, the Cartesian stiffness at the target follows from "

@@ -70,7 +70,7 @@ def _caption(held_out: str, fits: Sequence[HistoryEntry], zero: Rms | None, nois
         origin = f"from {_amount(component, start)} with no model " if start else ""
         text += f": {origin}down to {_amount(component, reached)} with fit {last.id}"
         if floor and reached:
-            text += f", {wording.digits(reached / floor)} times the noise of {_amount(component, floor)}"
+            text += f", {wording.significant(reached / floor)} times the noise of {_amount(component, floor)}"
     return text + ("." if floor else ". No noise floor is drawn: the noise is unknown.")
 
 
@@ -81,7 +81,7 @@ def _amount(component: str, value: float | None) -> str:
 
 def _cell(component: str, value: float | None) -> str:
     """Return an error in the unit of its column."""
-    return wording.DASH if value is None else wording.digits(value * (1.0 if component == "torque" else 1e3))
+    return wording.DASH if value is None else wording.significant(value * (1.0 if component == "torque" else 1e3))
 
 
 def _table(fits: Sequence[HistoryEntry]) -> TableBlock:

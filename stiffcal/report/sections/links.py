@@ -97,9 +97,9 @@ def _coupling(coupling: CouplingResult) -> list[Block]:
 def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
     if estimate is None or not estimate.value:
         return wording.DASH
-    half = f"± {wording.digits(100.0 * NORMAL_95 * abs(estimate.std / estimate.value), 2)} %"
+    half = f"± {wording.significant(100.0 * NORMAL_95 * abs(estimate.std / estimate.value), 2)} %"
     if way == "with-rods" or estimate.against_rods is None:
-        return f"{wording.digits(estimate.value)} {half}"
+        return f"{wording.significant(estimate.value)} {half}"
     return f"{100.0 * estimate.against_rods:+.1f} % ({half})".replace("-", "−")
 
 
@@ -114,15 +114,13 @@ def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
             continue
         half = 0.5 * factor * (ends[1] - ends[0])
         if half > abs(factor * value):
-            rows.append((text, f"below {wording.digits(factor * ends[1], 2)}", unit))
+            rows.append((text, f"below {wording.significant(factor * ends[1], 2)}", unit))
             continue
         rows.append((text, wording.plus_minus(factor * value, half), unit))
     share = link_result.share_of_tool
     without_twist = "" if link_result.torsion.identifiable else ", its torsion not included"
     of_tool = (
-        ""
-        if share is None
-        else f" {wording.percent(share)} of the tool deflection comes from this link{without_twist}."
+        "" if share is None else f" {wording.share(share)} of the tool deflection comes from this link{without_twist}."
     )
     return TableBlock(
         (
@@ -145,7 +143,7 @@ def _rods_caption(picture: LinkPicture) -> str:
         asymmetry = np.abs(run.lengths[:, first] + run.lengths[:, second]).max()
         text += (
             f" {picture.rods[first]} and {picture.rods[second]} are on opposite sides: in run {run.name} they mirror "
-            f"each other within {wording.percent(float(asymmetry / size))} of their size."
+            f"each other within {wording.share(float(asymmetry / size))} of their size."
         )
     return text
 
@@ -178,7 +176,7 @@ def _bent_caption(picture: LinkPicture) -> str:
     bent = picture.bent_link
     largest = float(np.sqrt(np.sum(bent.displacement**2, axis=1)).max())
     return (
-        f"Link {picture.link} in run {bent.run} under {wording.digits(abs(bent.force))} N, viewed along its two "
+        f"Link {picture.link} in run {bent.run} under {wording.significant(abs(bent.force))} N, viewed along its two "
         f"transverse axes; displacement of its end: {wording.length(largest)}. Rods are drawn at their positions; the "
         f"line width shows the size of the reading."
     )

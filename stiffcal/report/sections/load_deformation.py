@@ -123,7 +123,7 @@ def _caption(content: ReportContent, states: ReportStates, number: int, why: str
     off = np.linalg.norm((states.measured - states.predicted)[inside, :3], axis=1)
     text = f"Run {name}" + (f" ({why})" if why else "")
     text += (
-        f": under up to {wording.digits(float(states.load[inside].max()))} N the target moves by up to "
+        f": under up to {wording.significant(float(states.load[inside].max()))} N the target moves by up to "
         f"{wording.length(float(size.max()))}; the largest residual is {wording.length(float(off.max()))}."
     )
     heldout = _run_rms(content).get(name)
@@ -185,7 +185,7 @@ def _singles(content: ReportContent, states: ReportStates, singles: list[int], o
         f"{what} in each {'row' if of_places else 'run'}, measured and predicted{heldout}. Largest difference: run "
         f"{names[int(states.run[worst])]}, "
         f"{wording.length(float(off[worst]))}"
-        + (f" under {wording.digits(float(states.load[worst]))} N." if states.load[worst] > 0.0 else ".")
+        + (f" under {wording.significant(float(states.load[worst]))} N." if states.load[worst] > 0.0 else ".")
     )
     picture = partial(drawing.draw_deflection_by_run, states, names, drawn_runs)
     return [*blocks, PictureBlock(picture, caption)]

@@ -26,7 +26,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 
 def _caption(path: LoadPath) -> str:
-    corners = [f"({', '.join(wording.digits(value) for value in path.force[corner])})" for corner in path.corners]
+    corners = [f"({', '.join(wording.significant(value) for value in path.force[corner])})" for corner in path.corners]
     text = f"{path.name}, predicted at {path.pose}."
     if corners:
         text += f" Loads {' → '.join(corners)} N, numbered in the picture."

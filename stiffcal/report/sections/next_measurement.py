@@ -45,17 +45,17 @@ def _no_measurement_reason(diagnosis: DiagnoseResult) -> str:
 def _separating(measurement: SeparatingMeasurement, content: ReportContent, origin: str) -> list[Block]:
     first, second = map(wording.effect_at, measurement.separates[:2])
     pose = ", ".join(
-        f"{name} {wording.digits(at)}{' mm' if k in content.prismatic_joints else '°'}"
+        f"{name} {wording.significant(at)}{' mm' if k in content.prismatic_joints else '°'}"
         for k, (name, at) in enumerate(zip(content.joint_names, measurement.pose_deg, strict=False), start=1)
     )
-    force = ", ".join(wording.digits(value) for value in measurement.load[:3])
+    force = ", ".join(wording.significant(value) for value in measurement.load[:3])
     facts = [("pose", pose), ("force", f"({force}) N, in the sensor’s axes")]
     if any(abs(value) > 0.0 for value in measurement.load[3:]):
-        moment = ", ".join(wording.digits(value) for value in measurement.load[3:])
+        moment = ", ".join(wording.significant(value) for value in measurement.load[3:])
         facts.append(("moment", f"({moment}) N·m"))
     facts.append(("predicted difference", f"{wording.length(measurement.difference_m)} at the tool"))
     if measurement.gain:
-        facts.append(("gain", f"{wording.digits(measurement.gain)} times the noise"))
+        facts.append(("gain", f"{wording.significant(measurement.gain)} times the noise"))
     text = (
         f"{origin} cannot distinguish {first} from {second} in these poses. One load in this pose would separate them:"
     )

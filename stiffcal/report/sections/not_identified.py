@@ -72,6 +72,6 @@ def _range_words(parameter: IdentifiedParameter) -> str:
     ends = parameter.stiffness_interval
     if not ends or parameter.known_stiffness is None or wording.unit_words(parameter.unit) != "rad/(N·m)":
         return "its 95 % interval is wider than the value itself"
-    low, high = (wording.digits(end) for end in ends)
+    low, high = (wording.significant(end) for end in ends)
     above = f"and {high} N·m/rad" if ends[1] is not None else "N·m/rad and no upper bound"
     return f"95 % between {low} {above}"

@@ -96,10 +96,10 @@ def _row(finding: Finding) -> tuple[str, ...]:
         wording.place(finding.where),
         finding.verdict,
         wording.measure_cell(finding.heldout_rms_after),
-        wording.percent(min(max(finding.explains, 0.0), 1.0)) if finding.explains is not None else wording.DASH,
+        wording.share(min(max(finding.explains, 0.0), 1.0)) if finding.explains is not None else wording.DASH,
         probability_in_words(finding.probability or 0.0),
         wording.size_of_effect(finding.size_m, finding.size_Nm),
-        wording.DASH if p is None else "<\u00a010⁻⁶" if p < 1e-6 else wording.digits(p, 2),
+        wording.DASH if p is None else "<\u00a010⁻⁶" if p < 1e-6 else wording.significant(p, 2),
         wording.listing(alike, _MOST_ALIKE) if alike else "",
     )
 

@@ -86,7 +86,7 @@ def _extremes(parts: Sequence[ErrorSlice], kind: str = "") -> str:
         return f"nearly the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
     return (
         f"largest in {kind}{high.label} ({wording.length(most)} rms), smallest in {kind}{low.label} "
-        f"({wording.length(least)}), a factor of {wording.digits(most / least, 2)}."
+        f"({wording.length(least)}), a factor of {wording.significant(most / least, 2)}."
     )
 
 
@@ -198,7 +198,7 @@ def _worst(validation: ValidateResult, of_places: bool) -> list[Block]:
         units = ["N" if state.residual_rad is None else "N·m" for state in worst]
         alike = len(set(units)) == 1
         columns.append(TableColumn("load", units[0] if alike else ""))
-        loads = [wording.digits(state.load) for state in worst]
+        loads = [wording.significant(state.load) for state in worst]
         cells = loads if alike else [f"{load} {unit}" for load, unit in zip(loads, units, strict=True)]
         rows = [(*row, cell) for row, cell in zip(rows, cells, strict=True)]
     branches = [state.branch for state in worst]

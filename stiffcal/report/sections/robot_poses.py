@@ -37,7 +37,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if states is not None:
         caption += (
             " Arrows: residual (measured minus predicted) at the largest load of each direction, "
-            f"enlarged {wording.digits(scale)} times; the longest is {wording.length(max(longest))}. Scale bar in "
+            f"enlarged {wording.significant(scale)} times; the longest is {wording.length(max(longest))}. Scale bar in "
             "the last "
             "panel."
         )

@@ -33,7 +33,7 @@ def sources_table(sources: Sequence[ReportSource]) -> TableBlock:
         TableColumn("size", "kB"),
         TableColumn("SHA-256", align="left", mono=True),
     )
-    rows = tuple((source.file, wording.digits(source.n_bytes / 1e3), source.sha256) for source in sources)
+    rows = tuple((source.file, wording.significant(source.n_bytes / 1e3), source.sha256) for source in sources)
     caption = (
         "Files on which the results are based. A file with another SHA-256 is not the file that was evaluated here."
     )

@@ -102,11 +102,11 @@ def _lead(fit: IdentifyResult) -> str:
     chi2, condition = fit.reduced_chi2, fit.condition
     text = "±: 95 % interval; both limits are given if it is not symmetric."
     if chi2 is not None:
-        text += f" The residuals are {wording.digits(chi2**0.5)} times the stated noise (root of reduced χ²)."
+        text += f" The residuals are {wording.significant(chi2**0.5)} times the stated noise (root of reduced χ²)."
     if fit.std_scaled_by_reduced_chi2:
         text += " The uncertainties are scaled by the reduced χ² of the fit, because the noise is unknown."
     if condition is not None:
-        text += f" Condition number of the fit: {wording.digits(condition)}."
+        text += f" Condition number of the fit: {wording.significant(condition)}."
     elif fit.not_identifiable:
         text += " The condition number is infinite, as some parameters cannot be identified."
     return text
@@ -183,7 +183,7 @@ def _stiffness_table(
         value, std = spring.known_stiffness, spring.known_stiffness_std
         rows.append(
             (_place(spring, joint_names), _effect(spring), stiffness_text(spring, scale),
-             wording.digits(100 * std / value, 2) if std and value else wording.DASH,
+             wording.significant(100 * std / value, 2) if std and value else wording.DASH,
              *(wording.DASH if spring.from_geometry is None else f"{100.0 * spring.from_geometry:.0f}",) * shared,
              _spring_verdict(spring, unclaimed))
         )  # fmt: skip

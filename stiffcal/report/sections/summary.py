@@ -251,7 +251,7 @@ def _heldout_readings(validation: ValidateResult) -> list[str]:
     sentences = [f"Error in held-out {where}: {wording.measure_text(validation.rms)} rms"]
     sentences[0] += f", without a model {wording.measure_text(validation.zero_model)}"
     left = wording.part(validation.relative, measure)
-    predicted = "." if left is None else f": {wording.percent(1.0 - left)} of the {measured[measure]} is predicted."
+    predicted = "." if left is None else f": {wording.share(1.0 - left)} of the {measured[measure]} is predicted."
     sentences[0] += predicted
     if validation.noise is not None:
         sentences.append(f"The noise is {wording.measure_text(validation.noise)} rms.")
@@ -273,7 +273,7 @@ def _heldout_sentences(content: ReportContent) -> list[str]:
     left = validation.relative.translation
     if left is not None:
         what = "that error" if content.absolute_alone else "the deflection"
-        error += f": {wording.percent(1.0 - left)} of {what} is predicted"
+        error += f": {wording.share(1.0 - left)} of {what} is predicted"
     sentences = [f"{error}."]
     if content.known_noise == validation.noise:  # else the answer above states the noise
         sentences.append(noise_sentence(validation))

@@ -24,17 +24,17 @@ def section(content: ReportContent) -> ReportSection | None:
 
 def _caption(found: MapResult) -> str:
     text = (
-        f"{found.target} in the {found.plane} plane at {wording.digits(float(found.levels[0]))} m: {found.reached} of "
-        f"{len(found.points)} points reached."
+        f"{found.target} in the {found.plane} plane at {wording.significant(float(found.levels[0]))} m: "
+        f"{found.reached} of {len(found.points)} points reached."
     )
     if found.position_error is not None:
         low, high = (wording.length(float(end)) for end in found.position_error)
         text += f" Position error {low} to {high}."
     if found.stiffness is not None:
-        softest, stiffest = (wording.digits(1e-6 * float(end)) for end in found.stiffness)
+        softest, stiffest = (wording.significant(1e-6 * float(end)) for end in found.stiffness)
         text += f" Stiffness {softest} to {stiffest} N/µm."
     worst = found.worst
     if worst is not None:
-        place = ", ".join(wording.digits(1e3 * float(value)) for value in worst.position)
+        place = ", ".join(wording.significant(1e3 * float(value)) for value in worst.position)
         text += f" Largest error at ({place}) mm, base axes."
     return text
