@@ -68,22 +68,37 @@ def plus_minus(value: float, half_width: float) -> str:
     return f"({text})·10{superscript(exponent)}" if exponent else text
 
 
-def estimate(value: float, low: float | None, high: float | None) -> str:
+def estimate(
+    value: float | None, interval: Sequence[float | None] | None, factor: float = 1.0, at_bound: bool = False
+) -> str:
     """Return an estimate with its 95 % interval: ± where it is nearly symmetric, else its ends.
 
     Parameters
     ----------
-    value : the estimate. low, high : the ends of its interval; None where it is open. All in the unit that is printed.
+    value : the estimate; None where none was found. interval : its ends, None where one is open; None: not known.
+    factor : of all three, to the unit that is printed. at_bound : whether the value is at the limit of its range.
 
     Examples
     --------
-    >>> estimate(2.7e6, 2.694e6, 2.706e6), estimate(2.72e6, 2.06e6, 4.01e6), estimate(2.0, 1.0, None)
+    >>> estimate(2.7e6, [2.694e6, 2.706e6]), estimate(2.72e6, [2.06e6, 4.01e6]), estimate(2.0, [1.0, None])
     ('(2.7000 ± 0.0060)·10⁶', '2.72 (2.06 … 4.01)·10⁶', '2.00 (above 1.00)')
-    >>> estimate(2.7000e6, 2.6999e6, 2.7003e6), estimate(6.9e6, 3.7e6, 5.7e7), estimate(0.0, 0.0, 0.25)
+    >>> estimate(2.7e6, [2.6999e6, 2.7003e6]), estimate(6.9e6, [3.7e6, 5.7e7]), estimate(0.0, [0.0, 0.25])
     ('2.70000 (2.69990 … 2.70030)·10⁶', '6.9 (3.7 … 57.0)·10⁶', '0.00 (0.00 … 0.25)')
-    >>> estimate(2.06e5, None, 3.1e5), estimate(-0.02, -0.03, 0.1)
-    ('2.06 (below 3.10)·10⁵', '−0.020 (−0.030 … 0.100)')
+    >>> estimate(2.06e5, [None, 3.1e5]), estimate(-0.02, [-0.03, 0.1]), estimate(0.0123, None, 1e3)
+    ('2.06 (below 3.10)·10⁵', '−0.020 (−0.030 … 0.100)', '12.3')
+    >>> estimate(None, [4.9e4, None]), estimate(None, None), estimate(0.1, [0.09, None], 1e3, at_bound=True)
+    ('above 4.90·10⁴', '–', '100 (above 90), at its limit')
     """
+    low, high = (None if end is None else end * factor for end in interval or (None, None))
+    if value is None:
+        return DASH if low is None else f"above {significant(low)}"
+    return _with_interval(value * factor, low, high) + (", at its limit" if at_bound else "")
+
+
+def _with_interval(value: float, low: float | None, high: float | None) -> str:
+    """Return a value with an interval whose ends are None where they are open, all in the unit that is printed."""
+    if low is None and high is None:
+        return significant(value)
     below, above = (math.inf if low is None else value - low), (math.inf if high is None else high - value)
     if math.isfinite(below + above) and abs(above - below) <= _LOPSIDED * abs(above + below):
         return plus_minus(value, (below + above) / 2.0)
@@ -100,8 +115,6 @@ def estimate(value: float, low: float | None, high: float | None) -> str:
         places = min(max(exponent - last, 0), MOST_WRITTEN_OUT)
         texts = [f"{round(number / 10.0**exponent, places) + 0.0:.{places}f}" for number in numbers]
         power = f"·10{superscript(exponent)}" if exponent else ""
-    if low is None and high is None:
-        return significant(value)
     open_end = "above " if high is None else "below " if low is None else ""
     return f"{texts[0]} ({open_end}{' … '.join(texts[1:])}){power}".replace("-", "−")
 

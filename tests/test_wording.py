@@ -22,7 +22,7 @@ def _read(text: str) -> list[float]:
 @pytest.mark.parametrize(("low", "high"), [(0.76, 1.48), (0.99996, 1.0002), (-0.3, 9.0), (1.0, 1.4), (0.2, 60.0)])
 def test_a_lopsided_interval_keeps_both_distances(scale: float, low: float, high: float) -> None:
     """Printed ends lie off the value by the true distances, to a twentieth of the nearer one, and never coincide."""
-    value, first, last = _read(estimate(scale, low * scale, high * scale))
+    value, first, last = _read(estimate(scale, (low * scale, high * scale)))
     nearest = scale * min(side for side in (1.0 - low, high - 1.0) if side > 0.0)
     assert value - first == pytest.approx((1.0 - low) * scale, abs=0.101 * nearest)
     assert last - value == pytest.approx((high - 1.0) * scale, abs=0.101 * nearest)
@@ -31,15 +31,15 @@ def test_a_lopsided_interval_keeps_both_distances(scale: float, low: float, high
 
 @pytest.mark.parametrize("half", [0.0995, 0.02, 3e-5])
 def test_a_symmetric_interval_is_one_half_width_of_two_digits(half: float) -> None:
-    text = estimate(2.7e6, 2.7e6 * (1.0 - half), 2.7e6 * (1.0 + half))
+    text = estimate(2.7e6, (2.7e6 * (1.0 - half), 2.7e6 * (1.0 + half)))
     assert "±" in text
     assert _read(text)[1] == pytest.approx(2.7e6 * half, rel=0.06)
 
 
 def test_an_open_end_is_named_and_no_interval_prints_the_value_alone() -> None:
-    assert estimate(2.06e5, 1.06e5, None) == "2.06 (above 1.06)·10⁵"
-    assert estimate(2.06e5, None, 3.1e5) == "2.06 (below 3.10)·10⁵"
-    assert estimate(2.06e5, None, None) == "2.06·10⁵"
+    assert estimate(2.06e5, (1.06e5, None)) == "2.06 (above 1.06)·10⁵"
+    assert estimate(2.06e5, (None, 3.1e5)) == "2.06 (below 3.10)·10⁵"
+    assert estimate(2.06e5, (None, None)) == "2.06·10⁵"
 
 
 @pytest.mark.parametrize(

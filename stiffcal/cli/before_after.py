@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import NOT_KNOWN, interval, share, short_places, significant
+from stiffcal.cli.wording import share, short_places
 from stiffcal.printed_units import printed_unit
+from stiffcal.results.value_words import value_in_model
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
+    from stiffcal.identification.before_after import BeforeAfter
 
 
 def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> None:
@@ -45,7 +46,7 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
         symbol = value.name.rpartition(".")[2]
         place = value.setup_part or short_places(value.where)
         name = f"{value.effect} {place}" + ("" if symbol == "c" else f" {symbol}")
-        before, after = estimate_words(value.before, factor), estimate_words(value.after, factor)
+        before, after = value_in_model(value.before, factor), value_in_model(value.after, factor)
         table.add_row(name, before, f"{after} {'' if common else unit}".rstrip(), change_words(value.relative))
     console.print(table)
     if n_within:
@@ -55,36 +56,12 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
         )
 
 
-def estimate_words(estimate: EstimatedValue | None, factor: float = 1.0) -> str:
-    """Return a value with its 95 % interval, all times `factor`.
-
-    Examples
-    --------
-    >>> from stiffcal.identification.before_after import EstimatedValue
-    >>> estimate_words(EstimatedValue(value=5.0e4, interval=[4.9e4, 5.1e4]))
-    '(5.00 ± 0.10)·10⁴'
-    >>> estimate_words(EstimatedValue(value=None, interval=[4.9e4, None])), estimate_words(None)
-    ('above 4.90·10⁴', 'not in the model')
-    >>> estimate_words(EstimatedValue(value=0.1, interval=[0.09, None], at_bound=True), 1e3)
-    '100 (above 90), at its limit'
-    """
-    if estimate is None:
-        return "not in the model"
-    low, high = (None if end is None else end * factor for end in estimate.interval or (None, None))
-    if estimate.value is None:
-        return f"above {significant(low)}" if low is not None else NOT_KNOWN
-    limit = ", at its limit" if estimate.at_bound else ""
-    if estimate.interval is None:
-        return significant(estimate.value * factor) + limit
-    return interval(estimate.value * factor, low, high) + limit
-
-
 def change_words(relative: float | None) -> str:
     """Return a relative change with its sign.
 
     Examples
     --------
     >>> change_words(1.19), change_words(-0.02), change_words(None)
-    ('+119 %', '-2.00 %', '–')
+    ('+119 %', '−2.00 %', '–')
     """
     return f"+{share(relative)}" if relative is not None and relative > 0 else share(relative)

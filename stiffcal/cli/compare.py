@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stiffcal.cli.answers import NextLine, answering
-from stiffcal.cli.before_after import change_words, estimate_words
+from stiffcal.cli.before_after import change_words
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, NoUpdate
 from stiffcal.cli.tables import plain_table
@@ -16,6 +16,7 @@ from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import places, significant
 from stiffcal.escapes.shell import command_line
 from stiffcal.printed_units import printed_unit
+from stiffcal.results.value_words import value_in_model
 from stiffcal.validation.change import CHANCE
 from stiffcal.wording import listing
 
@@ -59,8 +60,8 @@ def show_comparison(console: AnswerConsole, result: CompareResult) -> None:
             row.effect,
             places(row.where),
             "stiffness" if symbol == "c" and row.unit == "N·m/rad" else symbol,
-            estimate_words(row.before, factor),
-            estimate_words(row.after, factor),
+            value_in_model(row.before, factor),
+            value_in_model(row.after, factor),
             unit,
             change_words(row.relative),
             significant(chances.get(row.name), 2),

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import answering
-from stiffcal.cli.before_after import estimate_words, show_moved
+from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.ladder_bars import bar
 from stiffcal.cli.next_step import following
@@ -20,6 +20,7 @@ from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, sh
 from stiffcal.escapes.shell import command_line
 from stiffcal.printed_units import printed_unit
 from stiffcal.results.next_step import Step
+from stiffcal.results.value_words import value_in_model
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
 from stiffcal.wording import count, listing, probability_in_words, variable
 
@@ -307,7 +308,7 @@ def _show_refitted(console: AnswerConsole, result: DiagnoseResult, effect: Propo
     for value in result.before_after:
         if value.before is None and value.effect == effect.effect and value.where == effect.where:
             unit, factor = printed_unit(value.unit, value.drift_follows)
-            texts.append(f"{value.name.rpartition('.')[2]} {estimate_words(value.after, factor)} {unit}".rstrip())
+            texts.append(f"{value.name.rpartition('.')[2]} {value_in_model(value.after, factor)} {unit}".rstrip())
     if texts:
         everything = "all that is missing" if len(result.missing) > 1 else "it"
         console.print(f"  Refitted with {everything}, ± 95 %: {', '.join(texts)}.", soft_wrap=True)

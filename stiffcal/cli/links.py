@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import deviation, interval, share, significant
+from stiffcal.cli.wording import deviation, share, significant
 from stiffcal.printed_units import LINK_COMPLIANCE, printed_unit
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import estimate
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -34,7 +35,7 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
             value, low, high = link.compliance[row][column], lowest[row][column], highest[row][column]
             value_text = "not identifiable"
             if value is not None and low is not None and high is not None:
-                value_text = interval(value * factor, low * factor, high * factor)
+                value_text = estimate(value, (low, high), factor)
             table.add_row(name, value_text, unit)
         console.print(table)
         for sentence in link.not_identifiable:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.wording import interval, places, significant
+from stiffcal.cli.wording import places
 from stiffcal.printed_units import printed_unit
-from stiffcal.wording import listing
+from stiffcal.wording import estimate, listing
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -57,10 +57,10 @@ def show_parameters(
     if not_compliances:
         table = plain_table("parameter", "place", "value, ± 95 %>", *from_geometry, "")
         for parameter in not_compliances:
-            low, high = _ends(parameter.interval)
             unit, factor = printed_unit(parameter.unit, parameter.drift_follows)
-            low, high = (None if end is None else end * factor for end in (low, high))
-            text = interval(parameter.value * factor, low, high) if parameter.value is not None else "not identifiable"
+            text = "not identifiable"
+            if parameter.value is not None:
+                text = estimate(parameter.value, parameter.interval, factor)
             table.add_row(
                 parameter.name,
                 places(parameter.where),
@@ -101,14 +101,11 @@ def _place(parameter: IdentifiedParameter) -> str:
 
 
 def _stiffness(parameter: IdentifiedParameter, factor: float) -> str:
-    low, high = (None if end is None else factor * end for end in _ends(parameter.stiffness_interval))
     if parameter.value is None:
         return "not identifiable"
     # A compliance of zero: these data show no give at all, and only how stiff the joint is at least.
     if parameter.known_stiffness is None:
-        return f"above {significant(low)}" if low else "rigid"
-    return interval(factor * parameter.known_stiffness, low, high) + (" (fixed)" if parameter.fixed else "")
-
-
-def _ends(ends: Sequence[float | None] | None) -> tuple[float | None, float | None]:
-    return (None, None) if ends is None else (ends[0], ends[1])
+        low = (parameter.stiffness_interval or (None, None))[0]
+        return estimate(None, (low, None), factor) if low else "rigid"
+    text = estimate(parameter.known_stiffness, parameter.stiffness_interval, factor)
+    return text + (" (fixed)" if parameter.fixed else "")

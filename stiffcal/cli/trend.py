@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stiffcal.cli.answers import NextLine, answering
-from stiffcal.cli.before_after import change_words, estimate_words
+from stiffcal.cli.before_after import change_words
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson, NoUpdate, Output, Overwrite
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import places, share, significant
 from stiffcal.escapes.shell import command_line
+from stiffcal.results.value_words import value_in_model
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -81,8 +82,8 @@ def show_trend(console: Console, result: TrendResult) -> None:
             row.effect,
             places(row.where),
             "stiffness" if symbol == "c" and row.unit == "N·m/rad" else symbol,
-            estimate_words(row.values[0]),
-            estimate_words(row.values[-1]),
+            value_in_model(row.values[0]),
+            value_in_model(row.values[-1]),
             row.unit,
             change_words(row.change),
             _deviation(row),

@@ -19,7 +19,6 @@ __all__ = [
     "NOT_KNOWN",
     "angle",
     "deviation",
-    "interval",
     "length",
     "places",
     "runs_of",
@@ -40,14 +39,3 @@ def deviation(rms: Rms | Mapping[str, float | None] | None) -> str:
     '0.372 mm, 0.00120 mm at the rods'
     """
     return ", ".join(wording.measures(rms)) or NOT_KNOWN
-
-
-def interval(value: float | None, low: float | None, high: float | None) -> str:
-    """Return `value ± half-width`, or the ends where the interval is lopsided or open.
-
-    Examples
-    --------
-    >>> interval(2.72e6, 2.28e6, 3.16e6), interval(None, None, None)
-    ('(2.72 ± 0.44)·10⁶', '–')
-    """
-    return NOT_KNOWN if value is None else wording.estimate(value, low, high)

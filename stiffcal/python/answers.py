@@ -130,8 +130,8 @@ def _parameter_line(name: Any, row: Any) -> str:
     value, low, high = (row[key] for key in keys)
     if math.isnan(value):
         return f"{name}: not identified"
-    ends = (None if math.isinf(end) or math.isnan(end) else float(end) for end in (low, high))
-    text = f"{significant(value)} (fixed)" if row["fixed"] else estimate(float(value), *ends)
+    ends = [None if math.isinf(end) or math.isnan(end) else float(end) for end in (low, high)]
+    text = f"{significant(value)} (fixed)" if row["fixed"] else estimate(float(value), ends)
     return f"{name}: {text} {unit}".rstrip()
 
 

@@ -80,15 +80,13 @@ class ViewValue:
     name: str
     """``effect.place.symbol``."""
     unit: str
-    """Of the value."""
+    """As it is printed; "" where there is none."""
     value: float | None
-    """None where it is not identified."""
-    low: float | None = None
-    """Lower end of the 95 % interval."""
-    high: float | None = None
-    """Upper end of the 95 % interval."""
-    at_bound: bool = False
-    """Whether the value is at the limit of its range."""
+    """SI; None where it is not identified, or a stiffness without upper limit."""
+    text: str
+    """As it is printed, in that unit, with its 95 % interval."""
+    is_identified: bool = True
+    """Whether its value, or a limit of it, is known."""
 
 
 @dataclass(frozen=True, kw_only=True)

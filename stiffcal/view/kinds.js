@@ -1,24 +1,4 @@
 (function (S) {
-  /** A text made of pieces, as other kinds of experiment write them. @param {any[]} pieces @param {number} [scale] of its numbers */
-  function words(pieces, scale = 1) {
-    const scaled = (end) => (end === null ? null : scale * end);
-    return pieces
-      .map((piece) => {
-        if (typeof piece === "string") return piece;
-        switch (piece.kind_) {
-          case "Digits":
-            return S.digits(scaled(piece.value));
-          case "Interval":
-            return S.estimate(scaled(piece.value), scaled(piece.low), scaled(piece.high));
-          case "Names":
-            return piece.names.join(", ");
-          default:
-            return (piece.joints || []).join(", ");
-        }
-      })
-      .join("");
-  }
-
   /** What the table behind a picture holds of a series. */
   function rowsOf(panel, s, k) {
     if (!s.x) return [[s.label || s.kind_.toLowerCase(), "", NaN, s.low, s.high]];
@@ -87,16 +67,8 @@
 
   function tableOf(block, name) {
     const table = S.make("table");
-    // pictures and tables have one unit for angles
-    const scales = block.columns.map((column) => (column.unit === "rad" ? 1e3 : 1)),
-      unit = (column) => (column.unit === "rad" ? "mrad" : column.unit);
-    const heads = block.columns.map((column) => (column.unit ? `${column.title} [${unit(column)}]` : column.title || "remark"));
-    S.fill(
-      table,
-      heads,
-      block.rows.map((row) => row.map((cell, k) => words(cell, scales[k]))),
-      block.caption,
-    );
+    const heads = block.heads.map((head) => head || "remark");
+    S.fill(table, heads, block.rows, block.caption);
     return S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": S.visible(name) }, table);
   }
 
@@ -144,13 +116,13 @@
       for (const block of page.blocks) {
         if (block.kind_ === "Subheading") section.append(S.make("h3", {}, block.text));
         else if (block.kind_ === "Sentence")
-          section.append(S.make("p", { className: block.level }, (block.level === "warning" ? "Warning: " : "") + words(block.words)));
+          section.append(S.make("p", { className: block.level }, (block.level === "warning" ? "Warning: " : "") + block.words));
         else if (block.kind_ === "Listing")
-          section.append(S.make("ul", {}, ...block.sentences.map((sentence) => S.make("li", {}, words(sentence.words)))));
+          section.append(S.make("ul", {}, ...block.sentences.map((sentence) => S.make("li", {}, sentence.words))));
         else if (block.kind_ === "Table") section.append(tableOf(block, `${block.caption || page.title}, table ${++tables}`));
         else {
           block.panels.forEach((panel, k) => {
-            if (panel.series.length) pictures.push({ joint: panel.joint, section: kindPanel(panel, ++number, k ? "" : words(block.caption || [])) });
+            if (panel.series.length) pictures.push({ joint: panel.joint, section: kindPanel(panel, ++number, k ? "" : block.caption) });
           });
         }
       }

@@ -15,6 +15,8 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.documents import Document
 from stiffcal.escapes.html_text import escaped
+from stiffcal.kinds.presentation import Table
+from stiffcal.kinds.texts import printed_columns, printed_rows, text_of
 from stiffcal.view.content import ViewContent, ViewForecast, ViewVariable
 from stiffcal.view.packing import NOISE_SHARE, Packer
 
@@ -97,6 +99,12 @@ def pack(content: ViewContent | ViewForecast) -> str:
     packer = Packer()
 
     def plain(value: Any, steps: tuple[float | None, float | None], name: str = "", whole: bool = False) -> Any:
+        if name in _OF_WORDS and isinstance(value, tuple):
+            return text_of(value)
+        if isinstance(value, Table):
+            heads = [column.title + (f" [{unit}]" if unit else "") for column, unit in printed_columns(value)]
+            rows = [list(row) for row in printed_rows(value)]
+            return {"heads": heads, "rows": rows, "caption": value.caption, "kind_": "Table"}
         if is_dataclass(value) and not isinstance(value, type):
             whole = isinstance(value, ViewVariable) and bool(value.levels)
             steps = _steps(value) if isinstance(value, ViewContent) else steps
@@ -127,6 +135,8 @@ def pack(content: ViewContent | ViewForecast) -> str:
 
 _OF_NOISE = frozenset({"residual_fit", "residual_heldout", "measured", "part"})
 """Arrays of translations (three columns) and rotations that are rounded by the noise."""
+_OF_WORDS = frozenset({"words", "caption"})
+"""Texts of kinds of experiment, piece by piece."""
 _STEPS = {"chain": 1e-4, "target": 1e-4, "axes": 1e-4, "across": 1e-4, "points": 5e-4}
 """Steps of lengths and directions that only a picture shows, m and 1."""
 

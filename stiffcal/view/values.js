@@ -12,18 +12,9 @@
     return earlier ?? (model.present && S.data.change ? S.modelById.get(S.data.change.before) : undefined);
   }
 
-  // lengths and angles in the units of the page; of a stiffness that is N·m/rad and the like
-  const scaleOf = (unit) => ({ m: S.units.length, rad: S.units.angle })[unit] || { factor: 1, unit };
   // "fit 1" keeps its number in a narrow column
   const onOneLine = (name) => name.replace(/^fit (?=\d)/, "fit\u00a0");
-  function words(entry) {
-    if (!entry) return "not in the model";
-    const { factor } = scaleOf(entry.unit),
-      scaled = (end) => (end === null || !Number.isFinite(end) ? null : factor * end);
-    if (entry.value === null) return scaled(entry.low) === null ? "not identified" : `above ${S.digits(scaled(entry.low))}`;
-    const limit = entry.at_bound ? ", at its limit" : "";
-    return S.estimate(factor * entry.value, scaled(entry.low), scaled(entry.high)) + limit;
-  }
+  const words = (entry) => (entry ? entry.text : "not in the model");
   function change(a, b) {
     if (!a || !b || !a.value || b.value === null) return "–";
     const percent = 100 * (b.value / a.value - 1);
@@ -64,8 +55,8 @@
       const rows = namesOf(earlier, model).map((name) => {
         const a = old.get(name),
           b = now.get(name),
-          { unit } = scaleOf((b || a).unit),
-          named = unit && unit !== "1" ? `${name} [${unit}]` : name;
+          { unit } = b || a,
+          named = unit ? `${name} [${unit}]` : name;
         return earlier ? [named, words(a), words(b), change(a, b)] : [named, words(b)];
       });
       const head = earlier

@@ -1,48 +1,23 @@
 (function (S) {
   /** A share below this is too small to matter on any picture. */
   const LEAST_SHARE = 0.001;
-  /** A number with three significant digits. @param {number|null} value @returns {string} */
+  /** A number with three significant digits, as `stiffcal.wording.significant` writes it. @param {number|null} value @returns {string} */
   S.digits = function (value) {
     if (value === null || value === undefined || !Number.isFinite(value)) return "–";
     if (value === 0) return "0";
-    const size = Math.abs(value);
-    if (size >= 1e5 || size < 1e-3) {
-      const power = Math.floor(Math.log10(size));
-      return `${(value / 10 ** power).toPrecision(3).replace("-", "−")}·10${raisedTo(power)}`;
-    }
-    const text = value.toPrecision(3);
-    return (size < 1000 && !text.includes("e") ? text : String(Number(text))).replace("-", "−");
+    const [mantissa, power] = rounded(value);
+    const text = power >= -4 && power < 4 ? Number(`${mantissa}e${power}`).toFixed(Math.max(2 - power, 0)) : `${mantissa}·10${raisedTo(power)}`;
+    return text.replace("-", "−");
+  };
+  /** Mantissa and power of ten of a number, rounded to three digits; a half goes to the even digit, as in Python. */
+  const rounded = function (value) {
+    const [mantissa, power] = value.toExponential(2).split("e"),
+      [exact, own] = value.toExponential(60).split("e"); // a half has few digits
+    const down = exact.slice(0, mantissa.length),
+      isHalf = own === power && /^50*$/.test(exact.slice(mantissa.length));
+    return [isHalf && Number(down.at(-1)) % 2 === 0 ? down : mantissa, Number(power)];
   };
   const raisedTo = (power) => [...String(power)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");
-  /**
-   * A value with its 95 % interval: ± to two digits of the half-width, the ends where it is lopsided.
-   * @param {number} value @param {number|null} low @param {number|null} high @returns {string} "(2.7000 ± 0.0060)·10⁶"
-   */
-  S.estimate = function (value, low, high) {
-    const below = low === null ? Infinity : value - low,
-      above = high === null ? Infinity : high - value;
-    const near = Math.min(below > 0 ? below : Infinity, above > 0 ? above : Infinity);
-    if (!Number.isFinite(value) || !Number.isFinite(near)) return S.digits(value);
-    const even = Math.abs(above - below) <= 0.1 * Math.min(above + below, Number.MAX_VALUE),
-      half = even ? (below + above) / 2 : near;
-    const size = Math.max(Math.abs(value), even ? half : 0) || Math.max(below, above);
-    const power = size >= 1e4 || size < 1e-4 ? Math.floor(Math.log10(size)) : 0,
-      scale = 10 ** power;
-    const open = low === null ? "below " : high === null ? "above " : "",
-      last = Math.floor(Math.log10((open ? size : half) / scale));
-    const decimals = Math.min(9, Math.max(0, (open ? 2 : 1) - last)),
-      raised = power ? `·10${raisedTo(power)}` : "";
-    const text = (number) =>
-      (number / scale)
-        .toFixed(decimals)
-        .replace(/^-(0\.?0*)$/, "$1")
-        .replace("-", "−");
-    if (even) return raised ? `(${text(value)} ± ${text(half)})${raised}` : `${text(value)} ± ${text(half)}`;
-    return `${text(value)} (${open}${[low, high]
-      .filter((end) => end !== null)
-      .map(text)
-      .join(" … ")})${raised}`;
-  };
   /** A quantity with its unit, as axes and tables name it. @param {{label: string, unit: string}} quantity */
   S.withUnit = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
   /** A count, in groups of three digits. @param {number} n */

@@ -94,19 +94,20 @@ def _cost_in_words(before: ViewModel, after: ViewModel) -> str:
     --------
     >>> from stiffcal.measurements.rms import Rms
     >>> from stiffcal.view.content import ViewValue
-    >>> stiff = ViewValue(name="joint-compliance.j1.c", unit="N·m/rad", value=1e6)
+    >>> stiff = ViewValue(name="joint-compliance.j1.c", unit="N·m/rad", value=1e6, text="1.00·10⁶")
     >>> rms = Rms(translation=1e-5, rotation=None)
     >>> before = ViewModel(id="fit1", kind="fit", label="", short="", heldout_rms=rms, values=[stiff])
     >>> _cost_in_words(before, before)
     'The error does not fall.'
-    >>> _cost_in_words(before, replace(before, values=[replace(stiff, value=None)])).partition(":")[0]
+    >>> lost = replace(before, values=[replace(stiff, value=None, is_identified=False)])
+    >>> _cost_in_words(before, lost).partition(":")[0]
     'The error does not fall, and 1 value that was identified is not any more'
     """
     old, new = (dict(model.heldout_rms.items()) if model.heldout_rms else {} for model in (before, after))
     shared = [(value, new.get(name)) for name, value in old.items() if value is not None]
     falls = not shared or any(now is not None and now < FALLS * value for value, now in shared)
     known = {one.name for one in before.values if one.value is not None}
-    lost = sum(one.value is None and one.low is None for one in after.values if one.name in known)
+    lost = sum(not one.is_identified for one in after.values if one.name in known)
     words = [] if falls else ["the error does not fall"]
     if lost:
         words.append(

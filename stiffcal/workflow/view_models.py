@@ -12,7 +12,12 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.diagnosis.refit_values import RefitValue
 from stiffcal.diagnosis.refits import StoredRefits
-from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters, stiffness_unit
+from stiffcal.identification.before_after import (
+    EstimatedParameter,
+    EstimatedValue,
+    estimated_parameters,
+    stiffness_unit,
+)
 from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.composite import CompliantRobot
@@ -20,7 +25,9 @@ from stiffcal.model.effect import Effect
 from stiffcal.model.forms import form_of
 from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
+from stiffcal.printed_units import printed_unit
 from stiffcal.reduction.motion import gauge_directions
+from stiffcal.results.value_words import value_in_model
 from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained
 from stiffcal.workflow.diagnose import diagnosis_key
@@ -179,8 +186,18 @@ def _in_words(fit: StoredFit) -> str:
 
 
 def _value(entry: EstimatedParameter) -> ViewValue:
-    low, high = entry.interval or (None, None)
-    return ViewValue(name=entry.name, unit=entry.unit, value=entry.value, low=low, high=high, at_bound=entry.at_bound)
+    value = EstimatedValue(value=entry.value, interval=entry.interval, at_bound=entry.at_bound)
+    return _printed(entry.name, value, *printed_unit(entry.unit, entry.drift_follows))
+
+
+def _printed(name: str, value: EstimatedValue, unit: str, factor: float) -> ViewValue:
+    return ViewValue(
+        name=name,
+        unit=unit,
+        value=value.value,
+        text=value_in_model(value, factor),
+        is_identified=value.value is not None or (value.interval is not None and value.interval[0] is not None),
+    )
 
 
 def _refits(
@@ -229,16 +246,12 @@ def _refits(
 def _refit_value(entry: RefitValue, catalogue: dict[str, Effect]) -> ViewValue:
     effect, _, symbol = entry.name.split(".")
     spec = (FramePose() if effect == FRAME else form_of(catalogue[effect], (symbol,))).spec(symbol)
-    low, high = entry.interval or (None, None)
-    if not spec.compliance:
-        return ViewValue(name=entry.name, unit=spec.unit, value=entry.value, low=low, high=high)
-    return ViewValue(
-        name=entry.name,
-        unit=stiffness_unit(spec.unit),
-        value=1.0 / entry.value if entry.value else None,
-        low=1.0 / high if high else None,
-        high=1.0 / low if low else None,
-    )
+    value, interval, unit = entry.value, entry.interval, spec.unit
+    if spec.compliance:
+        low, high = interval or (None, None)
+        interval = [1.0 / high if high else None, 1.0 / low if low else None]
+        value, unit = 1.0 / value if value else None, stiffness_unit(unit)
+    return _printed(entry.name, EstimatedValue(value=value, interval=interval), *printed_unit(unit))
 
 
 def names_in(robot: CompliantRobot) -> set[str]:

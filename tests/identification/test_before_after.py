@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from stiffcal.cli.before_after import estimate_words
 from stiffcal.identification.before_after import (
     EstimatedParameter,
     EstimatedValue,
@@ -15,7 +14,7 @@ from stiffcal.identification.before_after import (
 )
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
-from stiffcal.report.sections.before_after import estimate_text_of
+from stiffcal.results.value_words import value_in_model
 
 
 def estimate(
@@ -79,9 +78,8 @@ def test_the_limit_of_a_range_is_known_of_an_identified_parameter() -> None:
     (value,) = values_before_and_after([parameter], [parameter])
     assert value.after is not None
     assert value.after.at_bound
-    assert "±" not in estimate_words(value.after)
-    assert estimate_words(value.after).endswith(", at its limit")
-    assert estimate_text_of(value.after, 1.0).endswith(", at its limit")
+    assert "±" not in value_in_model(value.after)
+    assert value_in_model(value.after).endswith(", at its limit")
 
 
 def test_a_compliance_is_compared_as_stiffness() -> None:

@@ -56,7 +56,7 @@ def test_limits_are_in_the_units_that_people_read() -> None:
     assert isinstance(table, TableBlock)
     first, second = ([cell.replace("\u202f", " ") for cell in row[1:5]] for row in table.rows)
     assert first == ["", "0.100", "0.0500", "mm"]
-    assert second == ["A2", "2 000 000", "1 000 000", "N·m/rad"]
+    assert second == ["A2", "2.00·10⁶", "1.00·10⁶", "N·m/rad"]
 
 
 def test_without_limits_the_report_names_what_is_missing() -> None:

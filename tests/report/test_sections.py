@@ -61,7 +61,7 @@ def test_parameters_without_a_value_are_dashes_never_numbers() -> None:
 
 def test_fixed_parameter_has_no_uncertainty() -> None:
     found = cells(compliance(fixed=True, std=None, interval=None, stiffness_std=None, stiffness_interval=None))
-    assert found[2:] == ["500 000", "–", "fixed, not fitted"]
+    assert found[2:] == ["5.00·10⁵", "–", "fixed, not fitted"]
 
 
 def test_parameter_that_is_no_stiffness_has_its_own_unit() -> None:
@@ -82,7 +82,7 @@ def test_open_and_hardly_known_parameters_are_named() -> None:
     assert "joint-compliance.j2.c (joint 2 (A2)): no value" in text
     made = with_fit(content, parameters=[compliance(poorly_known=True)], not_identifiable=[])
     text = repr(not_identified.section(made)).replace("\\u202f", " ")
-    assert "poorly determined, 95 % between 490 000 and 510 000 N·m/rad" in text
+    assert "poorly determined, 95 % between 4.90·10⁵ and 5.10·10⁵ N·m/rad" in text
 
 
 def test_noise_is_given_or_said_to_be_unknown() -> None:

@@ -7,8 +7,8 @@ import numpy as np
 from stiffcal.report import wording
 from stiffcal.report.blocks import Paragraph, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import PoseStiffness, ReportContent
-from stiffcal.report.estimates import estimate_text
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import estimate
 
 ORDER = 32
 _TITLE = "Cartesian stiffness"
@@ -52,4 +52,4 @@ def _stiffness(compliance: float, std: float, scale: float) -> str:
         return wording.DASH
     high, low = compliance + NORMAL_95 * std, compliance - NORMAL_95 * std
     interval = None if std == 0.0 else (1.0 / high, 1.0 / low if low > 0.0 else None)
-    return estimate_text(1.0 / compliance, interval, scale)
+    return estimate(1.0 / compliance, interval, scale)

@@ -6,9 +6,8 @@ from functools import partial
 from typing import assert_never
 
 from stiffcal.kinds import presentation
-from stiffcal.kinds.presentation import Digits, Interval, Joints, Names, Page, Sentence, Words
-from stiffcal.printed_units import printed_unit
-from stiffcal.report import wording
+from stiffcal.kinds.presentation import Page, Sentence
+from stiffcal.kinds.texts import printed_columns, printed_rows, text_of
 from stiffcal.report.blocks import (
     Block,
     Items,
@@ -21,7 +20,6 @@ from stiffcal.report.blocks import (
 )
 from stiffcal.report.blocks import TableColumn as Column
 from stiffcal.report.content import ReportContent
-from stiffcal.report.estimates import estimate_text
 from stiffcal.report.figures.panels import draw_panels
 
 ORDER = 44
@@ -56,36 +54,8 @@ def _block(block: presentation.Block) -> Block:
 
 def table_of(table: presentation.Table, caption: str) -> TableBlock:
     """Return a table of a kind of experiment as the report sets it, in the units that people read."""
-    units = [printed_unit(column.unit) for column in table.columns]
     columns = tuple(
         Column(column.title, unit, align="right" if column.numbers else "left")
-        for column, (unit, _) in zip(table.columns, units, strict=True)
+        for column, unit in printed_columns(table)
     )
-    rows = tuple(
-        tuple(text_of(cell, factor) for cell, (_, factor) in zip(row, units, strict=True)) for row in table.rows
-    )
-    return TableBlock(columns, rows, caption)
-
-
-def text_of(words: Words, scale: float = 1.0) -> str:
-    """Return a text with its numbers, times `scale`, as the report writes them.
-
-    Examples
-    --------
-    >>> text_of((Names(("A1", "A2")), ": ", Digits(-0.12345), " N·m, ", Interval(2.0, 1.0, 3.5)))
-    'A1 and A2: −0.123 N·m, 2.0 (1.0 … 3.5)'
-    """
-    text = ""
-    for piece in words:
-        match piece:
-            case Digits(value, significant):
-                text += wording.significant(None if value is None else value * scale, significant)
-            case Interval(value, low, high):
-                text += estimate_text(value, (low, high), scale)
-            case Names(names):
-                text += wording.listing(names)
-            case Joints(joints):
-                text += wording.place({"joints": list(joints)})
-            case _:
-                text += piece
-    return text
+    return TableBlock(columns, printed_rows(table), caption)

@@ -12,7 +12,6 @@ from stiffcal.reduction.registered_frames import RegistrationSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
-from stiffcal.report.estimates import estimate_text
 from stiffcal.report.figures.ladder import Rung, leading_component
 from stiffcal.report.figures.overview import draw_overview
 from stiffcal.report.sections.campaign import MOST_WARNINGS, warnings_of
@@ -24,7 +23,7 @@ from stiffcal.results.next_step import Standing, Step, next_step
 from stiffcal.results.registration_words import convention_in_words
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
-from stiffcal.wording import probability_in_words
+from stiffcal.wording import estimate, probability_in_words
 
 ORDER = 10
 NOT_YOURS = (
@@ -102,9 +101,7 @@ def _changed(values: Sequence[BeforeAfter], content: ReportContent, cause: str) 
     if not moved:
         return ""
     most = max(moved, key=lambda value: abs(value.relative or 0.0))
-    before, after = (
-        estimate_text(value.value, value.interval) for value in (most.before, most.after) if value is not None
-    )
+    before, after = (estimate(value.value, value.interval) for value in (most.before, most.after) if value is not None)
     place = where_words(most.where, content.joint_names)
     return f" {cause} changes the stiffness of {place} most: from {before} to {after} {most.unit}."
 
