@@ -54,7 +54,7 @@ def test_limits_are_in_the_units_that_people_read() -> None:
     assert isinstance(section, ReportSection)
     table = section.blocks[1]
     assert isinstance(table, TableBlock)
-    first, second = ([cell.replace("\u202f", " ") for cell in row[1:5]] for row in table.rows)
+    first, second = (list(row[1:5]) for row in table.rows)
     assert first == ["", "0.100", "0.0500", "mm"]
     assert second == ["A2", "2.00·10⁶", "1.00·10⁶", "N·m/rad"]
 
