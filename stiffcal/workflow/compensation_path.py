@@ -287,7 +287,8 @@ def pose_of_words(text: str, chain: Chain, option: str) -> Floats:
 def numbers_of_words(text: str, option: str) -> list[float]:
     """Return the numbers of "1,2.5,…"; raises `InputError`."""
     try:
-        numbers = [float(word) for word in text.split(",")]
+        # answers are printed with a true minus sign, and copied from there
+        numbers = [float(word) for word in text.replace("−", "-").split(",")]
     except ValueError:
         numbers = [float("nan")]
     if not np.isfinite(numbers).all():
