@@ -152,7 +152,7 @@ $(VENV)/browser.stamp: requirements/browser.txt $(VENV)/test.stamp
 	$(PIP) $(LOCKED) -r requirements/browser.txt
 	@touch $@
 
-$(VENV)/docs.stamp: requirements/docs.txt $(VENV)/test.stamp
+$(VENV)/docs.stamp: requirements/docs.txt $(VENV)/run.stamp
 	$(PIP) $(LOCKED) -r requirements/docs.txt
 	@touch $@
 
