@@ -28,6 +28,21 @@ def no_progress(text: str, fraction: float | None = None) -> None:
     """
 
 
+def part_of(progress: Progress, start: float, end: float) -> Progress:
+    """Return the progress of a part of something, from one share of the whole to another.
+
+    Examples
+    --------
+    >>> part_of(lambda text, share: print(text, share), 0.5, 1.0)("reading", 0.5)
+    reading 0.75
+    """
+
+    def report(text: str, fraction: float | None = None) -> None:
+        progress(text, None if fraction is None else start + (end - start) * fraction)
+
+    return report
+
+
 MOST_SHOWN = 600  # characters of one part of a fault: the longest list of keys, not a file's whole content
 
 

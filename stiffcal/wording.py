@@ -17,6 +17,11 @@ if TYPE_CHECKING:
 DASH = "–"
 MOST_WRITTEN_OUT = 15
 """Digits behind the point that are written; a double holds no more."""
+PATIENCE_S = 3.0
+LEAST_DONE = 0.03
+"""After so many seconds and of such a share of what is to be done it is said how long it still takes: earlier it is a
+guess.
+"""
 _LOPSIDED = 0.1
 """Share of an interval's width by which its halves may differ and still be printed as one ±."""
 _NARROW_SPACE = "\u202f"
@@ -309,6 +314,20 @@ def count(number: int, singular: str, many: str = "") -> str:
     ('1 run', '12 runs', '2 poses')
     """
     return f"{number:,} {singular if number == 1 else many or singular + 's'}".replace(",", _NARROW_SPACE)
+
+
+def seconds_left(elapsed: float, share: float | None) -> str:
+    """Return how long something still takes, in words, from the time so far and the share that is done; "" at first.
+
+    Examples
+    --------
+    >>> seconds_left(10.0, 0.25), seconds_left(600.0, 0.5), seconds_left(1.0, 0.5), seconds_left(10.0, None)
+    ('about 30 s left', 'about 10 min left', '', '')
+    """
+    if elapsed < PATIENCE_S or share is None or not LEAST_DONE <= share < 1.0:
+        return ""
+    left = elapsed * (1.0 - share) / share
+    return f"about {max(round(left), 1)} s left" if left < 90.0 else f"about {round(left / 60.0)} min left"
 
 
 def listing(names: Iterable[str], limit: int = 12) -> str:

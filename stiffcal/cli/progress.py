@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.log import is_verbose, record
 from stiffcal.escapes.terminal import escaped
+from stiffcal.wording import seconds_left
 
 if TYPE_CHECKING:
     import rich.progress
@@ -38,6 +40,7 @@ class ProgressBar:
         self._task: rich.progress.TaskID | None = None
         self._timer: threading.Timer | None = None
         self._last = ""
+        self._began, self._share = time.monotonic(), 0.0
 
     def __call__(self, text: str, fraction: float | None = None) -> None:
         """Show what is being done and how much of it is."""
@@ -52,9 +55,14 @@ class ProgressBar:
         if self._bar is None or self._task is None:
             return
         if fraction is None:
-            self._bar.update(self._task, description=text, total=None)
+            self._bar.update(self._task, description=text, total=None, left="")
         else:
-            self._bar.update(self._task, description=text, total=1.0, completed=min(max(fraction, 0.0), 1.0))
+            share = min(max(fraction, 0.0), 1.0)
+            if share < self._share:  # another step of the chain begins
+                self._began = time.monotonic()
+            self._share = share
+            left = seconds_left(time.monotonic() - self._began, share)
+            self._bar.update(self._task, description=text, total=1.0, completed=share, left=left)
 
     @property
     def is_drawn(self) -> bool:
@@ -67,10 +75,13 @@ class ProgressBar:
 
         from stiffcal.cli.topped_progress import ToppedProgress
 
-        columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(),
+            TextColumn("{task.fields[left]}", markup=False),
+        )  # fmt: skip
         self._bar = ToppedProgress(*columns, console=Console(stderr=True), transient=True)
         self._bar.above = self.above
-        self._task = self._bar.add_task(text, total=None)
+        self._task = self._bar.add_task(text, total=None, left="")
         self._timer = threading.Timer(PATIENCE_S, self._bar.start)
         self._timer.daemon = True
         self._timer.start()

@@ -8,6 +8,9 @@ Where the effect turns or shifts one thing (a joint, a node), a state's residual
 the turn that r amounts to, l·r / l·l (least squares); times the mean lever this is a length at the tool that does not
 depend on how far the tool happened to stand off. States whose lever is short constrain the turn little and
 are left out.
+
+Where it gives across several axes, its load (a tilting moment) has components and no sign: it is drawn with the sign
+of the component along the line in which the loads mostly lie, and a residual is read as the load to which it amounts.
 """
 
 from __future__ import annotations
@@ -20,14 +23,12 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.forecast import contribution_of, heldout_residual
 from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.thresholds import FOLLOWS_SIZE
 from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.regressors import Linearised, Regressor
 from stiffcal.identification.row_layout import GAUGE, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.rms import Rms
-from stiffcal.measurements.varying import varies
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect
 from stiffcal.validation.validate import rms_of
@@ -116,8 +117,11 @@ def _evidence(
     before = heldout_residual(scan, other_columns, included, scan.residual + added)
     after = heldout_residual(scan, np.ones_like(other_columns), (), scan.residual)
     rows = _rows_with_largest_signal(scan, added, after)
-    value, covariate, unit = _covariate(state, placed_effect)
-    direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)
+    value, covariate, unit, has_parts = _covariate(state, placed_effect)
+    if has_parts:
+        direction, lever = _by_response(added, rows, value), None
+    else:
+        direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)
     law = _along(direction, added, rows)
     if not covariate:
         value, covariate, unit = (
@@ -158,12 +162,46 @@ def _rows_with_largest_signal(scan: LoadScan, contribution: Floats, residual_aft
     return best_rows
 
 
-def _covariate(state: Linearised, placed_effect: PlacedEffect) -> tuple[Floats, str, str]:
-    """Return the effect's own covariate: values, label, unit; an empty label where it names none."""
+def _covariate(state: Linearised, placed_effect: PlacedEffect) -> tuple[Floats, str, str, bool]:
+    """Return the effect's own covariate: values, label, unit; an empty label where it names none.
+
+    The last is True where it is the length of something with components: the values are then how far the load changes
+    it, with the sign of its part along the line in which most of these changes lie.
+    """
     covariate = placed_effect.covariate(state.robot.chain, state.loads)
     if covariate is None or not np.isfinite(covariate.value).any():
-        return np.zeros(state.data.n_states), "", ""
-    return np.asarray(covariate.value, dtype=np.float64), covariate.label, covariate.unit
+        return np.zeros(state.data.n_states), "", "", False
+    if covariate.parts is None:
+        return np.asarray(covariate.value, dtype=np.float64), covariate.label, covariate.unit, False
+    under_weight = placed_effect.covariate(state.robot.chain, state.bare)
+    assert under_weight is not None
+    assert under_weight.parts is not None
+    change = covariate.parts - under_weight.parts
+    main_line = np.linalg.eigh(change @ change.T)[1][:, -1]
+    main_line *= np.sign(main_line[np.argmax(np.abs(main_line))])
+    size = np.linalg.norm(change, axis=0)
+    return np.where(main_line @ change < 0.0, -size, size), f"{covariate.label} by the load", covariate.unit, True
+
+
+def _by_response(added: Floats, rows: Integers, load: Floats) -> Floats:
+    """Return (m, n) vectors v such that v·r is the load to which a residual r amounts, times the mean response.
+
+    Responses, what the effect adds by unit of its load, differ with the levers of a pose: read along what is added,
+    with no regard to its length, loads of one size would lie far apart. States with a short response, or hardly any
+    load, say little of it and are left out.
+
+    Parameters
+    ----------
+    added : (m, n) m and rad. rows : those that are read. load : (n,) with its sign.
+    """
+    direction = np.full_like(added, np.nan)
+    loaded = np.abs(load) > SHORT_LEVER**2 * float(np.abs(load).max(initial=0.0))
+    response = added[rows] / np.where(loaded, load, np.nan)
+    squares = np.sum(response**2, axis=0)
+    mean = float(np.sqrt(np.nanmean(squares))) if loaded.any() else 0.0
+    clear = loaded & (np.nan_to_num(squares) > (SHORT_LEVER * mean) ** 2)
+    direction[np.ix_(rows, np.flatnonzero(clear))] = response[:, clear] / squares[clear] * mean
+    return direction
 
 
 def _directions(
@@ -174,7 +212,7 @@ def _directions(
     Along the lever of the node that turns, where that is one; else along one fixed line, where the effect keeps to it;
     else along what it adds in each state, the sign that of its covariate.
     """
-    lever = _common_lever(state, placed_effect, rows, covariate)
+    lever = _common_lever(state, placed_effect, rows)
     direction = np.full_like(added, np.nan)
     measured_mask = state.data.measured_mask[rows]
     if lever is not None:
@@ -201,13 +239,8 @@ def _directions(
     return direction, None
 
 
-def _common_lever(
-    state: Linearised, placed_effect: PlacedEffect, rows: Integers, covariate: Floats | None
-) -> Floats | None:
-    """Return (m, n) the lever of the one thing that the effect turns or shifts; None where it moves several.
-
-    None also where the covariate is the size of what turns it, without its sign: curves would fold over each other.
-    """
+def _common_lever(state: Linearised, placed_effect: PlacedEffect, rows: Integers) -> Floats | None:
+    """Return (m, n) the lever of the one thing that the effect turns or shifts; None where it moves several."""
     displacements: dict[tuple[int, int], Floats] = {}
     chain = state.robot.chain
     for loads, sign in ((state.loads, 1.0), (state.bare, -1.0)):
@@ -225,8 +258,6 @@ def _common_lever(
     size = {key: float(np.sum((lever * value)[rows] ** 2)) for key, (lever, value) in projections.items()}
     lead = max(size, key=lambda key: size[key])
     whole, drive = projections[lead]
-    if covariate is not None and _is_size_of(covariate, drive):
-        return None
     covered = whole * drive
     for key, (lever, value) in projections.items():
         # A drive on mechanically coupled axes turns several joints, in fixed proportion.
@@ -236,14 +267,6 @@ def _common_lever(
     total = np.asarray(sum(lever * value for lever, value in projections.values()))[rows]
     left = float(np.sum((total - covered[rows]) ** 2))
     return whole if left <= (1.0 - ONE_LINE) * float(np.sum(total**2)) else None
-
-
-def _is_size_of(covariate: Floats, drive: Floats) -> bool:
-    """Return whether a covariate follows the size of a law's term and not the term."""
-    if not (varies(covariate) and varies(drive) and varies(np.abs(drive))):
-        return False
-    signed, unsigned = (abs(float(np.corrcoef(covariate, series)[0, 1])) for series in (drive, np.abs(drive)))
-    return unsigned > FOLLOWS_SIZE > signed
 
 
 def _along(direction: Floats, residual: Floats, rows: Integers) -> Floats:

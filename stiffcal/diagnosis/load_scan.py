@@ -16,6 +16,7 @@ from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.scan import Scan, Trial, scan_rows, try_candidate
 from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
+from stiffcal.errors import Progress, no_progress
 from stiffcal.estimation.unknowns import amplitudes
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import raw_whitening
@@ -177,6 +178,7 @@ def scan_candidates(
     candidates: Sequence[Candidate],
     whitening: Whitening | None = None,
     geometry: GeometryNuisance | None = None,
+    progress: Progress = no_progress,
 ) -> LoadScan:
     """Try every candidate as an addition to the present fit.
 
@@ -186,7 +188,8 @@ def scan_candidates(
     candidates : who is tried.
     whitening : weights to use in place of the fit's own.
     geometry : errors of the robot's geometry, whose part of the residual no candidate explains.
+    progress : receives each candidate.
     """
     ground = LoadGround.of(fit, whitening, geometry)
-    trials, n_tried = scan_rows(ground.rows, candidates, ground.scan.source.kept, ground.try_one)
+    trials, n_tried = scan_rows(ground.rows, candidates, ground.scan.source.kept, ground.try_one, progress)
     return replace(ground.scan, trials=trials, n_tried=n_tried)

@@ -15,6 +15,7 @@ from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.results import AgreementWithPlaces
 from stiffcal.diagnosis.scoring import Score
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
+from stiffcal.errors import Progress, no_progress
 from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.rows import RowSpace
 from stiffcal.identification.regressors import Regressor, StoredRegressor
@@ -150,6 +151,7 @@ def scan_rows(
     candidates: Sequence[Candidate],
     kept: Callable[[Regressor | StoredRegressor], Regressor | StoredRegressor] = lambda regressor: regressor,
     try_one: Callable[[Candidate], Trial | None] | None = None,
+    progress: Progress = no_progress,
 ) -> tuple[tuple[Trial, ...], int]:
     """Try candidates as additions to a model; return them, best held-out error first, and how many were tried.
 
@@ -159,9 +161,11 @@ def scan_rows(
     candidates : who is tried.
     kept : what is kept of a regressor that is not looked at any more.
     try_one : tries one candidate, where that is not `try_candidate`; None where it does not show.
+    progress : receives each candidate.
     """
     trials = []
-    for candidate in candidates:
+    for done, candidate in enumerate(candidates):
+        progress(f"held-out error with each effect: {done + 1} of {len(candidates)}", done / len(candidates))
         trial = try_candidate(candidate, ground) if try_one is None else try_one(candidate)
         if trial is not None:
             trials.append(replace(trial, regressor=kept(trial.regressor)))

@@ -22,8 +22,6 @@ FARTHEST_NORMAL = 4.0
 LOOK_ALIKE_SHARE = 0.005
 # With fewer poses than this each one decides.
 LEAST_POSES = 6
-# A covariate follows the size of a law's term where it correlates with that by more than this, and with the term less.
-FOLLOWS_SIZE = 0.5
 # Folds of fewer rows than the columns' number over this are left out by what their few rows change: less work so.
 FEW_ROWS = 3
 # What is left of a column beyond those before it, of unit length, that is rounding.

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.diagonal import CompliantAxis, diagonal_parameters, diagonal_terms
 from stiffcal.model.effect import (
@@ -62,5 +60,4 @@ class BaseCompliance(Law):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The tilting moment on the foundation."""
-        moment = np.hypot(loads.wrench[BASE_NODE, RX], loads.wrench[BASE_NODE, RY])
-        return Covariate("tilting moment on the base", "N·m", moment)
+        return Covariate.size_of("tilting moment on the base", "N·m", loads.wrench[BASE_NODE, [RX, RY]])

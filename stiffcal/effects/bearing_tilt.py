@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-import numpy as np
-
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.curved import curve_specs, curved_laws, curved_terms
 from stiffcal.model.effect import (
@@ -77,8 +75,8 @@ class BearingTilt(Law):
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The moment across the joint's axis."""
         node = joint_node(place.joints[0])
-        moment = np.hypot(loads.wrench[node, RX], loads.wrench[node, RY])
-        return Covariate(f"tilting moment on joint {place.joints[0]}", "N·m", moment)
+        label = f"tilting moment on joint {place.joints[0]}"
+        return Covariate.size_of(label, "N·m", loads.wrench[node, [RX, RY]])
 
 
 class _Curved(BearingTilt):

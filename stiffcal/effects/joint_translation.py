@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.curved import curve_specs, curved_laws, curved_terms
 from stiffcal.model.effect import (
@@ -72,8 +70,8 @@ class JointTranslation(Law):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The force that the bearing carries."""
-        force = np.linalg.norm(loads.wrench[joint_node(place.joints[0]), :3], axis=0)
-        return Covariate(f"force on bearing {place.joints[0]}", "N", force)
+        force = loads.wrench[joint_node(place.joints[0]), :3]
+        return Covariate.size_of(f"force on bearing {place.joints[0]}", "N", force)
 
 
 class _Curved(JointTranslation):

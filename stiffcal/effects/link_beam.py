@@ -88,10 +88,10 @@ class LinkBeam(Law):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The larger bending moment, at the clamped end."""
-        return Covariate(f"bending moment in {place.link}", "N·m", _clamped_bending(chain, place.link, loads))
+        return Covariate.size_of(f"bending moment in {place.link}", "N·m", _clamped_bending(chain, place.link, loads))
 
 
 def _clamped_bending(chain: Chain, link: str, loads: NodeLoads) -> Floats:
     beam = chain.beams[link]
     _, f2, f3, _, m2, m3 = loads.wrench[link_node(beam.joint)]
-    return np.asarray(np.hypot(m2 - beam.length * f3, m3 + beam.length * f2))
+    return np.stack([m2 - beam.length * f3, m3 + beam.length * f2])

@@ -73,6 +73,5 @@ class LinkSprings(Law):
         beam = chain.beams[place.link]
         _, f2, f3, _, m2, m3 = loads.wrench[link_node(beam.joint)]
         half = beam.length / 2.0
-        return Covariate(
-            f"bending moment at the middle of {place.link}", "N·m", np.hypot(m2 - half * f3, m3 + half * f2)
-        )
+        moment = np.stack([m2 - half * f3, m3 + half * f2])
+        return Covariate.size_of(f"bending moment at the middle of {place.link}", "N·m", moment)

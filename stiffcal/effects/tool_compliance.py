@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.diagonal import CompliantAxis, diagonal_parameters, diagonal_terms
 from stiffcal.model.effect import (
@@ -60,5 +58,4 @@ class ToolCompliance(Law):
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:
         """The bending moment at the flange."""
-        moment = np.hypot(loads.wrench[-1, RX], loads.wrench[-1, RY])
-        return Covariate("bending moment at the flange", "N·m", moment)
+        return Covariate.size_of("bending moment at the flange", "N·m", loads.wrench[-1, [RX, RY]])

@@ -17,7 +17,7 @@ from stiffcal.diagnosis.lack_of_fit import LackOfFit
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.diagnosis.wrong_geometry import wrong_geometry
-from stiffcal.errors import Progress, no_progress
+from stiffcal.errors import Progress, no_progress, part_of
 from stiffcal.identification.identify import (
     Problem,
     Settings,
@@ -26,6 +26,7 @@ from stiffcal.identification.identify import (
     without_noise_dominated,
 )
 from stiffcal.judgement.found import Diagnosed, named_effects, superfluous_effects, with_all
+from stiffcal.judgement.numbers import TO_JUDGE, TO_SCAN
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off, off_mask
 from stiffcal.judgement.settings_off import GivenSettings, changed_model, freed
@@ -100,9 +101,9 @@ def diagnose_states(
     reading = read_off(judged)
     kept = ~off_mask(states.run, np.arange(len(states)), dict(reading.doubted))
     models = _Models.of(states if kept.all() else states.select(kept), robot, catalogue, settings)
-    progress("the error in held-out poses", 0.85)
+    progress("the error in held-out poses", TO_JUDGE)
     listed, not_tried = list_candidates(robot, states, catalogue)
-    first = models.scan(robot, listed)
+    first = models.scan(robot, listed, progress=part_of(progress, TO_JUDGE, TO_SCAN))
     effects = named_effects(judged, reading, catalogue)
     found = tuple(one for one in effects if one.candidate.name not in judged.model)
     held = tuple(one for one in effects if one.candidate.name in judged.model)
@@ -142,17 +143,22 @@ class _Models:
         return cls(states, fit_problem(states, robot), catalogue, settings)
 
     def scan(
-        self, robot: CompliantRobot, candidates: Sequence[Candidate] = (), fixed: frozenset[str] | None = None
+        self,
+        robot: CompliantRobot,
+        candidates: Sequence[Candidate] = (),
+        fixed: frozenset[str] | None = None,
+        progress: Progress = no_progress,
     ) -> LoadScan:
         """Return a model's errors in poses left out, with each candidate as an addition.
 
         Parameters
         ----------
         fixed : full names of parameters that stay; None: those of the model file.
+        progress : receives each candidate.
         """
         settings = self.settings if fixed is None else replace(self.settings, fixed=fixed)
         fit = fit_observations(self.problem, robot, settings)
         if not self.geometry:
             self.geometry.append(GeometryNuisance.of(self.states, fit))
-        scan = scan_candidates(fit, candidates, None, self.geometry[0])
+        scan = scan_candidates(fit, candidates, None, self.geometry[0], progress)
         return held_to_places(scan, ReferencePlaces.of(self.states, fit)) if candidates else scan

@@ -12,12 +12,12 @@ import numpy as np
 
 from stiffcal.diagnosis.drift import Drift
 from stiffcal.diagnosis.scan import KnownNoise
-from stiffcal.errors import InputError, Progress, no_progress
+from stiffcal.errors import InputError, Progress, no_progress, part_of
 from stiffcal.estimation.parameters import Parameter
 from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member, model_of, orders_of
-from stiffcal.judgement.numbers import INSTEAD, MODELS, SET_ASIDE
+from stiffcal.judgement.numbers import INSTEAD, MODELS, OF_CANDIDATES, SET_ASIDE, TO_JUDGE
 from stiffcal.judgement.priors import COMMON, MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sets import Key, WeighedSets, search_sets
@@ -141,7 +141,7 @@ class JudgedReadings(ABC, Generic[F]):
         """
 
     @abstractmethod
-    def judged(self, fit: F, chosen: frozenset[str], number: int) -> Judged:
+    def judged(self, fit: F, chosen: frozenset[str], number: int, progress: Progress = no_progress) -> Judged:
         """Weigh sets about a model."""
 
     @abstractmethod
@@ -171,8 +171,8 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
     explained = dict[Off, tuple[str, ...]]()
     tried = {(orders_of((name_of(one), one.effect, one.values) for one in present), aside)}
     for number in range(1, MODELS + 1):
-        progress(f"comparing every effect at every place, model {number}", 0.05 + 0.1 * number)
-        judged = replace(campaign.judged(fit, chosen, number), model=model)
+        within = part_of(progress, *(TO_JUDGE * (1.0 - 0.5**done) for done in (number - 1, number)))
+        judged = replace(campaign.judged(fit, chosen, number, within), model=model)
         effects, without = _next_model(judged, aside)
         if (model_of(effects), without) in tried:
             judged = campaign.with_rivals(judged, fit, aside)
@@ -191,7 +191,7 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
             if not new:
                 break
             campaign = campaign.without(new)
-            judged = replace(campaign.judged(fit, chosen, number), model=model)
+            judged = replace(campaign.judged(fit, chosen, number, within), model=model)
             continue
         campaign = campaign.about(fit) if without != aside else campaign.next_to(fit)
         chosen, aside = _names(effects), without
@@ -200,21 +200,25 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
 
 
 def weighed_about(
-    members: Sequence[Member], evidence: SetEvidence, chosen: frozenset[str], most_off: int = 0
+    members: Sequence[Member],
+    evidence: SetEvidence,
+    chosen: frozenset[str],
+    most_off: int = 0,
+    progress: Progress = no_progress,
 ) -> tuple[WeighedSets, Key]:
     """Return the sets about a model, and the set of what it has, with the unlisted laws of the best set.
 
     Parameters
     ----------
     members : all of them. evidence : of their columns. chosen : names of the effects with which the fit was made.
-    most_off : mistakes of runs in a set.
+    most_off : mistakes of runs in a set. progress : of one model; from `OF_CANDIDATES` on.
     """
     start = tuple(
         i
         for i, one in enumerate(members)
         if len(one.columns.present) and (one.name in chosen or one.setting is not None)
     )
-    weighed = search_sets(members, evidence, start, most_off)
+    weighed = search_sets(members, evidence, start, most_off, part_of(progress, OF_CANDIDATES, 1.0))
     unlisted = [i for i in weighed.best if members[i].kind is MemberKind.UNLISTED]
     own = tuple(sorted({*start, *unlisted}))
     weighed.weigh(own)

@@ -12,9 +12,10 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.errors import Progress, no_progress
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
-from stiffcal.judgement.numbers import EXPECTED_EFFECTS, RUN_SIZES, UNLISTED_SIZES
+from stiffcal.judgement.numbers import EXPECTED_EFFECTS, OF_CANDIDATES, RUN_SIZES, UNLISTED_SIZES
 from stiffcal.judgement.priors import MemberKind, Share, UsualSizes, log_odds, where
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.settings_off import SettingOff
@@ -61,6 +62,7 @@ def list_members(
     unlisted: Iterable[UnlistedLaw],
     others: Iterable[Member] = (),
     expected: float = EXPECTED_EFFECTS,
+    progress: Progress = no_progress,
 ) -> list[Member]:
     """Return all members about a model, listed ones in the shapes that the readings do not rule out.
 
@@ -68,10 +70,12 @@ def list_members(
     ----------
     others : mistakes of data and settings.
     expected : effects and laws that are missing in all.
+    progress : receives each candidate.
     """
     found: list[Member] = []
     # in an order of their own: which sets are weighed must not hang on the order of a catalogue
-    for candidate in sorted(candidates, key=lambda one: one.name):
+    for done, candidate in enumerate(sorted(candidates, key=lambda one: one.name)):
+        progress(f"comparing effects: {done + 1} of {len(candidates)}", OF_CANDIDATES * done / len(candidates))
         if candidate.effect.general:
             continue
         share = Share(

@@ -241,3 +241,12 @@ LEAST_SQUARE = 1e-12
 """Squares below, in noises, are those of readings that were rounded alike: no noise is known from them. Ours."""
 LEAST_STATES = 80
 """States of a run that show its noise to about a ninth; shorter ones have that which is stated. Ours."""
+TO_JUDGE, TO_SCAN = 0.85, 0.97
+"""Of the progress of a diagnosis, what is done when effects are compared, and when each one's held-out error is there.
+
+Of the first the first model has half, each later one half of what is left, as how many there will be is not known.
+"""
+OF_CANDIDATES = 0.25
+"""Of the progress about one model, what the columns of candidates take; the rest are sets of them."""
+OF_SINGLES, FEWER = 0.3, 0.8
+"""Of the progress of a search, what single members take; each set that is enlarged leaves this share of the rest."""

@@ -92,13 +92,13 @@ class RowsOfCampaign(JudgedReadings[RowFit]):
         )
         return self.problem.fit(replace(self.common, placed=(*self.common.placed, *added)))
 
-    def judged(self, fit: RowFit, chosen: frozenset[str], number: int) -> Judged:
+    def judged(self, fit: RowFit, chosen: frozenset[str], number: int, progress: Progress = no_progress) -> Judged:
         """Weigh sets about a model."""
         ground = self._ground(fit, fit)
         laws = unlisted_motion_laws(ground.state, self.problem.joints)
-        members = list_members(ground, self.candidates, self.scale, laws, expected=self.expected)
+        members = list_members(ground, self.candidates, self.scale, laws, expected=self.expected, progress=progress)
         evidence = ground.evidence([one.columns for one in members])
-        weighed, own = weighed_about(members, evidence, chosen)
+        weighed, own = weighed_about(members, evidence, chosen, progress=progress)
         return Judged(weighed, fit, ground, chosen, own, number)
 
     def with_rivals(self, judged: Judged, fit: RowFit, aside: frozenset[Off]) -> Judged:

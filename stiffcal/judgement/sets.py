@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.errors import Progress, no_progress
 from stiffcal.judgement.evidence import SetEvidence
 from stiffcal.judgement.members import Member
 from stiffcal.judgement.numbers import (
     CLOSE,
+    FEWER,
     MOST_EXPANDED,
     MOST_NEW_EFFECTS,
     MOST_NEW_LAWS,
@@ -19,6 +21,7 @@ from stiffcal.judgement.numbers import (
     MOST_NEW_ROWS,
     MOST_NEW_SETTINGS,
     MOST_NEW_SETUPS,
+    OF_SINGLES,
     OUT_OF_REACH,
     WITHIN,
 )
@@ -128,6 +131,7 @@ def search_sets(
     evidence: SetEvidence,
     present: Key = (),
     most_off: int = MOST_NEW[MemberKind.MISTAKE],
+    progress: Progress = no_progress,
 ) -> WeighedSets:
     """Weigh the empty set, all single members, and sets about the best ones.
 
@@ -135,11 +139,13 @@ def search_sets(
     ----------
     present : members that the model about which columns are has already: of others a set has `MOST_NEW` at most.
     most_off : mistakes of runs in a set: most runs have to agree.
+    progress : receives each member, and each set that is enlarged.
     """
     most = {**MOST_NEW, MemberKind.MISTAKE: min(most_off, MOST_NEW[MemberKind.MISTAKE])}
     found = WeighedSets(members, evidence)
     found.weigh(())
     for number in range(len(members)):
+        progress(f"comparing with the data: {number + 1} of {len(members)}", OF_SINGLES * number / len(members))
         found.weigh((number,))
     found.weigh(present)
     for left in present:
@@ -147,6 +153,7 @@ def search_sets(
     expanded: set[Key] = {()}
     while len(expanded) < MOST_EXPANDED and (key := _next(found, expanded)) is not None:
         expanded.add(key)
+        progress(f"comparing combinations: {len(found.log)}", 1.0 - (1.0 - OF_SINGLES) * FEWER ** len(expanded))
         able = [i for i in range(len(members)) if i not in key and _room(found, i, key, present, most)]
         for number in _most_promising(found, key, able):
             found.weigh((*key, number))

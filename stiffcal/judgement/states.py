@@ -236,7 +236,7 @@ class StatesOfCampaign(JudgedReadings[Fit]):
             log_odds[one] = float(np.logaddexp(log_odds.get(one, -np.inf), odds))
         return {one: float(1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0)))) for one, odds in log_odds.items()}
 
-    def judged(self, fit: Fit, chosen: frozenset[str], number: int) -> Judged:
+    def judged(self, fit: Fit, chosen: frozenset[str], number: int, progress: Progress = no_progress) -> Judged:
         """Weigh sets about a model."""
         ground = self.ground(fit, _noise_of(fit), self.data)
         weights = dict(self.weight.of_links) if self.springs.chain.masses_known else {}
@@ -246,11 +246,11 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         laws = chain(unlisted_laws(ground.state, self.driven), of_weight)
         given = replace(self.given, of_tool=of_tool)
         mistakes = mistakes_and_settings(ground, given, self.scale, self.doubt)
-        members = list_members(ground, self.candidates, self.scale, laws, mistakes)
+        members = list_members(ground, self.candidates, self.scale, laws, mistakes, progress=progress)
         evidence = ground.evidence([one.columns for one in members])
         if self.places is not None:
             members = with_reference_places(members, evidence, ground, self.places, self.scale)
-        weighed, own = weighed_about(members, evidence, chosen, self.most_off)
+        weighed, own = weighed_about(members, evidence, chosen, self.most_off, progress)
         return Judged(weighed, fit, ground, chosen, own, number)
 
     def ground(self, fit: Fit, noise: Noise, data: Observations) -> GroundOfStates:

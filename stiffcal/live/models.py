@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from stiffcal.live.choice import ModelChoice, model_of_choice, placed_name
 from stiffcal.live.forecasts import Forecasts
 from stiffcal.store.trial import TrialResults
 from stiffcal.view.content import ViewContent, ViewForecast, ViewLive, ViewModel
+from stiffcal.wording import seconds_left
 from stiffcal.workflow.diagnose import current_diagnosis, diagnose_campaign, keep_diagnosis
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import up_to_date_fit
@@ -93,9 +95,12 @@ class LiveModels:
         self._earlier: EarlierVerdict | None = None
         self._text = self._text_now()
         self._doing: tuple[str | None, int, str, float | None] = (None, 0, "", None)
+        self._began, self._share = time.monotonic(), 0.0
 
-    def doing(self, page: str) -> tuple[str, float | None]:
-        """Return what is done of what a page asked for last, and the share; "" while something earlier still ends.
+    def doing(self, page: str) -> tuple[str, float | None, str]:
+        """Return what is done of what a page asked for last, the share, and in words how long it still takes.
+
+        "" while something earlier still ends.
 
         Parameters
         ----------
@@ -103,8 +108,10 @@ class LiveModels:
         """
         of, serial, text, share = self._doing
         if text and of != page:
-            return OF_ANOTHER_PAGE, None
-        return (text, share) if serial == self._latest.get(page) else ("", None)
+            return OF_ANOTHER_PAGE, None, ""
+        if serial != self._latest.get(page):
+            return "", None, ""
+        return text, share, seconds_left(time.monotonic() - self._began, share)
 
     def content(self, choice: ModelChoice, page: str | None = None) -> ViewContent:
         """Return all that the page shows of a model: fitted, and judged in held-out data.
@@ -259,10 +266,14 @@ class LiveModels:
 
         def progress(text: str, share: float | None = None) -> None:
             check()
+            if (share or 0.0) < self._share:  # another step begins
+                self._began = time.monotonic()
+            self._share = share or 0.0
             self._doing = (page, serial, text, share)
 
         with self._lock:
             check()
+            self._began, self._share = time.monotonic(), 0.0
             try:
                 return run(progress)
             finally:

@@ -57,7 +57,9 @@ def live_server(folder: Path, context: RunContext, raw: bool = True, watch: bool
         "write": lambda asked: _written(models, asked),
         "reload": lambda asked: _reloaded(models, asked),
         "leave": lambda asked: _left(models, asked),
-        "progress": lambda asked: document_text(dict(zip(("doing", "share"), models.doing(_page(asked)), strict=True))),
+        "progress": lambda asked: document_text(
+            dict(zip(("doing", "share", "left"), models.doing(_page(asked)), strict=True))
+        ),
     }
     if watcher is not None:
         answers["watched"] = lambda asked: document_text(asdict(watcher.seen))

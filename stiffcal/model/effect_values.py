@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -138,6 +138,16 @@ class Covariate:
     """Unit of the axis."""
     value: Floats = field(default_factory=lambda: np.zeros(0))
     """(n,) its values."""
+    parts: Floats | None = None
+    """(k, n) the signed components of which ``value`` is the length; None where it has a sign of its own."""
+
+    @classmethod
+    def size_of(cls, label: str, unit: str, parts: Floats) -> Self:
+        """Return the length of a moment or a force with components (k, n): residuals are drawn over it with a sign.
+
+        Without them a curve over it would fold: opposite loads have one length.
+        """
+        return cls(label, unit, np.linalg.norm(parts, axis=0), parts)
 
 
 def joint_node(joint: int) -> int:

@@ -283,6 +283,8 @@ def _covariate(effect: Effect, answer: Any, place: Place, chain: Any, loads: Any
     if not isinstance(answer, Covariate) or not (_is_text(answer.label) and _is_text(answer.unit)):
         return f"no Covariate: {_shown(answer)}"
     wrong = _wrong_array(answer.value, loads.wrench.shape[-1:])
+    if not wrong and answer.parts is not None:
+        wrong = _wrong_array(answer.parts, (np.shape(answer.parts)[0], loads.wrench.shape[-1]))
     return f"a covariate whose value {wrong}" if wrong else ""
 
 

@@ -56,9 +56,10 @@
     S.modelChanged = false;
     S.showTryout();
     const watch = setInterval(async () => {
-      const { doing, share } = JSON.parse(await ask("progress").catch(() => "{}"));
+      const { doing, share, left } = JSON.parse(await ask("progress").catch(() => "{}"));
       if (mine !== asked || !S.waitsFor) return;
-      S.waitsFor = doing ? `${askedFor.words}: ${doing}${share ? `, ${Math.round(100 * share)} %` : ""}` : askedFor.words;
+      const parts = [`${askedFor.words}: ${doing}`, share ? `${Math.round(100 * share)} %` : "", left];
+      S.waitsFor = doing ? parts.filter(Boolean).join(", ") : askedFor.words;
       S.showTryout();
     }, 400);
     try {

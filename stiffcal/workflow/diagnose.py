@@ -89,7 +89,7 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     sound_index = np.flatnonzero(misplaced.keep(data.states))[found.kept]
     sound = replace(data, states=data.states.select(sound_index))
     diagnosis = diagnosis_of(sound, found)
-    context.progress("computing the evidence", 0.9)
+    context.progress("computing the evidence", 0.98)
     table, evidence = evidence_of(sound, found)
     diagnosis = replace(diagnosis, evidence=evidence, fit_id=fit_id, key=key, registration=data.registration)
     diagnosis = _with_suspects(diagnosis, data, misplaced, found, loss, context)

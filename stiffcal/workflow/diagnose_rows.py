@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from stiffcal.diagnosis.merging import PartialDiagnosis
+from stiffcal.errors import part_of
 from stiffcal.workflow.experiments import measured_runs
 from stiffcal.workflow.steps import Ingested, RunContext
 from stiffcal.workflow.stored_curves import row_refit_columns
@@ -51,13 +52,14 @@ def diagnoses_of_rows(data: Ingested, context: RunContext) -> RowDiagnoses:
     if not problems:
         return answers
     catalogue, _ = all_effects(data.campaign)
-    for problem in problems:
+    for number, problem in enumerate(problems):
+        progress = part_of(context.progress, number / len(problems), (number + 1) / len(problems))
         fit = problem.fit(problem.robot)
         refused = too_few_folds(problem, fit)
         if refused is not None:
             answers.parts.append(PartialDiagnosis(refused, (), len(fit.residual), problem.joints, problem.subject))
             continue
-        found = diagnose_rows(problem, catalogue, context.progress, sum(len(one.joints) for one in problems))
+        found = diagnose_rows(problem, catalogue, progress, sum(len(one.joints) for one in problems))
         result = row_diagnosis(found)
         sizes = tuple(one.group.size for one in found.found)
         answers.parts.append(

@@ -22,10 +22,12 @@ def test_slow_things_draw_a_bar(capsys: pytest.CaptureFixture[str], monkeypatch:
     bar("reading the force log", 0.25)
     assert bar._timer is not None
     bar._timer.join()  # it ends when the bar is on the screen
-    bar("reading the force log", 2.0)
+    bar._began -= 60.0
+    bar("reading the force log", 0.5)
     bar.stop()
     reported = capsys.readouterr()
     assert "reading the force log" in reported.err
+    assert "60 s" in reported.err
     assert reported.out == ""
 
 

@@ -65,21 +65,27 @@ def test_backlash_is_read_in_its_joint() -> None:
     assert np.isfinite(found.before).sum() == np.isfinite(found.after).sum()
 
 
-@pytest.mark.parametrize(
-    ("effect", "place", "unit"),
-    [("bearing-tilt", Place("joints", (3,)), "N·m"), ("tracker-frame", Place("setup"), "mm")],
-)
-def test_other_effects_are_read_along_what_they_add(effect: str, place: Place, unit: str) -> None:
-    """An effect with several directions, or none of its own, is projected; its whole error falls too."""
-    found, _ = evidence(effect, place)
-    assert found.unit == unit
-    assert found.lever is None
+def test_an_effect_without_a_load_is_read_along_what_it_adds() -> None:
+    """An effect that names nothing which drives it is projected; its whole error falls too."""
+    found, _ = evidence("tracker-frame", Place("setup"))
+    assert (found.unit, found.lever) == ("mm", None)
     assert np.isfinite(found.value[np.isfinite(found.before)]).all()
     assert (found.rms_after.translation or 0.0) < (found.rms_before.translation or 0.0)
     read = np.isfinite(found.before)
     assert found.law[read].min() >= 0.0
-    # A driver without a sign has the residual along what is added: before it rises, afterwards it does not.
     assert found.before[read] @ found.value[read] > 5.0 * abs(found.after[read] @ found.value[read])
+
+
+def test_a_moment_across_two_axes_is_drawn_as_a_line_with_a_sign() -> None:
+    """A tilt follows its moment in proportion whatever the lever and the direction: loads of both signs, one line."""
+    found, _ = evidence("bearing-tilt", Place("joints", (3,)))
+    assert (found.unit, found.lever) == ("N·m", None)
+    read = np.isfinite(found.before)
+    value, law, before, after = (series[read] for series in (found.value, found.law, found.before, found.after))
+    assert min(-value.min(), value.max()) > 0.2 * max(-value.min(), value.max())
+    assert np.corrcoef(value, law)[0, 1] > 0.999
+    assert np.mean(before * value > 0.0) > 0.7
+    assert before @ value > 5.0 * abs(after @ value)
 
 
 def test_runs_add_up() -> None:

@@ -60,9 +60,13 @@ def test_the_speed_before_is_forgotten_and_a_slower_one_does_not_hide_it() -> No
 def test_what_is_missing_in_all_is_shared_by_all_joints_that_moved() -> None:
     problem = problem_of(nothing)
     alone, of_six = (RowsOfCampaign.of(problem, built_in_effects(), joints) for joints in (1, 6))
-    odds = []
+    odds, shares = [], list[float | None]()
     for rows in (alone, of_six):
-        judged = rows.judged(problem.fit(problem.robot), frozenset(), 1)
+        shares.clear()
+        judged = rows.judged(problem.fit(problem.robot), frozenset(), 1, lambda _, share: shares.append(share))
         odds.append({one.name: one.log_prior for one in judged.members if one.name == "friction-asymmetry j1"})
     expected = [np.exp(one["friction-asymmetry j1"]) / (1.0 + np.exp(one["friction-asymmetry j1"])) for one in odds]
     assert expected[0] == pytest.approx(6.0 * expected[1])
+    # each candidate and each member is a step of the progress, which never goes back
+    assert len(shares) > len(of_six.candidates) + len(judged.members)
+    assert [share for share in shares if share is not None] == sorted(share or 0.0 for share in shares)
