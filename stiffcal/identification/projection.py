@@ -48,6 +48,11 @@ class Projection:
         """(m, n) share of each reading that runs' offsets leave free; 0 where nothing was read."""
         return np.where(self.data.measured_mask, 1.0 - self.offsets.leverage(), 0.0)
 
+    @property
+    def independent(self) -> bool:
+        """Whether what moves one component shows in rows of that alone."""
+        return self.whitening.diagonal
+
     def centred(self, stack: Floats) -> Floats:
         """Return (k, m, n) with each run's weighted mean taken out (unchanged where runs carry no offset)."""
         stack = np.where(self.data.measured_mask, stack, 0.0)

@@ -32,10 +32,10 @@ from stiffcal.judgement.space import Space
 
 @dataclass(frozen=True)
 class AlikeRuns:
-    """Runs of as many rows and directions."""
+    """Runs, or single components of them, of as many rows and directions."""
 
     number: Integers
-    """(g,) places among all runs."""
+    """(g,) places of the runs among all."""
     place: Integers
     """(g, r) positions of their rows."""
     basis: Floats
@@ -116,10 +116,12 @@ class Discrepancy:
         m, n = space.free.shape
         scale = space.scale
         size = np.array([1.0 / np.median(row[row > 0.0]) if (row > 0.0).any() else 0.0 for row in scale])
-        stack = np.zeros((len(drivers) * m, m, n))
+        # of components that err by themselves each has directions of its own, from one stack for all of them
+        parts = np.arange(m).reshape((m, 1) if space.independent else (1, m))
+        stack = np.zeros((len(drivers) * parts.shape[1], m, n))
         for k, driver in enumerate(drivers):
-            for c in range(m):
-                stack[k * m + c, c] = driver * size[c]
+            for c, own in enumerate(parts.T):
+                stack[k * parts.shape[1] + c, own] = driver * size[own, None]
         rows = space.rows(stack)
         numbers, counts = np.unique(group, return_counts=True)
         states = np.split(np.argsort(group, kind="stable"), np.cumsum(counts)[:-1])
@@ -127,7 +129,8 @@ class Discrepancy:
         variances = list[Floats]()
         for count in np.unique(counts):
             long = np.flatnonzero(counts == count)
-            place = (np.arange(m)[:, None] * n + np.array([states[k] for k in long])[:, None]).reshape(len(long), -1)
+            place = parts[:, :, None] * n + np.array([states[k] for k in long])[:, None, None]
+            long, place = np.repeat(long, len(parts)), place.reshape(len(long) * len(parts), -1)
             bases, values, _ = thin_svd(np.moveaxis(rows[:, place], 0, 2))
             shown = values**2 > LEAST_DIRECTION * np.maximum(values.max(axis=1, initial=0.0) ** 2, 1e-300)[:, None]
             for d in np.unique(kept := shown.sum(axis=1)).tolist():
@@ -141,12 +144,11 @@ class Discrepancy:
     @property
     def of_run(self) -> list[tuple[Integers, Floats, Floats]]:
         """Per run positions (r,) of its rows, orthonormal directions (r, d) and the variances (d,) along these."""
-        found = {
-            int(k): (place, basis, self.variance[at])
-            for one in self.alike
-            for k, place, basis, at in zip(one.number, one.place, one.basis, one.at, strict=True)
-        }
-        return [found[k] for k in range(len(self.runs))]
+        parts: list[list[tuple[Integers, Floats, Floats]]] = [[] for _ in self.runs]
+        for one in self.alike:
+            for k, place, basis, at in zip(one.number, one.place, one.basis, one.at, strict=True):
+                parts[k].append((place, basis, self.variance[at]))
+        return [own[0] if len(own) == 1 else _joined(own) for own in parts]
 
     @property
     def moves(self) -> dict[int, tuple[Integers, Floats]]:
@@ -283,6 +285,17 @@ class OffRun:
         return found
 
 
+def _joined(parts: Sequence[tuple[Integers, Floats, Floats]]) -> tuple[Integers, Floats, Floats]:
+    """Return the rows of a run's components and their directions together, those of most variance first."""
+    place, variance = (np.concatenate([part[k] for part in parts]) for k in (0, 2))
+    whole, row, column = np.zeros((len(place), len(variance))), 0, 0
+    for _, basis, _ in parts:
+        whole[row : row + len(basis), column : column + basis.shape[1]] = basis
+        row, column = row + len(basis), column + basis.shape[1]
+    order = np.argsort(-variance, kind="stable")
+    return place, whole[:, order], variance[order]
+
+
 def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Iterator[OffRun]:
     """Give how each run alone may be off.
 
@@ -300,9 +313,11 @@ def off_by_run(of_loads: Discrepancy, of_time: Discrepancy, flat: Floats) -> Ite
         walk = walks[run][1]
         loads = answer / np.maximum(np.linalg.norm(answer, axis=0), 1e-300)
         # of a long run the walk's first waves alone, next to all that it can answer; a short one moves in any way
-        basis, size, _ = thin_svd(walk - loads @ (loads.T @ walk))
-        waves = (basis * size)[:, size > LEAST_DIRECTION * walk.max(initial=0.0)]
-        moved = np.column_stack([answer, waves])[:, :MOST_OF_RUN]
+        moved = answer[:, :MOST_OF_RUN]
+        if moved.shape[1] < MOST_OF_RUN:
+            basis, size, _ = thin_svd(walk - loads @ (loads.T @ walk))
+            waves = (basis * size)[:, size > LEAST_DIRECTION * walk.max(initial=0.0)]
+            moved = np.column_stack([moved, waves])[:, :MOST_OF_RUN]
         if moved.any():
             moved = np.column_stack([moved, _beyond(flat[:, place].T, moved)])
             yield OffRun(run, place, moved * np.sqrt(len(place) / np.sum(moved**2)))

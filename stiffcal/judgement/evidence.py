@@ -15,7 +15,7 @@ them, larger sets about the best, one member after the other. What the tails of 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
@@ -24,8 +24,11 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.judgement.inner_products import Inner, InnerProducts
-from stiffcal.judgement.numbers import SWEEPS
+from stiffcal.judgement.numbers import NUMBERS_AT_ONCE, SWEEPS
 from stiffcal.judgement.tails import Readings
+
+Key = tuple[int, ...]
+"""A set, its members by number."""
 
 
 @dataclass(frozen=True)
@@ -113,8 +116,10 @@ class SetEvidence:
     """Of the rows."""
     readings: Readings
     """As single readings are left by sets."""
-    alone: dict[int, Integers] = field(default_factory=dict)
-    """Best sizes (t,) of members alone, found so far: from there those in sets are sought."""
+    known: dict[Key, Integers] = field(default_factory=dict)
+    """Best sizes (t, c) of sets that were weighed, for these sizes and priors or others near them: where to begin."""
+    found: dict[Key, tuple[Floats, Integers]] = field(default_factory=dict, init=False)
+    """What `best_sizes` returned of sets."""
 
     @classmethod
     def of(cls, readings: Readings, members: Sequence[MemberColumns], noise: NoiseScale) -> SetEvidence:
@@ -147,41 +152,88 @@ class SetEvidence:
         sizes_of_columns = np.concatenate([np.zeros((len(value), 0)), *scale], axis=1)
         return self.readings.gains(self.inner, chosen, sizes_of_columns, value, self.noise.known)
 
-    def best_sizes(self, chosen: Sequence[int], inner: Inner | None = None) -> tuple[Floats, Integers]:
-        """Return (t,) the log evidence of a set for each discrepancy, and (t, c) the best size of each member.
+    def best_sizes(self, chosen: Sequence[int]) -> tuple[Floats, Integers]:
+        """Return (t,) the log evidence of a set for each discrepancy, and (t, c) the best size of each member."""
+        key = tuple(chosen)
+        if key not in self.found:
+            if len(key) == 1:
+                self._weigh_alone(self.alike[key[0]])
+            else:
+                self.found[key] = self.sizes_next_to(key, self.inner.of_set(key))
+                self.known[key] = self.found[key][1]
+        return self.found[key]
+
+    def sizes_next_to(self, chosen: Sequence[int], inner: Inner) -> tuple[Floats, Integers]:
+        """Return the same as `best_sizes`.
 
         Parameters
         ----------
-        inner : what is left of the set's inner products once other members are taken out; None: all.
+        inner : what is left of the set's inner products once other members are taken out.
         """
-        own = inner or self.inner.of_set(chosen)
-        t = len(own.constant)
+        t = len(inner.constant)
         if not len(chosen):
-            return own.constant + self.noise.log_density(own.square), np.zeros((t, 0), dtype=np.int64)
-        bounded = np.concatenate([self.members[i].bounded for i in chosen])
-        sizes = np.stack([self._first_sizes(i, t) for i in chosen], axis=1)
-        lines: list[Floats] = [np.zeros((t, 0))] * len(chosen)
-        others: list[Integers] = [np.zeros(0, dtype=np.int64)] * len(chosen)
+            return inner.constant + self.noise.log_density(inner.square), np.zeros((t, 0), dtype=np.int64)
+        members = [self.members[i] for i in chosen]
+        bounded, sizes = np.concatenate([one.bounded for one in members]), self._first_sizes(tuple(chosen), t)
+        lines = [np.empty((t, len(one.log_weights))) for one in members]
+        old = np.ones((len(chosen), t), dtype=np.bool_)
         for _ in range(SWEEPS):
-            for j, i in enumerate(chosen):
-                now = np.delete(sizes, j, axis=1)
-                if not np.array_equal(others[j], now):
-                    lines[j] = self._line(own, chosen, sizes, j, bounded) + self.members[i].log_weights
-                    sizes[:, j], others[j] = np.argmax(lines[j], axis=1), now
-            if all(np.array_equal(others[j], np.delete(sizes, j, axis=1)) for j in range(len(chosen))):
+            for j, one in enumerate(members):
+                at = np.flatnonzero(old[j])
+                if not len(at):
+                    continue
+                lines[j][at] = self._line(inner.at(at), chosen, sizes[at], j, bounded) + one.log_weights
+                best = np.argmax(lines[j][at], axis=1)
+                old[:, at[best != sizes[at, j]]] = True
+                old[j, at], sizes[at, j] = False, best
+            if not old.any():
                 break
-        if len(chosen) == 1 and inner is None:
-            self.alone[chosen[0]] = sizes[:, 0]
         spread = [np.logaddexp.reduce(line - line.max(axis=1)[:, None], axis=1) for line in lines]
-        before = [self.members[i].log_weights[sizes[:, j]] for j, i in enumerate(chosen[:-1])]
-        whole = own.constant + lines[-1].max(axis=1) + np.sum(spread, axis=0)
+        before = [one.log_weights[sizes[:, j]] for j, one in enumerate(members[:-1])]
+        whole = inner.constant + lines[-1].max(axis=1) + np.sum(spread, axis=0)
         return whole + np.sum(before, axis=0) if before else whole, sizes
 
-    def _first_sizes(self, number: int, count: int) -> Integers:
-        """Return (t,) the sizes from which those of a member in a set are sought: its own where it stands alone."""
-        known = self.alone.get(number)
-        middle = len(self.members[number].sizes) // 2
-        return known if known is not None and len(known) == count else np.full(count, middle)
+    def _weigh_alone(self, same: Sequence[int]) -> None:
+        """Find `best_sizes` of members alone that are alike in all but their columns."""
+        own, target = (np.concatenate([part[i] for i in same]) for part in (self.inner.own, self.inner.target))
+        constant, square = (np.tile(part, len(same)) for part in (self.inner.constant, self.inner.square))
+        found = self.sizes_next_to(same[:1], Inner(constant, own, target, square))
+        for i, value, sizes in zip(same, *(np.split(part, len(same)) for part in found), strict=True):
+            self.found[i,], self.known[i,] = (value, sizes), sizes
+
+    @cached_property
+    def alike(self) -> list[list[int]]:
+        """Of each member the numbers of those that are weighed together: alike in all but their columns."""
+        together: dict[tuple[bytes, ...], list[int]] = {}
+        found = []
+        for i, one in enumerate(self.members):
+            key = tuple(part.tobytes() for part in (one.bounded, one.sizes, one.log_weights, one.patterns))
+            same = together.setdefault(key, [])
+            if same and (len(same) + 1) * one.scales.size * len(self.inner.constant) > NUMBERS_AT_ONCE:
+                same = together[key] = []
+            same.append(i)
+            found.append(same)
+        return found
+
+    def _first_sizes(self, chosen: Key, count: int) -> Integers:
+        """Return (t, c) the sizes from which those of a set are sought: its own, of all but one member, of each."""
+        known = {key: sizes for key, sizes in self._nearest(chosen) if len(sizes) == count}
+        if chosen in known:
+            return known[chosen].copy()
+        sizes = np.empty((count, len(chosen)), dtype=np.int64)
+        for j, i in enumerate(chosen):
+            sizes[:, j] = known[i,][:, 0] if (i,) in known else len(self.members[i].sizes) // 2
+        others = next((key for key in known if len(key) == len(chosen) - 1 and key), None)
+        if others is not None:
+            sizes[:, np.isin(chosen, others)] = known[others]
+        return sizes
+
+    def _nearest(self, chosen: Key) -> Iterator[tuple[Key, Integers]]:
+        """Give sizes that are known of a set, of it without one member, and of its members alone."""
+        without = (chosen[:j] + chosen[j + 1 :] for j in range(len(chosen)))
+        for key in (chosen, *without, *((i,) for i in chosen)):
+            if key in self.known:
+                yield key, self.known[key]
 
     def at_best(self, chosen: Sequence[int]) -> tuple[int, Floats]:
         """Return the best discrepancy of a set, and the sizes (w,) of its columns about it."""
@@ -201,11 +253,9 @@ class SetEvidence:
         Members alike in all but their columns are weighed at once.
         """
         left = self.left_by(chosen)
-        alike: dict[tuple[bytes, ...], list[int]] = defaultdict(list)
+        alike: dict[int, list[int]] = defaultdict(list)
         for i in able:
-            one = self.members[i]
-            key = one.bounded, one.sizes, one.log_weights, one.patterns
-            alike[tuple(part.tobytes() for part in key)].append(i)
+            alike[self.alike[i][0]].append(i)
         found = dict[int, float]()
         for same in alike.values():
             inner = Inner(
@@ -214,7 +264,7 @@ class SetEvidence:
                 np.concatenate([left[i].target for i in same]),
                 np.concatenate([left[i].square for i in same]),
             )
-            more = self.best_sizes(same[:1], inner)[0] - self.best_sizes((), inner)[0]
+            more = self.sizes_next_to(same[:1], inner)[0] - self.sizes_next_to((), inner)[0]
             found |= dict(zip(same, more.tolist(), strict=True))
         return found
 
@@ -243,14 +293,14 @@ class SetEvidence:
 
 
 TakenOut = tuple[Floats, Floats, Floats]
-"""The factor L (t, o, o) of what is not one's own, L⁻¹ of that with its own (t, o, q), and with the residual (t, o)."""
+"""L⁻¹ (t, o, o), L Lᵀ of what is not one's own; L⁻¹ times that with one's own (t, o, q), with the residual (t, o)."""
 
 
 def _along(
     inner: Inner, own: Booleans, bounded: Booleans, others: TakenOut, member: MemberColumns, noise: NoiseScale
 ) -> Floats:
     """Return (t, g, s) the log evidence for each pattern and size of a member's coefficients."""
-    factor, across, half = others
+    inverse, across, half = others
     left = inner.gram[:, own][:, :, own] - np.swapaxes(across, 1, 2) @ across
     patterns = member.patterns
     values, vectors = np.linalg.eigh(left[:, None] * patterns[:, :, None] * patterns[:, None, :])
@@ -260,11 +310,11 @@ def _along(
     grid = member.sizes[:, None] ** 2
     share = grid / (1.0 + grid * values)
     square = (inner.square - np.sum(half**2, axis=1))[:, None, None] - np.sum(share * along**2, axis=3)
-    determinant = np.sum(np.log(np.diagonal(factor, axis1=1, axis2=2)), axis=1)[:, None, None]
-    value = noise.log_density(square) - determinant - 0.5 * np.sum(np.log1p(grid * values), axis=3)
+    determinant = np.sum(np.log(np.diagonal(inverse, axis1=1, axis2=2)), axis=1)[:, None, None]
+    value = noise.log_density(square) + determinant - 0.5 * np.sum(np.log1p(grid * values), axis=3)
     if not bounded.any():
         return np.asarray(value)
-    mean, variance = _of_coefficients(bounded, own, turned, share, along, factor, across, half)
+    mean, variance = _of_coefficients(bounded, own, turned, share, along, inverse, across, half)
     scale = noise.scale(np.maximum(square, 0.0))[..., None]
     return np.asarray(value + _within(mean / (scale * np.sqrt(np.maximum(variance, 1e-300)))))
 
@@ -280,10 +330,10 @@ def _taken_out(inner: Inner, own: Booleans, scale: Floats) -> TakenOut:
     gram = inner.gram[:, ~own]
     others = gram[:, :, ~own] * scale[:, :, None] * scale[:, None, :]
     others[:, range(scale.shape[1]), range(scale.shape[1])] += 1.0
-    factor = np.asarray(np.linalg.cholesky(others), dtype=np.float64)
+    inverse = np.asarray(np.linalg.inv(np.linalg.cholesky(others)), dtype=np.float64)
     right = np.concatenate([gram[:, :, own], inner.target[:, ~own, None]], axis=2) * scale[:, :, None]
-    parts = np.asarray(np.linalg.solve(factor, right), dtype=np.float64)
-    return factor, parts[..., :-1], parts[..., -1]
+    parts = inverse @ right
+    return inverse, parts[..., :-1], parts[..., -1]
 
 
 def _of_coefficients(
@@ -292,7 +342,7 @@ def _of_coefficients(
     turned: Floats,
     share: Floats,
     along: Floats,
-    factor: Floats,
+    inverse: Floats,
     across: Floats,
     half: Floats,
 ) -> tuple[Floats, Floats]:
@@ -307,8 +357,7 @@ def _of_coefficients(
     variance = [share @ mine**2]
     others = bounded[~own]
     if others.any():
-        unit = np.broadcast_to(np.eye(len(others))[:, others], (*factor.shape[:2], int(others.sum())))
-        rows = np.swapaxes(np.linalg.solve(factor, unit), 1, 2)
+        rows = np.swapaxes(inverse[:, :, others], 1, 2)
         theirs = np.swapaxes((rows @ across)[:, None] @ turned, 2, 3)
         mean.append((rows @ half[..., None])[:, None, None, :, 0] - (share * along) @ theirs)
         variance.append(np.sum(rows**2, axis=2)[:, None, None] + share @ theirs**2)

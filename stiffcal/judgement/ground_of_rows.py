@@ -70,6 +70,11 @@ class WeightedRows:
         """(1, k) ones: no constant is taken out."""
         return np.ones((1, len(self.sigma)))
 
+    @property
+    def independent(self) -> bool:
+        """True: there is one component."""
+        return True
+
     def rows(self, stack: Floats) -> Floats:
         """Return (q, k) whitened rows of (q, 1, k)."""
         return np.asarray(stack[:, 0] / self.sigma)

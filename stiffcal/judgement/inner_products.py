@@ -32,6 +32,10 @@ class Inner:
     square: Floats
     """(t,) of the residual."""
 
+    def at(self, numbers: Integers) -> Inner:
+        """Return those at some discrepancies."""
+        return Inner(self.constant[numbers], self.gram[numbers], self.target[numbers], self.square[numbers])
+
 
 @dataclass(frozen=True)
 class InnerProducts:

@@ -14,13 +14,13 @@ from stiffcal.diagnosis.drift import Drift
 from stiffcal.diagnosis.scan import KnownNoise
 from stiffcal.errors import InputError, Progress, no_progress, part_of
 from stiffcal.estimation.parameters import Parameter
-from stiffcal.judgement.evidence import SetEvidence
+from stiffcal.judgement.evidence import Key, SetEvidence
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.members import Member, model_of, orders_of
 from stiffcal.judgement.numbers import INSTEAD, MODELS, OF_CANDIDATES, SET_ASIDE, TO_JUDGE
 from stiffcal.judgement.priors import COMMON, MemberKind
 from stiffcal.judgement.rows_off import Off
-from stiffcal.judgement.sets import Key, WeighedSets, search_sets
+from stiffcal.judgement.sets import WeighedSets, search_sets
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 
 

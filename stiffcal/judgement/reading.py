@@ -11,6 +11,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.checks import Check, checks_of
+from stiffcal.judgement.evidence import Key
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.numbers import (
     ALIKE,
@@ -27,7 +28,6 @@ from stiffcal.judgement.numbers import (
 from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sensitivity import varied
-from stiffcal.judgement.sets import Key
 from stiffcal.judgement.settings_off import SettingOff
 
 T = TypeVar("T")

@@ -15,12 +15,12 @@ from typing import TypeVar
 import numpy as np
 
 from stiffcal.errors import InputError
-from stiffcal.judgement.evidence import MemberColumns
+from stiffcal.judgement.evidence import Key, MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of
 from stiffcal.judgement.members import Member, model_of
 from stiffcal.judgement.numbers import MOST_REFITS, RIVALS_WITHIN
 from stiffcal.judgement.priors import MemberKind, UsualSizes
-from stiffcal.judgement.sets import Key, WeighedSets
+from stiffcal.judgement.sets import WeighedSets
 from stiffcal.judgement.settings_off import SettingOff
 from stiffcal.judgement.shapes import log_share_of
 from stiffcal.model.effect import ParameterRole

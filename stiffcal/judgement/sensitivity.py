@@ -10,12 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.judgement.evidence import MemberColumns, SetEvidence
+from stiffcal.judgement.evidence import Key, MemberColumns, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
 from stiffcal.judgement.numbers import PRIOR_FACTOR, VARIED_WITHIN
 from stiffcal.judgement.priors import MemberKind
-from stiffcal.judgement.sets import Key, normalised
+from stiffcal.judgement.sets import normalised
 
 
 def varied(judged: Judged) -> Iterator[Mapping[Key, float]]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import Progress, no_progress
-from stiffcal.judgement.evidence import SetEvidence
+from stiffcal.judgement.evidence import Key, SetEvidence
 from stiffcal.judgement.members import Member
 from stiffcal.judgement.numbers import (
     CLOSE,
@@ -36,8 +36,6 @@ MOST_NEW = {
     MemberKind.SETTING: MOST_NEW_SETTINGS,
 }
 """Members of a set beyond those of the model: columns are straight lines, and next to what is large others bend."""
-
-Key = tuple[int, ...]
 
 
 @dataclass

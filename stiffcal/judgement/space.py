@@ -46,6 +46,10 @@ class Space(Protocol):
     def free(self) -> Floats:
         """(m, n) share of each that the constants leave free; 0 where nothing was read."""
 
+    @property
+    def independent(self) -> bool:
+        """Whether what moves one component shows in rows of that alone."""
+
     def rows(self, stack: Floats) -> Floats:
         """Return (k, m · n) whitened rows of (k, m, n), constants taken out."""
 

@@ -150,6 +150,6 @@ def test_conditional_products_are_those_of_the_larger_set(
     size = np.full(len(fixed[0].rows), fixed[0].sizes[0])
     for t in range(1 + len(DISCREPANCIES)):
         left = evidence.inner.given([0], size, t)
-        gain = evidence.best_sizes([2], left[2])[0] - evidence.best_sizes([], left[2])[0]
+        gain = evidence.sizes_next_to([2], left[2])[0] - evidence.sizes_next_to([], left[2])[0]
         direct = (evidence.best_sizes([0, 2])[0] - evidence.best_sizes([0])[0])[t]
         assert gain[0] == pytest.approx(direct, abs=1e-9)

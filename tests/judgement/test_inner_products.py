@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tracemalloc
+from dataclasses import dataclass
 from types import FrameType
 
 import numpy as np
@@ -11,11 +12,34 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
+from stiffcal.judgement.ground_of_rows import RowData
 from stiffcal.judgement.inner_products import InnerProducts
 from stiffcal.judgement.numbers import NO_DISCREPANCY, ROUNDING
 from stiffcal.judgement.shared import Shared
+from stiffcal.judgement.space import ReadStates
 
 PER_RUN = 6
+
+
+@dataclass(frozen=True)
+class WhitenedRows:
+    """Weights of m components in n states without constants, as of `stiffcal.judgement.space.Space`."""
+
+    data: ReadStates
+    scale: Floats
+    independent: bool
+
+    @property
+    def free(self) -> Floats:
+        return np.ones_like(self.scale)
+
+    def rows(self, stack: Floats) -> Floats:
+        return np.asarray((stack * self.scale).reshape(len(stack), -1))
+
+    def unwhitened(self, rows: Floats) -> Floats:
+        return np.asarray(rows.reshape(self.scale.shape) / self.scale)
+
+
 CLOSE = 100.0 * ROUNDING
 
 
@@ -111,3 +135,23 @@ def test_more_runs_need_no_more_steps() -> None:
         return count
 
     assert steps(400) == pytest.approx(steps(40), abs=5)
+
+
+def test_components_that_err_by_themselves_have_the_same_discrepancy_in_less_room() -> None:
+    rng = np.random.default_rng(5)
+    run, scale = np.repeat([0, 1, 2], [5, 5, 7]), rng.uniform(0.5, 2.0, (3, 17))
+    drivers, rows = list(rng.normal(size=(2, 17))), rng.normal(size=(4, 3 * 17))
+    whole, apart = (
+        Discrepancy.of_drivers(WhitenedRows(RowData(run), scale, independent), drivers, run)
+        for independent in (False, True)
+    )
+    assert apart.log_determinant(0.7) == pytest.approx(whole.log_determinant(0.7))
+    left = [one.taken_out(rows, one.weights(0.7)) for one in (whole, apart)]
+    np.testing.assert_allclose(left[1], left[0], atol=1e-12)
+    for number, (place, moved) in apart.moves.items():
+        own, as_whole = whole.moves[number]
+        variance = np.zeros((2, rows.shape[1], rows.shape[1]))
+        variance[0][np.ix_(place, place)], variance[1][np.ix_(own, own)] = moved @ moved.T, as_whole @ as_whole.T
+        np.testing.assert_allclose(variance[0], variance[1], atol=1e-12)
+    room = [sum(one.basis.size for one in kind.alike) for kind in (whole, apart)]
+    assert 3 * room[1] == room[0]
