@@ -21,7 +21,7 @@ OPTIONS = {
         "--convention --cycle-ms --filter --leave-out --no-update --output --raw-text --sensor --store --strict "
         "--target --tool --zeroed-at"
     ),
-    "predict": "--at --load-path --no-update --note --output --points --poses --store",
+    "predict": "--at --force --load-path --no-update --note --output --points --pose --poses --store",
     "map": (
         "--at --load --mass --no-update --output --plane --points --pose --slices --stiffness --store --table --target"
     ),

@@ -75,6 +75,7 @@ CALLS: dict[str, list[str]] = {
     ],
     "predict": [
         "small --poses poses.csv -o predicted.csv --no-update",
+        f"small --pose {POSE} --force 0,0,-100",
         f"small --load-path 0,0,0;0,0,-100 --at {POSE} --points 3 --note words --output predicted.csv",
     ],
     "map": [
