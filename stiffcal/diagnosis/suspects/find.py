@@ -27,6 +27,7 @@ from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, identify_parameters
 from stiffcal.identification.moved_base import MovedBase
+from stiffcal.identification.starting import starting_runs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import NoBalanceError
@@ -49,6 +50,8 @@ PLACE_LEVEL, PLACE_GAP = 5.0, 2.0
 # With the mistake taken back a run is like the others: no worse than this, in noise and in the worst of the others.
 CURED, CURED_AGAINST_OTHERS, CURED_SHARE = 2.2, 1.3, 0.5
 ROUNDS = 4
+# So many states give the noise to two per cent; about a fit of them the deflections of all are linear within that.
+NEAR_STATES = 1500
 # Of more suspects than these the fit without each alone is not made: the fit without all of them is what counts then.
 MOST_REFITTED = 12
 
@@ -278,9 +281,19 @@ class _Search:
     def _whitened_without(self, left_out: Sequence[int]) -> tuple[Bench, WhitenedRuns, Floats]:
         keep = ~np.isin(self.states.run, list(left_out))
         fit = None if left_out else self.present
-        fit = fit or identify_parameters(self.states.select(keep), self.robot, self.settings)
-        bench, whitened = Bench.of(fit, self.settings.fixed, self.states)
+        bench, whitened = Bench.of(fit or self._near(self.states.select(keep)), self.settings.fixed, self.states)
         return bench, whitened, whitened.scores(left_out)
+
+    def _near(self, states: LoadStates) -> Fit:
+        """Return a fit about which all runs are linear; of many, of some, as long as these determine everything.
+
+        What runs are compared with is solved for by all of them (`RunBlocks`).
+        """
+        some = starting_runs(states.run, NEAR_STATES)
+        fit = None if some is None else identify_parameters(states.select(some), self.robot, self.settings)
+        if fit is None or fit.left_at_neutral:
+            fit = identify_parameters(states, self.robot, self.settings)
+        return fit
 
     def _judged(
         self,
