@@ -25,6 +25,7 @@ from stiffcal.diagnosis.suspects.selection import select_states
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.starting import starting_runs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mistakes.places.mistake import MovedRows, PlacesMistake
 from stiffcal.mistakes.runs.found import trial_states, variants_of
@@ -53,6 +54,8 @@ CURED, CURED_AGAINST_OTHERS, CURED_SHARE = 2.2, 1.3, 0.5
 ROUNDS = 4
 # N, N·m: beyond it no reading of a robot's load is, in any unit.
 LARGEST_LOAD = 1e5
+# So many states give the noise to two per cent; about a fit of them the deflections of all are linear within that.
+NEAR_STATES = 1500
 # Of more suspects than these the fit without each alone is not made: the fit without all of them is what counts then.
 MOST_REFITTED = 12
 
@@ -285,9 +288,19 @@ class _Search:
     def _whitened_without(self, left_out: Sequence[int]) -> tuple[Bench, WhitenedRuns, Floats]:
         keep = ~np.isin(self.states.run, list(left_out))
         fit = None if left_out else self.present
-        fit = fit or identify_parameters(self.states.select(keep), self.robot, self.settings)
-        bench, whitened = Bench.of(fit, self.settings.fixed, self.states)
+        bench, whitened = Bench.of(fit or self._near(self.states.select(keep)), self.settings.fixed, self.states)
         return bench, whitened, whitened.scores(left_out)
+
+    def _near(self, states: LoadStates) -> Fit:
+        """Return a fit about which all runs are linear; of many, of some, as long as these determine everything.
+
+        What runs are compared with is solved for by all of them (`RunBlocks`).
+        """
+        some = starting_runs(states.run, NEAR_STATES)
+        fit = None if some is None else identify_parameters(states.select(some), self.robot, self.settings)
+        if fit is None or fit.left_at_neutral:
+            fit = identify_parameters(states, self.robot, self.settings)
+        return fit
 
     def _judged(
         self,
