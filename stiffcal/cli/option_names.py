@@ -12,7 +12,7 @@ OPTIONS = {
     "compare": "--no-update",
     "trend": "--max-change --no-update --output",
     "history": "--restore --store --yes",
-    "plot": "--against --no-update --output --run --store",
+    "plot": "--against --no-update --of --output --run --store",
     "report": "--no-update --output --store",
     "view": "--live --no-raw --no-update --open --output --store --watch",
     "run": "--store",

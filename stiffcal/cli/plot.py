@@ -28,13 +28,22 @@ def plot(
             show_default=False,
         ),
     ] = None,
+    of: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHAT",
+            help="Draw the fit: normal (residuals against a normal law), influence (of each run on each value), "
+            "correlation, history.",
+            show_default=False,
+        ),
+    ] = None,
     output: Output = None,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Draw load against deformation, or the residual.
+    """Draw load against deformation, the residual, or what a fit's statistics hang on.
 
     The residual against any logged variable; SVG, PNG or PDF by the ending of the file name. The picture goes to
     DIR/plot.svg, or to -o.
@@ -48,7 +57,7 @@ def plot(
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
         )
-        result = plot_campaign(folder, context, output=output, run=run, against=against)
+        result = plot_campaign(folder, context, output=output, run=run, against=against, of=of)
         answer.give(result, show_plot, following(folder, store))
     return OK
 

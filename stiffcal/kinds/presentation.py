@@ -181,6 +181,8 @@ class Panel:
     """The y axis begins at zero or below and has this share left above the series; None: it does not."""
     x_names: tuple[str, ...] = ()
     """Written at 0, 1, … of the x axis instead of numbers."""
+    y_names: tuple[str, ...] = ()
+    """Likewise of the y axis."""
     x_ticks: int | None = None
     """So many numbers at the x axis at most."""
     has_zero_lines: bool = False

@@ -313,7 +313,13 @@ class CampaignSession:
         return CampaignPlots(self)
 
     def save_plot(
-        self, file: str | Path, run: str | None = None, against: str | None = None, *, overwrite: bool = False
+        self,
+        file: str | Path,
+        run: str | None = None,
+        against: str | None = None,
+        *,
+        of: str | None = None,
+        overwrite: bool = False,
     ) -> None:
         """Write the picture that ``stiffcal plot`` draws.
 
@@ -322,6 +328,8 @@ class CampaignSession:
         file : ``*.svg``, ``*.png`` or ``*.pdf``.
         run : only this run.
         against : draw the residual in held-out poses against this, as ``torque:4``; None: load against deformation.
+        of : draw the fit instead: ``normal`` (residuals against a normal law), ``influence`` (of each run on each
+            value), ``correlation``, ``history``.
         overwrite : also a file that holds something stiffcal did not write.
 
         Raises
@@ -331,7 +339,7 @@ class CampaignSession:
         from stiffcal.workflow.plot import plot_campaign
 
         with self._logged():
-            plot_campaign(self.folder, replace(self._context, overwrite=overwrite), Path(file), run, against)
+            plot_campaign(self.folder, replace(self._context, overwrite=overwrite), Path(file), run, against, of)
 
     def _data(self) -> Ingested:
         return up_to_date_states(self.folder, self._context)

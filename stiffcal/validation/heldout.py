@@ -179,6 +179,16 @@ def estimates_without_each(fit: Fit, fold: Integers, name: str) -> Floats:
     return np.asarray(np.where(problem.determined(number), rows.values[number] + steps, np.nan), dtype=np.float64)
 
 
+def changes_without_each(fit: Fit, fold: Integers) -> Floats:
+    """Return (F, p) how far the free parameters of a fit move without each fold, in the order of its rows' unknowns.
+
+    Parameters
+    ----------
+    fit : the full fit. fold : (n,) fold numbers; states of a run share one.
+    """
+    return _leave_out(fit, fold)[1].steps
+
+
 def _leave_out(fit: Fit, fold: Integers) -> tuple[LoadRows, LeaveOut]:
     """Return a fit's rows about its estimates, where they are linear, and folds (n,) of its states left out."""
     # of an unknown noise kinds of readings count by their own size, which no model changes: models are compared
@@ -190,6 +200,7 @@ def _leave_out(fit: Fit, fold: Integers) -> tuple[LoadRows, LeaveOut]:
 __all__ = [
     "HeldoutResiduals",
     "Problem",
+    "changes_without_each",
     "estimates_without_each",
     "heldout_residuals",
     "holdout_run_residuals",

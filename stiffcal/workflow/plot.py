@@ -37,6 +37,7 @@ def plot_campaign(
     output: Path | None = None,
     run: str | None = None,
     against: str | None = None,
+    of: str | None = None,
 ) -> PlotResult:
     """Draw one picture of a campaign.
 
@@ -50,6 +51,7 @@ def plot_campaign(
         ``approach:2`` (direction of the joint's last motion, absolute runs),
         ``force:x``, ``load``, ``time``, ``hold``, ``temperature``, ``state``; ``velocity`` or ``velocity:2``: friction
         over speed; None: load against deformation, or friction where there are no load states.
+    of : a picture of the fit instead, of `stiffcal.workflow.plot_of_fit.OF_FIT`.
 
     Returns
     -------
@@ -63,6 +65,11 @@ def plot_campaign(
     context = context or RunContext()
     file = chosen_output(output, Path(folder) / PLOT_FILE, PLOT, context.overwrite)
     data = up_to_date_states(folder, context)
+    if of is not None:
+        if run is not None or against is not None:
+            mend = "leave --run and --against out"
+            raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--of", "it is of the whole fit", mend)
+        return _of_fit(of, data, context, file)
     names = [info.name for info in data.states.runs]
     if against is None:
         names += [name for name in _runs_by_themselves(data) if name not in names]
@@ -107,6 +114,18 @@ def plot_campaign(
     with written(file, PLOT, context.overwrite) as temporary:
         save_figure(figure, temporary)
     return PlotResult(warnings=[], file=str(file), drawn=drawn)
+
+
+def _of_fit(of: str, data: Ingested, context: RunContext, file: Path) -> PlotResult:
+    """Draw a picture of the fit."""
+    from stiffcal.report.figures.canvas import save_figure
+    from stiffcal.report.figures.panels import draw_panels
+    from stiffcal.workflow.plot_of_fit import OF_FIT, picture_of_fit
+
+    figure = draw_panels(picture_of_fit(of, data, context))
+    with written(file, PLOT, context.overwrite) as temporary:
+        save_figure(figure, temporary)
+    return PlotResult(warnings=[], file=str(file), drawn=OF_FIT[of])
 
 
 def _runs_by_themselves(data: Ingested) -> dict[str, ExperimentKind]:

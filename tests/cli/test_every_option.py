@@ -54,7 +54,12 @@ CALLS: dict[str, list[str]] = {
     "compare": ["small other --no-update"],
     "trend": ["small other --max-change 9 -o trend.svg --no-update", "small other --output trend.pdf"],
     "history": ["small --restore 1 --yes"],
-    "plot": ["small --run pose1 -o plot.png --no-update", "small --against torque:2 --output residual.svg"],
+    "plot": [
+        "small --run pose1 -o plot.png --no-update",
+        "small --against torque:2 --output residual.svg",
+        "small --of influence -o influence.svg",
+        "small --of normal -o normal.svg",
+    ],
     "report": ["small -o small.pdf --no-update", "small --output small.pdf"],
     "view": [
         "small -o small.html --no-raw --no-update",

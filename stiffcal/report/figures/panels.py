@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+LETTERS_ACROSS = 90
+"""Letters of names below an axis over the width of a page."""
+
+
 @canvas.styled
 def draw_panels(picture: Picture) -> Figure:
     """Draw all panels, row by row; labels that stand in no panel's own legend stand in one above all."""
@@ -45,7 +49,11 @@ def _draw(axes: Axes, panel: Panel) -> None:
     if panel.title:
         axes.set_title(panel.title)
     if panel.x_names:
-        axes.set_xticks(range(len(panel.x_names)), panel.x_names)
+        # as many letters stand next to each other in the width of a page
+        upright = sum(map(len, panel.x_names)) > LETTERS_ACROSS
+        axes.set_xticks(range(len(panel.x_names)), panel.x_names, rotation=90 if upright else 0)
+    if panel.y_names:
+        axes.set_yticks(range(len(panel.y_names)), panel.y_names)
     if panel.x_limits is not None:
         axes.set_xlim(*panel.x_limits)
     if panel.y_limits is not None:

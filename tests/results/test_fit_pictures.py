@@ -1,0 +1,63 @@
+"""Pictures of a fit: what they draw is what they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stiffcal.kinds.presentation import Band, Marks
+from stiffcal.results.fit_pictures import (
+    MOST_PARAMETERS,
+    correlation_picture,
+    history_picture,
+    influence_picture,
+    normal_picture,
+)
+
+
+def marks_of(picture_panel: object) -> list[Marks]:
+    return [one for one in picture_panel.series if isinstance(one, Marks)]  # type: ignore[attr-defined]
+
+
+def outside(values: np.ndarray) -> float:
+    """Return the share of drawn residuals outside the band of chance."""
+    panel = normal_picture({"displacements": values}).panels[0]
+    band = next(one for one in panel.series if isinstance(one, Band))
+    (drawn,) = marks_of(panel)
+    assert drawn.x.size <= 300
+    return float(np.mean((drawn.y < band.low) | (drawn.y > band.high)))
+
+
+@pytest.mark.parametrize("n", [40, 3000])
+def test_a_normal_sample_lies_in_the_band_and_heavy_tails_do_not(n: int) -> None:
+    draw = np.random.default_rng(5)
+    shares = [outside(draw.normal(size=n)) for _ in range(40)]
+    # each point lies outside in 5 of 100; neighbours move together, so that the mean of 40 samples scatters by 1.5
+    assert np.mean(shares) == pytest.approx(0.05, abs=0.045)
+    assert np.mean([outside(1.3 * draw.normal(size=3000)) for _ in range(3)]) > 0.5
+    assert np.mean([outside(draw.standard_t(2, size=3000)) for _ in range(3)]) > 0.1
+
+
+def test_each_run_has_its_change_of_each_parameter() -> None:
+    changes = np.random.default_rng(1).normal(size=(5, MOST_PARAMETERS + 2))
+    changes[2, 3] = -40.0
+    names = [f"p{k}" for k in range(changes.shape[1])]
+    panel = influence_picture(names, [f"run{k}" for k in range(5)], changes).panels[0]
+    labels = {one.label: one for one in marks_of(panel) if one.label}
+    assert len(labels) == MOST_PARAMETERS
+    assert next(iter(labels)) == "p3"
+    assert labels["p3"].y[2] == -40.0
+    assert panel.x_names[2] == "run2"
+
+
+def test_squares_are_as_large_as_correlations() -> None:
+    covariance = np.array([[4.0, -1.8, 0.0], [-1.8, 1.0, 0.25], [0.0, 0.25, 1.0]])
+    panel = correlation_picture(["a", "b", "c"], covariance).panels[0]
+    sizes = {(one.x.item(), one.y.item()): (one.colour, one.size) for one in marks_of(panel)}
+    assert sizes == {(0.0, 1.0): (1, pytest.approx(8.1)), (1.0, 2.0): (0, pytest.approx(2.7))}
+
+
+def test_a_history_without_validation_says_so() -> None:
+    none = np.full(2, np.nan)
+    assert history_picture(["1", "2"], none, none, "error [mm]").panels[0].empty
+    assert not history_picture(["1", "2"], np.array([np.nan, 0.1]), none, "error [mm]").panels[0].empty
