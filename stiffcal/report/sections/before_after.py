@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
-from stiffcal.report.estimates import estimate_text
-from stiffcal.report.sections.stiffness import where_words
+from stiffcal.report.sections.stiffness import estimate_text_of, where_words
 
 ORDER = 35
 _TITLE = "Stiffness before and after"
@@ -73,12 +72,3 @@ def _row(value: BeforeAfter, content: ReportContent) -> tuple[str, ...]:
         value.effect + ("" if symbol == "c" else f", {symbol}"),
         estimate_text_of(value.before, scale), estimate_text_of(value.after, scale), printed, change,
     )  # fmt: skip
-
-
-def estimate_text_of(estimate: EstimatedValue | None, scale: float) -> str:
-    """Return an estimate, times `scale`, with its 95 % interval, and where it is at the limit of its range."""
-    if estimate is None:
-        return "not in the model"
-    text = estimate_text(estimate.value, estimate.interval, scale)
-    limit = ", at its limit" if estimate.at_bound else ""
-    return "not identified" if text == wording.DASH else text + limit
