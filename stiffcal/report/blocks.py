@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -12,10 +12,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Running text; `tone` "plain", "key" (framed: the answer), "quiet" (small)."""
+    """Running text; `tone` "plain", "key" (framed: the answer of a section), "quiet" (small)."""
 
     text: str
     tone: str = "plain"
+
+
+@dataclass(frozen=True)
+class VerdictBlock:
+    """The answer of the whole report, in the colour of its level: of the first page alone."""
+
+    level: Literal["ok", "attention", "not usable"]
+    """Printed too: a page may be printed in grey."""
+    text: str
+    """In a sentence."""
+
+
+@dataclass(frozen=True)
+class NumbersBlock:
+    """Few numbers in large type, next to each other."""
+
+    numbers: tuple[tuple[str, str], ...]
+    """What each is, and the number with its unit."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +80,8 @@ class TableBlock:
     columns: tuple[TableColumn, ...]
     rows: tuple[tuple[str, ...], ...]
     caption: str
+    doubtful: tuple[int, ...] = ()
+    """Rows, from 0, whose numbers are known to be wrong: they are grey."""
 
     def __post_init__(self) -> None:
         if any(len(row) != len(self.columns) for row in self.rows):
@@ -78,7 +98,7 @@ class PictureBlock:
     """What is observed, with numbers."""
 
 
-Block: TypeAlias = Paragraph | Items | SubheadingBlock | Facts | TableBlock | PictureBlock
+Block: TypeAlias = Paragraph | VerdictBlock | NumbersBlock | Items | SubheadingBlock | Facts | TableBlock | PictureBlock
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,13 @@ from stiffcal.report.blocks import (
     Facts,
     Items,
     LeftOut,
+    NumbersBlock,
     Paragraph,
     PictureBlock,
     ReportSection,
     SubheadingBlock,
     TableBlock,
+    VerdictBlock,
 )
 from stiffcal.report.content import ReportContent
 from stiffcal.report.drawing import Picture, draw_pictures
@@ -160,5 +162,13 @@ def _is_before_picture(following: Sequence[Block]) -> bool:
 
 
 def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:
-    kinds = {Paragraph: "paragraph", Items: "items", SubheadingBlock: "subheading", Facts: "facts", TableBlock: "table"}
+    kinds = {
+        Paragraph: "paragraph",
+        VerdictBlock: "verdict",
+        NumbersBlock: "numbers",
+        Items: "items",
+        SubheadingBlock: "subheading",
+        Facts: "facts",
+        TableBlock: "table",
+    }
     return {"kind": kinds[type(block)], "before_picture": before_picture, **asdict(block)}

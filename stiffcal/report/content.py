@@ -211,6 +211,11 @@ class EvidenceFigure:
     """What such an effect does, on a simple example; None where it cannot be drawn."""
 
     @property
+    def can_be_drawn(self) -> bool:
+        """Whether any state shows it."""
+        return bool((np.isfinite(self.before) & np.isfinite(self.after) & np.isfinite(self.value)).any())
+
+    @property
     def missing(self) -> bool:
         """True where the model lacks the effect, False where it holds it."""
         return self.evidence.status == "missing"

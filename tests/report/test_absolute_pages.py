@@ -92,9 +92,9 @@ def test_long_joint_names_break_in_the_header_and_the_contents_stay_whole(tmp_pa
     pages = [page.extract_text() for page in PdfReader(tmp_path / "report.pdf").pages]
     appendix = next(page for page in pages if "poses\u00a0row\u00a060" in page or "poses row 60" in page)
     assert "left_shoulder_pan_joint" not in appendix
-    (last,) = [page for page in pages if "Contents" in page]
-    assert last is pages[-1]
-    assert "1 Summary" in last.replace("\n", " ")
+    (front,) = [page for page in pages if "Contents" in page]
+    assert front in pages[:2]
+    assert "1 Summary" in front.replace("\n", " ")
 
 
 def text_of(made: object) -> str:

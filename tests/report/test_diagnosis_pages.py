@@ -24,11 +24,21 @@ from stiffcal.diagnosis.results import (
     UnknownLaw,
     UntestableEffect,
 )
+from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, EffectInModel, ModelSummary, Where
 from stiffcal.report import wording
-from stiffcal.report.blocks import Items, LeftOut, Paragraph, PictureBlock, ReportSection, TableBlock
+from stiffcal.report.blocks import (
+    Items,
+    LeftOut,
+    NumbersBlock,
+    Paragraph,
+    PictureBlock,
+    ReportSection,
+    TableBlock,
+    VerdictBlock,
+)
 from stiffcal.report.content import EffectPicture, EvidenceFigure, ReportContent
 from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.figures.evidence import draw_evidence
@@ -289,3 +299,38 @@ def test_rungs_say_what_the_model_gained() -> None:
         "no model", "fit 1: joint-compliance, joints 1–3", "fit 2: + backlash, joint 2", "fit 3: − backlash, joint 2",
     ]  # fmt: skip
     assert wording.model_change(fits[0].model, fits[0].model) == ""
+
+
+def first_page(of: ReportContent) -> dict[type, Any]:
+    """Return the first block of each kind on the first page."""
+    made = summary.section(of)
+    assert isinstance(made, ReportSection)
+    return {type(block): block for block in reversed(made.blocks)}
+
+
+def test_the_first_page_states_the_level_and_the_error_without_and_with_what_is_missing() -> None:
+    page = first_page(content())
+    assert page[VerdictBlock].level == "attention"
+    assert [value for _, value in page[NumbersBlock].numbers] == ["0.116 mm", "0.0290 mm", "0.0286 mm"]
+    good = diagnosed(adequate=True, missing=[], summary="Nothing is missing.")
+    assert first_page(replace(content(), diagnose=good))[VerdictBlock].level == "ok"
+    validation = content().validate
+    assert validation is not None
+    useless = replace(content(), validate=replace(validation, relative=Rms(1.1, None)))
+    assert first_page(useless)[VerdictBlock].level == "not usable"
+
+
+def test_values_that_a_missing_effect_shifts_are_grey_with_the_value_after() -> None:
+    fit = content().identify
+    assert fit is not None
+    spring = next(one for one in fit.parameters if one.is_compliance)
+    values = [EstimatedValue(value=value, interval=[0.9 * value, 1.1 * value]) for value in (2.0e5, 3.0e5)]
+    change = BeforeAfter(
+        name=spring.name, effect=spring.effect, where=spring.where, unit="N·m/rad", before=values[0], after=values[1],
+        relative=0.5, outside_interval=True,
+    )  # fmt: skip
+    table = first_page(content(before_after=[change]))[TableBlock]
+    row = fit.parameters.index(spring)
+    assert table.doubtful == (row,)
+    assert "3.00" in table.rows[row][3]
+    assert first_page(content())[TableBlock].doubtful == ()

@@ -19,7 +19,7 @@ from tests.laboratory.small_campaign import write_small_campaign
 pytestmark = pytest.mark.browser
 EFFECT = "joint-compliance j6"
 SCALE = "stiffcal.locked(`y ${stiffcal.state.x} ${stiffcal.state.y}`, [0, 0])"
-TOP_OF_PICTURE = "document.querySelector('#against canvas').offsetTop"
+TOP_OF_PICTURE = "document.querySelector('#against canvas').offsetTop - document.getElementById('against').offsetTop"
 WATCH_FORECASTS = """(() => {
   const show = stiffcal.showTryout;
   window.forecasts = [];

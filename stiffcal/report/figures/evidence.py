@@ -21,22 +21,26 @@ _HEIGHT_MM = 50.0
 
 
 @canvas.styled
-def draw_evidence(drawn: EvidenceFigure) -> Figure:
+def draw_evidence(drawn: EvidenceFigure, example: bool = True) -> Figure:
     """Draw the residual in held-out poses without and with the effect on one scale, and the effect's own picture.
+
+    Parameters
+    ----------
+    drawn : the effect's. example : with the effect's own picture.
 
     Returns
     -------
     Figure; residuals in mm or mrad, the covariate in its own unit (° for angles).
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, _HEIGHT_MM)
-    if drawn.picture is None:
+    if drawn.picture is None or not example:
         without, with_it = figure.subplots(1, 2, sharey=True, sharex=True)
     else:
-        without, with_it, example = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 0.8))
+        without, with_it, simple = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 0.8))
         with_it.sharey(without)
         with_it.sharex(without)
-        draw_on(example, drawn.picture)
-        example.set_title("effect (example)")
+        draw_on(simple, drawn.picture)
+        simple.set_title("effect (example)")
     value, covariate = covariate_axis(drawn)
     factor, unit = 1e3, residual_unit(drawn)
     finite = np.flatnonzero(np.isfinite(drawn.before) & np.isfinite(drawn.after) & np.isfinite(value))

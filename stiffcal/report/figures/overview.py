@@ -11,7 +11,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.report import wording
 from stiffcal.report.figures import canvas
-from stiffcal.report.figures.ladder import Rung, fill_ladder, label_lines, ladder_rungs
+from stiffcal.report.figures.ladder import Rung, fill_ladder, label_lines
 from stiffcal.report.figures.robot_poses import side_view
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from stiffcal.measurements.rms import Rms
     from stiffcal.report.content import PlaceShare, ReportRun
-    from stiffcal.results.history_results import HistoryEntry
 
 _LABEL_SIZE = (26, 6)
 MOST_RUNGS = 8
@@ -30,33 +29,28 @@ _LEAST_WRITTEN, _MOST_WRITTEN = 0.01, 8
 
 @canvas.styled
 def draw_overview(
-    fits: Sequence[HistoryEntry],
-    zero_model: Rms | None,
+    rungs: Sequence[Rung],
     noise: Rms | None,
     run: ReportRun | None,
     shares: Sequence[PlaceShare],
-    expected: Rung | None = None,
     component: str = "translation",
 ) -> Figure:
     """Draw the ladder, and next to it the robot with each joint's share of the deflection.
 
     Parameters
     ----------
-    fits, zero_model, noise : as for `draw_ladder`; the last fits where there are many.
+    rungs : from the top down. noise : as for `draw_ladder`.
     run : the pose in which the robot is drawn; None: the ladder alone.
     shares : share of the target's deflection by place.
-    expected : the error that the effects named as missing would leave; None: none is.
     component : as for `draw_ladder`.
 
     Returns
     -------
     Figure; mm, m.
     """
-    rungs = ladder_rungs(fits[-MOST_RUNGS:], zero_model, component)
-    rungs += [expected] if expected is not None else []
     lines = max(len(label_lines(rung.label, _LABEL_SIZE)) for rung in rungs)
-    height = 24.0 + max(9.0, 2.9 * lines) * len(rungs)
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, max(height, 58.0 if run is not None else 0.0))
+    height = 22.0 + max(7.0, 2.9 * lines) * len(rungs)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, max(height, 50.0 if run is not None else 0.0))
     if run is None:
         handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, component), component, _LABEL_SIZE)
     else:

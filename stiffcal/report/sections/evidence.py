@@ -84,7 +84,7 @@ def evidence_of(
     if figure.check:
         facts.append(("check", figure.check))
     blocks.append(Facts(tuple(facts)))
-    if (np.isfinite(figure.before) & np.isfinite(figure.after) & np.isfinite(figure.value)).any():
+    if figure.can_be_drawn:
         blocks.append(PictureBlock(partial(draw_evidence, figure), _caption(figure)))
     if by_run and 1 < len(evidence.by_run) <= _MOST_RUNS:
         noise = wording.part(diagnosis.noise, "motor_angle" if figure.of_motors else evidence.component)

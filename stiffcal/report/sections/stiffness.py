@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.printed_units import printed_unit
@@ -12,6 +14,7 @@ from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, Sub
 from stiffcal.report.content import ReportContent
 from stiffcal.report.estimates import STIFFNESS_UNITS, parameter_text, stiffness_text
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.value_words import value_in_model
 
 ORDER = 30
 _TITLE = "Stiffness"
@@ -54,6 +57,7 @@ def short_stiffness_table(
     elsewhere: frozenset[str],
     joint_names: tuple[str, ...],
     unclaimed: frozenset[int] = frozenset(),
+    changes: Sequence[BeforeAfter] = (),
 ) -> TableBlock | None:
     """Return the stiffness of each place in one column, for the first page; None where there is none.
 
@@ -61,11 +65,16 @@ def short_stiffness_table(
     ----------
     parameters : of the fit. elsewhere : names of those that are shown on other pages.
     unclaimed : joints whose values are not identified, as `not_claimed` returns them.
+    changes : what adding the missing effects does to the values: those that it shifts are grey, with the value after.
     """
     springs = [parameter for parameter in parameters if parameter.name not in elsewhere and _is_spring(parameter)]
-    rows = tuple(_short_row(spring, joint_names, unclaimed) for spring in springs[:MOST_ON_FIRST_PAGE])
+    shown = springs[:MOST_ON_FIRST_PAGE]
+    rows = tuple(_short_row(spring, joint_names, unclaimed) for spring in shown)
     if not rows:
         return None
+    moved = {change.name: change for change in changes if change.outside_interval and change.after is not None}
+    if changes:
+        return _with_values_after(shown, rows, moved, len(springs) - len(shown))
     columns = (
         TableColumn("place", align="left"),
         TableColumn("effect", align="left"),
@@ -76,6 +85,35 @@ def short_stiffness_table(
     more = len(springs) - len(rows)
     caption = "Stiffness, ± 95 %." + (f" {more} more under “{_TITLE}”." if more > 0 else "")
     return _without_empty_remarks(columns, list(rows), caption)
+
+
+def _with_values_after(
+    springs: Sequence[IdentifiedParameter],
+    rows: Sequence[tuple[str, ...]],
+    moved: Mapping[str, BeforeAfter],
+    more: int,
+) -> TableBlock:
+    """Return the first page's table where an effect is missing: what that shifts has its value after, too."""
+    columns = (
+        TableColumn("place", align="left"),
+        TableColumn("effect", align="left"),
+        TableColumn("stiffness now"),
+        TableColumn("with what is missing"),
+        TableColumn("unit", align="left"),
+        TableColumn("remark", align="left", width=1.0),
+    )
+    made = []
+    for spring, (where, effect, text, unit, remark) in zip(springs, rows, strict=True):
+        change = moved.get(spring.name)
+        after = "" if change is None else value_in_model(change.after, printed_unit(change.unit)[1])
+        relative = None if change is None else change.relative
+        sign = "+" if (relative or 0.0) > 0.0 else ""
+        shifted = "" if relative is None else f"changes by {sign}{wording.share(relative)}"
+        made.append((where, effect, text, after or "within ±", unit, remark or shifted))
+    caption = "Stiffness, ± 95 %. Grey: shifted by what the model lacks, not to be used; next to it the value with it."
+    caption += f" {more} more under “{_TITLE}”." if more > 0 else ""
+    doubtful = tuple(k for k, spring in enumerate(springs) if spring.name in moved)
+    return replace(_without_empty_remarks(columns, made, caption), doubtful=doubtful)
 
 
 def _short_row(spring: IdentifiedParameter, joint_names: tuple[str, ...], unclaimed: frozenset[int]) -> tuple[str, ...]:

@@ -4,16 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from typing import Literal
 
 from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.state_kinds import state_kinds
+from stiffcal.measurements.rms import Rms
 from stiffcal.reduction.registered_frames import RegistrationSummary
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Facts, Items, LeftOut, Paragraph, PictureBlock, ReportSection
+from stiffcal.report.blocks import (
+    Block,
+    Facts,
+    Items,
+    LeftOut,
+    NumbersBlock,
+    Paragraph,
+    PictureBlock,
+    ReportSection,
+    VerdictBlock,
+)
 from stiffcal.report.content import ReportContent
-from stiffcal.report.figures.ladder import Rung, leading_component
-from stiffcal.report.figures.overview import draw_overview
+from stiffcal.report.figures.evidence import draw_evidence
+from stiffcal.report.figures.ladder import Rung, ladder_rungs, leading_component
+from stiffcal.report.figures.overview import MOST_RUNGS, draw_overview
 from stiffcal.report.sections.campaign import MOST_WARNINGS, warnings_of
 from stiffcal.report.sections.diagnosis import probable_law
 from stiffcal.report.sections.experiments import table_of
@@ -22,7 +35,6 @@ from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.next_step import Standing, Step, next_step
 from stiffcal.results.registration_words import convention_in_words
 from stiffcal.results.validate_result import ValidateResult
-from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
 from stiffcal.wording import estimate, probability_in_words
 
 ORDER = 10
@@ -36,11 +48,15 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     blocks: list[Block] = []
     if content.identify is not None and content.identify.origin == "foreign":
         blocks.append(Paragraph(NOT_YOURS, "key"))
-    if content.ingest is not None and content.ingest.registration is not None:
-        blocks.append(Paragraph(_registration_sentence(content.ingest.registration)))
-    blocks.append(Paragraph(_verdict(content), "key"))
-    blocks.append(Facts((("next step", _next_step(content)),)))
+    blocks.append(VerdictBlock(_level(content), _verdict(content)))
+    numbers = _numbers(content)
+    if numbers:
+        blocks.append(NumbersBlock(numbers))
+    blocks.append(Facts((*_about_the_model(content), ("next step", _next_step(content)))))
+    blocks += _residual(content)
     sentences = _fit_sentences(content)
+    if content.ingest is not None and content.ingest.registration is not None:
+        sentences.insert(0, _registration_sentence(content.ingest.registration))
     if content.readings_alone and content.validate is not None:
         sentences += _heldout_readings(content.validate)
     else:
@@ -61,35 +77,107 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 
 def _verdict(content: ReportContent) -> str:
-    """Return the answer of the diagnosis, with the error that the missing effects leave; why there is none else."""
-    diagnosis = content.diagnose
+    """Return the answer of the diagnosis in a sentence; why there is none else."""
+    return wording.capital(content.not_diagnosed) if content.diagnose is None else content.diagnose.summary
+
+
+def _level(content: ReportContent) -> Literal["ok", "attention", "not usable"]:
+    """Return how far the model can be used: not at all where it predicts new data no better than no model does."""
+    validation, diagnosis = content.validate, content.diagnose
+    if content.identify is None or (validation is not None and not _predicts(validation)):
+        return "not usable"
+    is_passed = validation is None or validation.passed
+    is_adequate = diagnosis is not None and bool(diagnosis.adequate) and not diagnosis.missing
+    return "ok" if is_passed and is_adequate else "attention"
+
+
+def _predicts(validation: ValidateResult) -> bool:
+    """Return whether errors in held-out data are smaller than without a model, in some measure."""
+    known = [share for _, share in validation.relative.items() if share is not None]
+    return not known or min(known) < 1.0
+
+
+def _numbers(content: ReportContent) -> tuple[tuple[str, str], ...]:
+    """Return the error before and after what is missing, or was added, and the noise."""
+    validation, diagnosis = content.validate, content.diagnose
+    if validation is None:
+        return ()
+    left_out = content.held_out
+    nominal = "nominal robot" if content.absolute_alone else "without a model"
+    before, after = (f"error {nominal}", validation.zero_model), (f"error in {left_out}", validation.rms)
+    added = _last_change(content)
+    if diagnosis is not None and diagnosis.missing:
+        judged = diagnosis.as_validated
+        with_missing = diagnosis.heldout_rms_with_missing if judged is None else judged.with_missing
+        rms = diagnosis.rms if judged is None else judged.rms
+        before, after = (f"error in {left_out}", rms), ("with what is missing", with_missing)
+    elif added is not None:
+        before, after = ("error before the change", added[1]), (f"error in {left_out}", validation.rms)
+    noise = content.known_noise
+    numbers = (before, after, ("noise", noise))
+    return tuple((name, "not known" if rms is None else _leading(rms)) for name, rms in numbers)
+
+
+def _leading(rms: Rms) -> str:
+    """Return the first measure of an error: the place where it was measured."""
+    name = next((name for name, value in rms.items() if value is not None), None)
+    return wording.DASH if name is None else wording.measure_text({name: wording.part(rms, name)})
+
+
+def _last_change(content: ReportContent) -> tuple[str, Rms] | None:
+    """Return what led from the first model to the present one, and the error in held-out data before; None of nothing.
+
+    Where several changes did, the first of `fit_changes` is all of them together.
+    """
+    if not content.fit_changes or content.history is None:
+        return None
+    change = content.fit_changes[0]
+    before = next((fit.heldout_rms for fit in content.history.fits if fit.id == change.before), None)
+    return None if before is None else (change.change, before)
+
+
+def _about_the_model(content: ReportContent) -> list[tuple[str, str]]:
+    """Return what was added and what it did to the error and to the values, and what looks the same."""
+    diagnosis, validation = content.diagnose, content.validate
+    facts: list[tuple[str, str]] = []
+    if content.set_aside:
+        n_rows = sum(max(len(rows.rows), 1) for rows in content.set_aside)
+        why = wording.listing(dict.fromkeys(rows.why for rows in content.set_aside), 3)
+        facts.append(("left out", f"{wording.count(n_rows, 'reading')}: {why} (see “The campaign”)."))
+    added = _last_change(content)
+    if added is not None and validation is not None:
+        before, after = wording.measure_text(added[1]), wording.measure_text(validation.rms)
+        text = f"{added[0]}: the error in {content.held_out} changed from {before} to {after} rms."
+        if diagnosis is None or not (diagnosis.unexplained or diagnosis.missing):
+            text += _changed(content.fit_changes[0].values, content, "It")
+        facts.append(("added", text))
     if diagnosis is None:
-        return wording.capital(content.not_diagnosed)
-    text = diagnosis.summary
-    if diagnosis.in_model:
-        text += f" In the model: {wording.listing(map(_held, diagnosis.in_model))}."
+        return facts
     if diagnosis.missing:
-        before, after = wording.measure_text(diagnosis.rms), wording.measure_text(diagnosis.heldout_rms_with_missing)
-        noise = f"; the noise is {wording.measure_text(diagnosis.noise)}" if diagnosis.noise else ""
-        left_out = held_out_by_diagnosis(diagnosis.rms)
-        text += f" Added to the model, it reduces the error in {left_out} from {before} to {after} rms"
-        validated = diagnosis.as_validated
-        if validated is not None and validated.with_missing is not None:
-            before, after = wording.measure_text(validated.rms), wording.measure_text(validated.with_missing)
-            text += f", in {held_out(validated.scheme)} from {before} to {after} rms"
-        text += f"{noise}."
-        text += _changed(diagnosis.before_after, content, "It")
-    elif not diagnosis.unexplained and content.fit_changes:
-        change = content.fit_changes[0]
-        text += _changed(change.values, content, f"The change of the model ({change.change})")
-    return text
+        facts.append(("missing", f"{wording.listing(map(_held, diagnosis.missing))}."
+                      + _changed(diagnosis.before_after, content, "Adding it")))  # fmt: skip
+    if diagnosis.in_model:
+        facts.append(("in the model", f"{wording.listing(map(_held, diagnosis.in_model))}."))
+    return facts
 
 
 def _held(effect: ProposedEffect) -> str:
-    """Return an effect of the model with its probability, and with what looks the same."""
+    """Return an effect with its probability, and with what looks the same."""
     names = [wording.effect_at(other) for other in effect.alternatives]
     alike = f", or {wording.listing(names)}" if names else ""
     return f"{wording.effect_at(effect)}{alike}: {probability_in_words(effect.probability or 0.0)}"
+
+
+def _residual(content: ReportContent) -> list[Block]:
+    """Return the residual without and with the first effect that is missing, or was added, on one scale."""
+    drawn = next((one for one in content.evidence if one.can_be_drawn), None)
+    if drawn is None:
+        return []
+    caption = (
+        f"Residual in held-out poses against {drawn.evidence.driver}: without {wording.effect_at(drawn.evidence)}, and "
+        f"with it ({'the model lacks it' if drawn.missing else 'as the model is'})."
+    )
+    return [PictureBlock(partial(draw_evidence, drawn, example=False), caption)]
 
 
 def _changed(values: Sequence[BeforeAfter], content: ReportContent, cause: str) -> str:
@@ -141,40 +229,59 @@ def _overview(content: ReportContent) -> list[Block]:
     blocks: list[Block] = []
     if content.identify is not None:
         table = short_stiffness_table(
-            content.identify.parameters, content.parameters_on_pages, content.joint_names, not_claimed(content)
+            content.identify.parameters,
+            content.parameters_on_pages,
+            content.joint_names,
+            not_claimed(content),
+            content.diagnose.before_after if content.diagnose is not None and content.diagnose.missing else (),
         )
         blocks += [table] if table is not None else []
         if content.readings_alone:
             blocks += [table_of(table, "Results of these runs, ± 95 %.") for table in content.main_tables]
-    fits = [] if content.history is None else content.history.fits
-    zero = None if content.validate is None else content.validate.zero_model
-    present = None if content.identify is None else content.identify.fit_id
-    drawn_fits = sorted(fits, key=lambda fit: fit.id == present)
-    component = leading_component(drawn_fits)
-    if component is not None:
+    rungs, component = first_page_ladder(content)
+    if rungs:
         run = next((run for run in content.runs if run.stick is not None), None) if content.place_shares else None
-        caption = f"Error in {content.held_out} for each fit"
+        caption = f"Error in {content.held_out} for each {'step' if has_steps(content) else 'fit'}"
         if run is not None:
             caption += (
                 f"; robot in the pose of run {run.name}, with the share of each place in the predicted deflection of "
                 f"all runs"
             )
-        blocks.append(
-            PictureBlock(
-                partial(
-                    draw_overview,
-                    drawn_fits,
-                    zero,
-                    content.known_noise,
-                    run,
-                    content.place_shares,
-                    _expected(content, component),
-                    component,
-                ),
-                f"{caption}.",
-            )
-        )
+        picture = partial(draw_overview, rungs, content.known_noise, run, content.place_shares, component)
+        blocks.append(PictureBlock(picture, f"{caption}."))
     return blocks
+
+
+def has_steps(content: ReportContent) -> bool:
+    """Return whether the ladder is that of a calibration: nominal robot, frames, geometry, springs."""
+    return content.absolute_alone and content.validate is not None and bool(content.validate.ladder)
+
+
+def first_page_ladder(content: ReportContent) -> tuple[list[Rung], str]:
+    """Return the ladder of the first page, from the top down, and the measure of its errors; empty for none."""
+    validation = content.validate
+    if has_steps(content) and validation is not None:
+        steps = validation.ladder or []
+        return [Rung(_STEPS.get(step.step, step.step), step.heldout_region, step.fit) for step in steps], "translation"
+    fits = [] if content.history is None else content.history.fits
+    present = None if content.identify is None else content.identify.fit_id
+    drawn_fits = sorted(fits, key=lambda fit: fit.id == present)
+    component = leading_component(drawn_fits)
+    if component is None:
+        return [], ""
+    rungs = ladder_rungs(drawn_fits[-MOST_RUNGS:], None if validation is None else validation.zero_model, component)
+    expected = _expected(content, component)
+    return rungs + ([expected] if expected is not None else []), component
+
+
+_STEPS = {
+    "nominal": "nominal robot",
+    "frames": "+ frames",
+    "offsets": "+ offsets of the joints",
+    "geometry": "+ geometry",
+    "springs": "+ joint springs",
+    "model": "+ other effects",
+}
 
 
 def _expected(content: ReportContent, component: str) -> Rung | None:
