@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.diagnosis.wrong_geometry import wrong_geometry
 from stiffcal.errors import Progress, no_progress, part_of
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import (
     Problem,
     Settings,
@@ -26,11 +27,12 @@ from stiffcal.identification.identify import (
     without_noise_dominated,
 )
 from stiffcal.judgement.found import Diagnosed, named_effects, superfluous_effects, with_all
+from stiffcal.judgement.judge import judge
 from stiffcal.judgement.numbers import TO_JUDGE, TO_SCAN
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off, off_mask
 from stiffcal.judgement.settings_off import GivenSettings, changed_model, freed
-from stiffcal.judgement.states import judge_states
+from stiffcal.judgement.states import StatesOfCampaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect
@@ -90,20 +92,27 @@ def diagnose_states(
 ) -> DiagnosedStates:
     """Find what is missing from a model of load states.
 
-    Parameters and errors are those of `judge_states`.
+    Parameters and errors are those of `stiffcal.judgement.states.judge_states`.
     """
     start = time.perf_counter()
     settings = settings or Settings()
     if states.clamped.any():
         # joints that were not driven turn with the driven one's reading by what bends the chain: within its noise
         settings = without_noise_dominated(fit_problem(states, robot), robot, settings)
-    judged = judge_states(states, robot, catalogue, settings, progress, doubt)
+    problem = fit_problem(states, robot)
+    fit = fit_observations(problem, robot, settings)
+    campaign = StatesOfCampaign.of(states, robot, fit, catalogue, settings, doubt)
+    judged = judge(campaign, fit, progress)
     reading = read_off(judged)
     kept = ~off_mask(states.run, np.arange(len(states)), dict(reading.doubted))
-    models = _Models.of(states if kept.all() else states.select(kept), robot, catalogue, settings)
+    models = _Models(states, problem, settings, campaign.geometry)
+    if not kept.all():
+        problem = fit_problem(states.select(kept), robot)
+        fit = fit_observations(problem, robot, settings)
+        models = _Models(states.select(kept), problem, settings, GeometryNuisance.of(states.select(kept), fit))
     progress("the error in held-out poses", TO_JUDGE)
     listed, not_tried = list_candidates(robot, states, catalogue)
-    first = models.scan(robot, listed, progress=part_of(progress, TO_JUDGE, TO_SCAN))
+    first = models.scan(fit, listed, part_of(progress, TO_JUDGE, TO_SCAN))
     effects = named_effects(judged, reading, catalogue)
     found = tuple(one for one in effects if one.candidate.name not in judged.model)
     held = tuple(one for one in effects if one.candidate.name in judged.model)
@@ -112,7 +121,7 @@ def diagnose_states(
     if found or changed:
         given = GivenSettings.of(first.fit.robot, settings.fixed, first.fit.data)
         complete = changed_model(with_all(first.fit.robot, found, judged.fit.robot), changed, given)
-        last = models.scan(complete, fixed=settings.fixed - freed(changed))
+        last = models.scan(models.fit(complete, settings.fixed - freed(changed)))
     superfluous = superfluous_effects(judged, reading, first.fit.robot)
     seconds = time.perf_counter() - start
     return DiagnosedStates(
@@ -128,37 +137,16 @@ class _Models:
     """What is fitted."""
     problem: Problem
     """The same as rows."""
-    catalogue: Mapping[str, Effect]
-    """Effects by name."""
     settings: Settings
     """How fits are made."""
-    geometry: list[GeometryNuisance | None] = field(default_factory=list)
-    """What the geometry's tolerance makes in the readings, the same for all models; made once."""
+    geometry: GeometryNuisance | None
+    """What the geometry's tolerance makes in the readings, the same for all models."""
 
-    @classmethod
-    def of(
-        cls, states: LoadStates, robot: CompliantRobot, catalogue: Mapping[str, Effect], settings: Settings
-    ) -> _Models:
-        """Prepare."""
-        return cls(states, fit_problem(states, robot), catalogue, settings)
+    def fit(self, robot: CompliantRobot, fixed: frozenset[str]) -> Fit:
+        """Return the fit of a model; ``fixed``: full names of parameters that stay."""
+        return fit_observations(self.problem, robot, replace(self.settings, fixed=fixed))
 
-    def scan(
-        self,
-        robot: CompliantRobot,
-        candidates: Sequence[Candidate] = (),
-        fixed: frozenset[str] | None = None,
-        progress: Progress = no_progress,
-    ) -> LoadScan:
-        """Return a model's errors in poses left out, with each candidate as an addition.
-
-        Parameters
-        ----------
-        fixed : full names of parameters that stay; None: those of the model file.
-        progress : receives each candidate.
-        """
-        settings = self.settings if fixed is None else replace(self.settings, fixed=fixed)
-        fit = fit_observations(self.problem, robot, settings)
-        if not self.geometry:
-            self.geometry.append(GeometryNuisance.of(self.states, fit))
-        scan = scan_candidates(fit, candidates, None, self.geometry[0], progress)
+    def scan(self, fit: Fit, candidates: Sequence[Candidate] = (), progress: Progress = no_progress) -> LoadScan:
+        """Return a model's errors in poses left out, with each candidate, of which `progress` hears, as an addition."""
+        scan = scan_candidates(fit, candidates, None, self.geometry, progress)
         return held_to_places(scan, ReferencePlaces.of(self.states, fit)) if candidates else scan

@@ -196,6 +196,9 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
         campaign = campaign.about(fit) if without != aside else campaign.next_to(fit)
         chosen, aside = _names(effects), without
         tried.add((model_of(effects), aside))
+        if number < MODELS:
+            # in a large campaign there is room for the columns about one model
+            del judged, effects
     return replace(judged, explained=explained)
 
 

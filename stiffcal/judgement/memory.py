@@ -5,51 +5,38 @@ Followed from state to state of a run, which are in the order in which they were
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.judgement.numbers import AVERAGES, STILL
+from stiffcal.model.memory import first_of_run
 
 
 def of_memory(load: Floats, run: Integers | None) -> list[Floats]:
-    """Return functions of what was carried before.
+    """Return averages of the past, the last load, direction and turn of the load, less the load itself.
 
     Parameters
     ----------
     load : (n,) over the usual one.
     run : (n,) number of each state's run, the states of a run one after the other; None: they stand alone.
     """
-    count = len(AVERAGES) + 5
-    found = np.zeros((count, len(load)))
-    if run is not None:
-        for states in _stretches(run):
-            found[:, states] = _of_run(load[states])
+    found = np.zeros((len(AVERAGES) + 5, len(load)))
+    if run is None:
+        return list(found)
+    first = np.flatnonzero(first_of_run(run))
+    length, kept = np.diff(np.append(first, len(run))), np.exp(-1.0 / np.array(AVERAGES))[:, None]
+    mean, way, turn, before = np.tile(load[first], (len(AVERAGES), 1)), np.zeros(len(first)), load[first], load[first]
+    # the first states of all runs, then the second ones, …
+    for k in range(int(length.max(initial=0))):
+        own = np.flatnonzero(length > k)
+        at = first[own] + k
+        now, last = load[at], before[own]
+        moved, sense = np.abs(now - last) > STILL, np.sign(now - last)
+        turn[own] = np.where(moved & (way[own] != 0.0) & (sense != way[own]), last, turn[own])
+        way[own] = direction = np.where(moved, sense, way[own])
+        found[: len(AVERAGES), at] = mean[:, own] - now
+        mean[:, own] = kept * mean[:, own] + (1.0 - kept) * now
+        since = turn[own] - now
+        found[len(AVERAGES) :, at] = last - now, direction, direction * np.abs(now), since, direction * np.abs(since)
+        before[own] = now
     return list(found)
-
-
-def _stretches(run: Integers) -> Iterator[slice]:
-    edges = np.flatnonzero(np.diff(run)) + 1
-    starts, ends = [0, *edges.tolist()], [*edges.tolist(), len(run)]
-    return (slice(a, b) for a, b in zip(starts, ends, strict=True) if b > a)
-
-
-def _of_run(load: Floats) -> Floats:
-    """Return (8, n) averages of the past, the last load, direction and turn of the load, less the load itself."""
-    averages = np.zeros((len(AVERAGES), len(load)))
-    kept = np.exp(-1.0 / np.array(AVERAGES))
-    last, direction, turned = np.zeros(len(load)), np.zeros(len(load)), np.zeros(len(load))
-    mean, way, turn, before = np.full(len(AVERAGES), load[0]), 0.0, load[0], load[0]
-    for k, now in enumerate(load.tolist()):
-        step = now - before
-        if abs(step) > STILL:
-            if way and np.sign(step) != way:
-                turn = before
-            way = float(np.sign(step))
-        averages[:, k] = mean - now
-        mean = kept * mean + (1.0 - kept) * now
-        last[k], direction[k], turned[k] = -step, way, turn - now
-        before = now
-    size = np.abs(load)
-    return np.concatenate([averages, [last, direction, direction * size, turned, direction * np.abs(turned)]])
