@@ -24,11 +24,13 @@ from stiffcal.cli import endings
 from stiffcal.cli.app import COMMANDS
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import find_reader
+from stiffcal.revision import REVISION
 from stiffcal.workflow.effects import describe_effects
 from tests.laboratory.browser import chromium
 from tests.laboratory.documentation import ROOT
 
-README_BYTES = 8000
+MOST_BYTES = {"README.md": 8000, "CHANGELOG.md": 20_000}
+"""What a person still reads in one go."""
 
 
 def headings(text: str) -> list[str]:
@@ -123,12 +125,20 @@ def test_each_fault_code_has_a_cause_an_example_and_a_cure() -> None:
             assert re.search(rf"^\*\*{word}:\*\* \S", section, flags=re.MULTILINE), f"{code}: {word}"
 
 
-def test_links_of_the_readme_lead_to_files() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert len(text.encode()) <= README_BYTES
+@pytest.mark.parametrize("name", MOST_BYTES)
+def test_links_of_the_readme_and_the_changes_lead_to_files(name: str) -> None:
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert len(text.encode()) <= MOST_BYTES[name]
     links = re.findall(r"\]\(([^)#]+)", text)
     assert len(links) > 10
     assert [link for link in links if not (ROOT / link).is_file()] == []
+
+
+def test_each_revision_since_the_first_version_has_its_reason() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\d+)(?:[–, ]+(\d+))? \| \S", text, flags=re.MULTILINE)
+    listed = [number for first, last in rows for number in range(int(last or first), int(first) - 1, -1)]
+    assert listed == list(range(REVISION, 5, -1))
 
 
 def test_the_readme_lists_every_page() -> None:
