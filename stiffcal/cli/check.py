@@ -181,11 +181,11 @@ def _show_runs(console: AnswerConsole, runs: list[CheckedRun], details: bool, mo
     if not runs:
         return
     table = plain_table("run", "experiment", "states>", "set aside>", "largest force [N]>")
-    alike: dict[tuple[str, ...], list[CheckedRun]] = {}
+    alike: dict[tuple[str, str, str, str], list[CheckedRun]] = {}
     for run in runs:
         count = f"{run.n_readings} readings" if run.n_readings else str(run.n_states)
-        key = run.experiment, count, str(len(run.set_aside))
-        alike.setdefault((*key, run.id) if details else key, []).append(run)
+        key = run.experiment, count, str(len(run.set_aside)), run.id if details else ""
+        alike.setdefault(key, []).append(run)
     for key, same in list(alike.items())[:most]:
         name = same[0].id if len(same) == 1 else f"{same[0].id} … {same[-1].id}: {len(same)} runs"
         table.add_row(name, *key[:3], _range([run.largest_force_N for run in same], 3))
