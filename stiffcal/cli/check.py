@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -11,7 +12,7 @@ from stiffcal.cli.answers import answering
 from stiffcal.cli.clocks import clock_rates
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.next_step import after_check, lacks_load
-from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Details, Folder, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
@@ -41,6 +42,7 @@ def check(
     folder: Folder = HERE,
     quick: Annotated[bool, typer.Option("--quick", help="Read only the first lines of each file.")] = False,
     run: Annotated[str | None, typer.Option(metavar="ID", help="Only this run.", show_default=False)] = None,
+    details: Details = False,
     as_json: AsJson = False,
     store: StoreAt = None,
 ) -> int:
@@ -55,12 +57,17 @@ def check(
         from stiffcal.workflow.check import check_campaign
 
         result = check_campaign(folder, quick=quick, run=run, progress=answer.progress)
-        answer.give(result, show_check, after_check(folder, result, store))
+        answer.give(result, partial(show_check, details=details), after_check(folder, result, store))
     return OK if result.ready else NOT_HELD
 
 
-def show_check(console: AnswerConsole, result: CheckResult) -> None:
-    """Draw whether the campaign is ready, then what was understood: sources, ranges, runs, kinematics, joints."""
+def show_check(console: AnswerConsole, result: CheckResult, details: bool = False) -> None:
+    """Draw whether the campaign is ready, then what was understood: sources, ranges, runs, kinematics, joints.
+
+    Parameters
+    ----------
+    details : a row for each column and run; else one for each signal, and for runs that are alike.
+    """
     show_verdict(console, "pass" if result.ready else "fail", "ready" if result.ready else "not ready:")
     for line in () if result.ready else result.missing:
         console.print(f"  {line}", soft_wrap=True)
@@ -69,8 +76,8 @@ def show_check(console: AnswerConsole, result: CheckResult) -> None:
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)
     _show_sources(console, result.sources)
-    _show_ranges(console, result.sources)
-    _show_runs(console, result.runs)
+    _show_ranges(console, result.sources, details)
+    _show_runs(console, result.runs, details)
     for line in clock_rates(run.clock_ahead_s for run in result.runs):
         console.print(line, soft_wrap=True)
     kinematics = result.kinematics
@@ -129,50 +136,62 @@ def _show_sources(console: AnswerConsole, files: list[CheckedSource]) -> None:
     console.print(table)
 
 
-def _range(values: list[float | None]) -> str:
+def _range(values: list[float | None], digits: int = 4) -> str:
     known = [value for value in values if value is not None]
     if not known:
         return NOT_KNOWN
-    low, high = significant(min(known), 4), significant(max(known), 4)
+    low, high = significant(min(known), digits), significant(max(known), digits)
     return low if low == high else f"{low} … {high}"
 
 
-def _show_ranges(console: AnswerConsole, files: list[CheckedSource]) -> None:
-    """Draw each column's range over all files of its source, in the units people read."""
+def _show_ranges(console: AnswerConsole, files: list[CheckedSource], details: bool) -> None:
+    """Draw the range of each column, or of all of a signal, over all files of its source, in the units people read."""
     table = plain_table("source", "signal", "column", "written in", "lowest>", "highest>", "", "moved")
-    row_count = 0
     for source, source_files in _by_source(files).items():
-        columns: dict[tuple[str, str], list[CheckedColumn]] = {}
+        columns: dict[tuple[str, str, str], list[CheckedColumn]] = {}
         for file in source_files:
             for column in file.columns:
-                columns.setdefault((column.signal, column.column), []).append(column)
-        for (signal, name), ranges in columns.items():
-            row_count += 1
-            low = min((column_range.low_si for column_range in ranges if column_range.low_si is not None), default=None)
-            high = max(
-                (column_range.high_si for column_range in ranges if column_range.high_si is not None), default=None
-            )
-            factor, unit = READ_AS.get(ranges[0].unit, (1.0, ranges[0].unit))
+                # a joint is a thing of its own, and may stand in the column of another
+                own = column.column if details or column.signal == "joints" else ""
+                columns.setdefault((column.signal, column.unit, own), []).append(column)
+        for (signal, written, _), ranges in columns.items():
+            names = list(dict.fromkeys(one.column for one in ranges))
+            low = min((one.low_si for one in ranges if one.low_si is not None), default=None)
+            high = max((one.high_si for one in ranges if one.high_si is not None), default=None)
+            factor, unit = READ_AS.get(written, (1.0, written))
             zero = 273.15 if unit == "°C" else 0.0
             ends = (NOT_KNOWN if end is None else significant(end * factor - zero, 4) for end in (low, high))
-            count = sum(bool(column_range.moved) for column_range in ranges)
-            text = "no" if not count else "yes" if count == len(ranges) else f"in {count} of {len(ranges)} files"
-            table.add_row(source, signal, name, ranges[0].unit, *ends, unit, text)
-    if row_count:
+            name = names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"
+            table.add_row(source, signal, name, written, *ends, unit, _moved(names, ranges))
+    if table.row_count:
         console.print(table)
 
 
-def _show_runs(console: AnswerConsole, runs: list[CheckedRun], most: int = 15) -> None:
+def _moved(names: list[str], ranges: list[CheckedColumn]) -> str:
+    """Return which columns moved, and of one in how many files."""
+    if len(names) == 1:
+        count = sum(bool(one.moved) for one in ranges)
+        return "no" if not count else "yes" if count == len(ranges) else f"in {count} of {len(ranges)} files"
+    still = [name for name in names if not any(one.moved for one in ranges if one.column == name)]
+    return "yes" if not still else "no" if len(still) == len(names) else f"not {', '.join(still)}"
+
+
+def _show_runs(console: AnswerConsole, runs: list[CheckedRun], details: bool, most: int = 15) -> None:
+    """Draw a row for each run; without details one for those of a kind and as many states."""
     if not runs:
         return
     table = plain_table("run", "experiment", "states>", "set aside>", "largest force [N]>")
-    for run in runs[:most]:
-        force = significant(run.largest_force_N)
-        count_text = f"{run.n_readings} readings" if run.n_readings else str(run.n_states)
-        table.add_row(run.id, run.experiment, count_text, str(len(run.set_aside)), force)
+    alike: dict[tuple[str, ...], list[CheckedRun]] = {}
+    for run in runs:
+        count = f"{run.n_readings} readings" if run.n_readings else str(run.n_states)
+        key = run.experiment, count, str(len(run.set_aside))
+        alike.setdefault((*key, run.id) if details else key, []).append(run)
+    for key, same in list(alike.items())[:most]:
+        name = same[0].id if len(same) == 1 else f"{same[0].id} … {same[-1].id}: {len(same)} runs"
+        table.add_row(name, *key[:3], _range([run.largest_force_N for run in same], 3))
     console.print(table)
-    if len(runs) > most:
-        console.print(f"  and {len(runs) - most} more runs (all in --json)")
+    if len(alike) > most:
+        console.print(f"  and {len(alike) - most} more{' runs' * details} (all in --json)")
     for line in [f"run {run.id}, {line}" for run in runs for line in run.set_aside][:most]:
         console.print(f"set aside: {line}", soft_wrap=True)
 

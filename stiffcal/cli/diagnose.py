@@ -351,8 +351,9 @@ def _show_pace(console: AnswerConsole, result: DiagnoseResult) -> None:
         else "; combinations of these with one effect more, which have about "
         f"{share(result.not_weighed)} of the probability, were not compared"
     )
+    shapes = "" if pace.signatures == pace.candidates else f" ({pace.signatures} with their shapes)"
     console.print(
-        f"\ncompared {pace.candidates} effects at their places ({pace.signatures} with their shapes) about "
+        f"\ncompared {pace.candidates} effects at their places{shapes} about "
         f"{pace.models} model{'s' * (pace.models != 1)} in {significant(pace.seconds)} s{left}",
         soft_wrap=True,
     )

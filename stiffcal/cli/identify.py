@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -13,12 +14,13 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.experiments import overviews, show_overviews
 from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.next_step import following
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import deviation, significant
+from stiffcal.results.geometry_words import IN_ROWS
 from stiffcal.results.next_step import Step, is_within_noise
 from stiffcal.results.unidentified_words import unidentified_in_words
 
@@ -47,6 +49,7 @@ def identify(
     coupling: Annotated[
         bool, typer.Option("--coupling", help="With rods on a link: compare with the fit that does not use them.")
     ] = False,
+    details: Details = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
@@ -63,14 +66,14 @@ def identify(
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = identify_campaign(folder, context, loss, dual_quaternions, coupling)
-        answer.give(result, show_fit, following(folder, store, Step.IDENTIFY))
+        answer.give(result, partial(show_fit, details=details), following(folder, store, Step.IDENTIFY))
     return OK
 
 
-def show_fit(console: AnswerConsole, result: IdentifyResult) -> None:
+def show_fit(console: AnswerConsole, result: IdentifyResult, details: bool = False) -> None:
     """Draw a fit: how well it fits, then the table and what these data do not identify."""
     show_verdict(console, *fit_verdict(result))
-    show_fitted(console, result)
+    show_fitted(console, result, details)
     if _of_places_alone(result):
         console.print("whether these poses identify the stiffness of a joint is stated by validate", soft_wrap=True)
 
@@ -94,12 +97,17 @@ def _fit_in_words(result: IdentifyResult) -> str:
 
 
 def show_fitted(
-    console: AnswerConsole, result: IdentifyResult, is_part: bool = False, unclaimed: Collection[int] = ()
+    console: AnswerConsole,
+    result: IdentifyResult,
+    details: bool = False,
+    is_part: bool = False,
+    unclaimed: Collection[int] = (),
 ) -> None:
     """Draw a fit without its verdict.
 
     Parameters
     ----------
+    details : also the parameters that the rows of the geometry state in another form.
     is_part : whether it is a part of another answer, whose verdict stands before it: then the fit is compared with the
         noise in a line of its own.
     unclaimed : joints whose compliance is not identified, as `show_parameters` takes them.
@@ -110,6 +118,8 @@ def show_fitted(
     kinds = overviews(result)
     elsewhere = {name for overview in kinds for name in overview.parameters}
     shown = [parameter for parameter in result.parameters if parameter.name not in elsewhere]
+    if _has_rows(result) and not details:
+        shown = [parameter for parameter in shown if parameter.effect != IN_ROWS]
     show_parameters(console, shown, unclaimed)
     show_overviews(console, kinds)
     if result.geometry is not None:
@@ -147,6 +157,13 @@ def _read_in_words(result: IdentifyResult) -> str:
     if _of_places_alone(result):
         return f"{result.n_states} poses"
     return f"{result.n_states} poses and load states" if result.agreement else f"{result.n_states} load states"
+
+
+def _has_rows(result: IdentifyResult) -> bool:
+    """Return whether the geometry that was found stands as rows of joints, as a controller takes it."""
+    from stiffcal.identification.geometry_results import GeometryFound
+
+    return isinstance(result.geometry, GeometryFound)
 
 
 def _of_places_alone(result: IdentifyResult) -> bool:

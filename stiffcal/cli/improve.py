@@ -24,10 +24,10 @@ from stiffcal.cli.wording import deviation, places
 from stiffcal.escapes.shell import command_line
 from stiffcal.results.next_step import Step
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import variable
+from stiffcal.wording import listing, variable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from stiffcal.cli.console import AnswerConsole
     from stiffcal.workflow.improve_results import ImproveResult, ImproveStep
@@ -107,6 +107,20 @@ def _step_shown(answer: Answer, at_terminal: bool) -> Callable[[ImproveStep], No
     return ladder.reached
 
 
+def gain_in_words(steps: Sequence[ImproveStep]) -> str:
+    """Return what was added and by how much the error has fallen; "" where nothing was added, or it has not."""
+    first, last = steps[0], steps[-1]
+    added = [f"{step.effect} ({places(step.where)})" for step in steps if step.action == "add"]
+    before, after = (dict(step.heldout_rms.items()) if step.heldout_rms else {} for step in (first, last))
+    measured = [(value, after.get(name)) for name, value in before.items() if value is not None]
+    if not added or not any(now is not None and now < value for value, now in measured):
+        return ""
+    return (
+        f"Added {listing(added)}: the error in {held_out(last.scheme)} decreased from {deviation(first.heldout_rms)} "
+        f"to {deviation(last.heldout_rms)} rms."
+    )
+
+
 def print_step(answer: Answer, step: ImproveStep) -> None:
     """Print a rung of the ladder as it is reached."""
     answer.notify(f"{step_words(step)}: {deviation(step.heldout_rms)} rms in {held_out(step.scheme)}")
@@ -114,6 +128,9 @@ def print_step(answer: Answer, step: ImproveStep) -> None:
 
 def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
     """Draw the ladder of errors, from no model down to the noise."""
+    if (gain := gain_in_words(result.steps)) and not result.adequate:
+        # the verdict on the rest is no verdict on what was done
+        show_verdict(console, "pass", gain)
     show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)

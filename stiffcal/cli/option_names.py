@@ -3,9 +3,9 @@
 WITH_EVERY_COMMAND = "--debug --force --help --json --log-file --overwrite --verbose"
 OPTIONS = {
     "init": "--from --kind --robot --tool --urdf",
-    "check": "--quick --run --store",
+    "check": "--details --quick --run --store",
     "ingest": "--store",
-    "identify": "--coupling --dual-quaternions --loss --no-update --store",
+    "identify": "--coupling --details --dual-quaternions --loss --no-update --store",
     "validate": "--details --model --no-update --store --thresholds",
     "diagnose": "--details --no-update --store",
     "improve": "--dry-run --likely --no-report --no-update --report --store --yes",
@@ -21,7 +21,7 @@ OPTIONS = {
         "--convention --cycle-ms --filter --leave-out --no-update --output --raw-text --sensor --store --strict "
         "--target --tool --zeroed-at"
     ),
-    "predict": "--at --load-path --no-update --note --output --points --poses --store",
+    "predict": "--at --force --load-path --no-update --note --output --points --pose --poses --store",
     "map": (
         "--at --load --mass --no-update --output --plane --points --pose --slices --stiffness --store --table --target"
     ),

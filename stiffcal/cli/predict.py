@@ -9,10 +9,12 @@ import typer
 
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, significant
+from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
+from stiffcal.fault_codes import FaultCode
 from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
@@ -26,6 +28,19 @@ if TYPE_CHECKING:
 
 def predict(
     folder: Folder = HERE,
+    pose: Annotated[
+        str | None,
+        typer.Option("--pose", metavar="A1,A2,…", help="One pose, joint angles in degrees.", show_default=False),
+    ] = None,
+    force: Annotated[
+        str | None,
+        typer.Option(
+            "--force",
+            metavar="Fx,Fy,Fz",
+            help="The force at --pose in N, base axes, on the robot at the load point; with moments Fx, … Tz.",
+            show_default=False,
+        ),
+    ] = None,
     poses: Annotated[
         Path | None,
         typer.Option(
@@ -55,26 +70,43 @@ def predict(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
-    overwrite: Overwrite = False,
+    overwrite: OverwriteAlone = False,
 ) -> int:
     """Predict deflection and stiffness under given loads.
 
-    With uncertainty; loads from a table of poses, or along a path of forces at one pose.
+    With uncertainty; of one force at one pose, of a table of poses and loads, or along a path of forces at one pose.
 
-    Example: stiffcal predict demo --load-path "-100,200,-300;0,0,0;100,-200,100" --at 0,10,20,0,30,0
+    Example: stiffcal predict demo --pose 0,10,20,0,30,0 --force 0,0,-500
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
+        from stiffcal.workflow.predict import LoadPathRequest, OneLoad, predict_campaign
         from stiffcal.workflow.steps import RunContext
 
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
         )
         path = LoadPathRequest(load_path, at, points, note) if load_path is not None else None
-        result = predict_campaign(folder, context, poses=poses, load_path=path, output=output)
+        if (pose is not None or force is not None) and poses is not None:
+            raise _both("--poses")
+        if pose is None and force is not None:
+            raise _no_pose()
+        one = None if pose is None else OneLoad(pose, force or OneLoad.force)
+        result = predict_campaign(folder, context, poses=one or poses, load_path=path, output=output)
         then = NextLine(command_line("export", folder, "-o", "model.json", store=store))
         answer.give(result, show_prediction, then)
     return OK
+
+
+def _both(option: str) -> InputError:
+    """Return the fault of one pose next to a table of them."""
+    reason, mend = f"--pose or --force and {option} are both given", f"give either of them; a load of {option} is in it"
+    return InputError.at(FaultCode.OPTION_CONFLICT, "command line", option, reason, mend)
+
+
+def _no_pose() -> InputError:
+    """Return the fault of a force without a pose."""
+    mend = "give the joint angles in degrees: --pose A1,A2,…"
+    return InputError.at(FaultCode.OPTION_MISSING, "command line", "--pose", "--force is given without a pose", mend)
 
 
 def show_prediction(console: Console, result: PredictResult, most: int = 24) -> None:

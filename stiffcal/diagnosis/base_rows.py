@@ -30,27 +30,6 @@ def sorted_by_fold(folds: Sequence[Integers]) -> tuple[Integers, list[slice]]:
     return np.concatenate(folds), [slice(int(e) - len(fold), int(e)) for e, fold in zip(ends, folds, strict=True)]
 
 
-def of_folds(
-    rows: Floats,
-    cuts: Sequence[slice],
-    few: FewRows | None = None,
-    outside: Floats | None = None,
-) -> FoldProducts | AddedColumns:
-    """Return what `score_variants` takes of rows (k + 1, m · n), sorted by fold, residual last.
-
-    Parameters
-    ----------
-    cuts : the rows of each fold.
-    few : the first of these rows, where they are prepared already.
-    outside : as in `FoldProducts`, which folds of few rows do not take.
-    """
-    if few is None and outside is None:
-        few = FewRows.of(rows[:-1], cuts)
-    if few is None:
-        return FoldProducts.of(rows, cuts, outside)
-    return AddedColumns(few, np.ascontiguousarray(rows[few.columns.shape[1] :].T))
-
-
 def in_order(score: Score, order: Integers) -> Score:
     """Return the score of rows that were sorted, its own rows in the order before."""
     residual = np.empty_like(score.left.residual)
@@ -107,10 +86,13 @@ class BaseRows:
         """Prepare; ``stack`` (p + 1, m, n) holds the base columns and the residual."""
         order, cuts = sorted_by_fold(folds)
         rows = space.rows(stack)[:, order]
-        known = inner_outside(outside, len(low))
-        whole, groups = of_folds(rows, cuts, outside=known), choice_groups(len(folds))
+        few, groups = FewRows.of(rows[:-1], cuts, outside), choice_groups(len(folds))
+        whole: FoldProducts | AddedColumns
+        if few is None:
+            whole = FoldProducts.of(rows, cuts, inner_outside(outside, len(low)))
+        else:
+            whole = AddedColumns.of(few, rows[-1:])
         base, inner = score_variants([whole], low, high, groups), whole.total[:-1, :-1]
-        few = whole.base if isinstance(whole, AddedColumns) else None
         return cls(
             state, space, rows[:-1], rows[-1:], order, cuts, inner, groups, low, high, base, outside, few
         )  # fmt: skip
@@ -135,7 +117,7 @@ class BaseRows:
     def of_folds(self, mine: Floats) -> FoldProducts | AddedColumns:
         """Return what `score_variants` takes of base columns, the candidate's and the residual."""
         if self.few is not None:
-            return AddedColumns(self.few, np.ascontiguousarray(mine.T))
+            return AddedColumns.of(self.few, mine)
         return self.products(mine)
 
     def bounds(self, regressor: Regressor) -> tuple[Floats, Floats]:

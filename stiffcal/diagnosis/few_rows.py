@@ -10,7 +10,8 @@ Woodbury)
 
 for the candidate's amplitudes without the fold, and M_f (e_f − z_f a_f) for what the fit without it leaves of it. K and
 M_f are the base's and made once for each set of its parameters that lie on bounds. Folds without which a parameter
-meets or leaves a bound, or is not determined, are solved by themselves.
+meets or leaves a bound, or is not determined, are solved by themselves. What is known of the base's parameters before
+is rows that belong to no fold, after those of all folds; candidates are 0 there.
 """
 
 from __future__ import annotations
@@ -38,28 +39,38 @@ class FewRows:
     """The base model's rows, fold after fold, and what is solved of them."""
 
     columns: Floats
-    """(N, p) base columns, fold after fold."""
+    """(N + o, p) base columns, fold after fold, then those of o rows that are in no fold."""
     starts: Integers
     """(F,) the first row of each fold."""
+    wanted: Floats
+    """(o,) what the rows in no fold are to explain."""
     _sets: dict[bytes, _HeldSet] = field(default_factory=dict)
     _groups: dict[bytes, list[tuple[Integers, Floats, Floats]]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, columns: Floats, cuts: Sequence[slice]) -> FewRows | None:
+    def of(cls, columns: Floats, cuts: Sequence[slice], outside: Floats | None = None) -> FewRows | None:
         """Prepare base columns (p, N) sorted by fold; None where folds have many rows.
 
         Parameters
         ----------
         cuts : the rows of each fold.
+        outside : (o, p + 1) rows that are in no fold, what they are to explain last; None: there are none.
         """
         if FEW_ROWS * columns.shape[1] > len(cuts) * (len(columns) + 1):
             return None
-        return cls(np.ascontiguousarray(columns.T), np.array([cut.start for cut in cuts], dtype=np.int64))
+        outside = np.zeros((0, len(columns) + 1)) if outside is None else outside
+        starts = np.array([cut.start for cut in cuts], dtype=np.int64)
+        return cls(np.concatenate([columns.T, outside[:, :-1]]), starts, outside[:, -1])
+
+    @property
+    def n_rows(self) -> int:
+        """How many rows are in folds."""
+        return len(self.columns) - len(self.wanted)
 
     @cached_property
     def sizes(self) -> Integers:
         """(F,) how many rows each fold has."""
-        return np.diff(np.append(self.starts, len(self.columns)))
+        return np.diff(np.append(self.starts, self.n_rows))
 
     @cached_property
     def inner(self) -> Floats:
@@ -147,7 +158,14 @@ class AddedColumns:
     base: FewRows
     """The base model's."""
     mine: Floats
-    """(N, q + 1) the candidate's columns and the residual, fold after fold."""
+    """(N + o, q + 1) the candidate's columns and the residual, of the same rows."""
+
+    @classmethod
+    def of(cls, base: FewRows, rows: Floats) -> AddedColumns:
+        """Return a candidate's columns and the residual (q + 1, N) next to those of the base model."""
+        outside = np.zeros((len(base.wanted), len(rows)))
+        outside[:, -1] = base.wanted
+        return cls(base, np.concatenate([rows.T, outside]))
 
     @cached_property
     def total(self) -> Floats:
@@ -170,7 +188,9 @@ class AddedColumns:
             for (part, whole), solution in zip(rows, solutions[alone], strict=True):
                 residual[part] = whole[:, -1] - whole[:, :-1] @ solution
         squares = self._sums(residual**2)
-        return LeftOutFolds(residual, quadratic(self.total, solutions) - squares), squares
+        # of readings alone, as many as folds, what was left says all; of nuisance errors it does not
+        without = solutions if len(self.base.wanted) else None
+        return LeftOutFolds(residual, quadratic(self.total, solutions) - squares, without), squares
 
     def moved(self, left: LeftOutFolds, base: LeftOutFolds) -> Floats:
         """Return (F,) squares by which the prediction of each fold left out differs from that of the base model."""
@@ -220,7 +240,7 @@ class AddedColumns:
         margin = SLACK * np.abs(aim).max(initial=0.0)
         of_held = np.column_stack([base.columns[:, held[:p]], self.mine[:, :-1][:, held[p:]]]) / scale[held]
         alone = (self.mine[:, :-1] / scale[p:]) ** 2
-        residual = np.zeros(len(self.mine))
+        residual = np.zeros(base.n_rows)
         size = max(float(np.linalg.det(normal)), 0.0)
         free = np.flatnonzero(~held)
         n_free = int(np.count_nonzero(known.free))

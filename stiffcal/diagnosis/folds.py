@@ -28,7 +28,7 @@ class LeftOutFolds:
     rest: Floats
     """(F,) squares of all other folds, by the same fit."""
     without: Floats | None = None
-    """(F, k) the parameters of these fits; None where folds have few rows, whose number is that of the readings."""
+    """(F, k) the parameters of these fits; None where folds have few rows and all columns are the model's own."""
 
 
 def fold_products(rows: Floats, folds: Sequence[Integers | slice]) -> Floats:

@@ -41,6 +41,14 @@ def _with_candidate(scan: LoadScan, trial: Trial | None) -> tuple[Floats, Floats
     return np.concatenate([scan.columns, regressor.columns]), scan.residual - regressor.fixed
 
 
+def _explained(columns: Floats, values: Floats, fold: Integers) -> Floats:
+    """Return (m, n) what columns (k, m, n) make with values (F, k) of the folds, by their numbers (n,) in order."""
+    found, (_, number) = np.zeros(columns.shape[1:]), np.unique(fold, return_inverse=True)
+    for column, value in zip(columns, values[number].T, strict=True):
+        found += column * value
+    return found
+
+
 def _take_out_slip(residual: Floats, score: Score, columns: Floats, own: Floats) -> None:
     """Take a slip out of (m, n) residuals, in place.
 
@@ -64,8 +72,7 @@ def left_out_residual(scan: LoadScan, trial: Trial | None) -> Floats:
         return corrected_for_freedom(scan.space.unwhitened(score.left.residual), scan.fit.data)
     columns, residual = _with_candidate(scan, trial)
     own = _own_columns(scan, len(columns))
-    for number, members in enumerate(members_of(scan.fold_of_state)):
-        residual[:, members] -= np.tensordot(score.left.without[number] * own, columns[:, :, members], axes=1)
+    residual -= _explained(columns, score.left.without * own, scan.fold_of_state)
     _take_out_slip(residual, score, columns, own)
     return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 
@@ -89,8 +96,7 @@ def residual_without_folds(scan: LoadScan, trial: Trial | None, fold: Integers) 
         *added, fixed = scan.space.rows(np.concatenate([regressor.columns, regressor.fixed[None]]))
         problem = problem.with_columns(np.array(added), *bounds_of_candidate(regressor), fixed)
     own = _own_columns(scan, len(columns))
-    for values, members in zip(problem.steps, members_of(fold), strict=True):
-        residual[:, members] -= np.tensordot(values * own, columns[:, :, members], axes=1)
+    residual -= _explained(columns, problem.steps * own, fold)
     _take_out_slip(residual, score, columns, own)
     return corrected_for_freedom(scan.space.centred(residual[None])[0], scan.fit.data)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Iterable
 from functools import cache
 from json.encoder import encode_basestring
 from typing import Any
@@ -16,6 +17,7 @@ from typing import Any
 from stiffcal.escapes import hidden
 
 _CONTAINERS = (dict, list, tuple)
+_KINDS = frozenset(_CONTAINERS)
 _PLAIN = bytes((*b"\n", *range(0x20, 0x7F)))  # never hidden, and most of a document
 _COMMAND = re.compile(r"#(?=#[A-Za-z]*\[)")  # no line of JSON begins with a text, so that `::` does nothing
 
@@ -65,7 +67,7 @@ def _indented(value: Any, step: str, outer: str) -> str:
     inner = outer + step
     between = f",{inner}"
     items = value.values() if isinstance(value, dict) else value
-    if not any(isinstance(item, _CONTAINERS) for item in items):
+    if not _holds_containers(items):
         flat = _encoder(between).encode(value)
         return f"{flat[0]}{inner}{flat[1:-1]}{outer}{flat[-1]}"
     if not isinstance(value, dict) and all(_is_flat(item) for item in value):
@@ -89,7 +91,11 @@ def _single(value: Any) -> str:
 
 def _is_flat(value: Any) -> bool:
     """Return whether a value is an object that holds something, and no containers."""
-    return isinstance(value, dict) and bool(value) and not any(isinstance(own, _CONTAINERS) for own in value.values())
+    return isinstance(value, dict) and bool(value) and not _holds_containers(value.values())
+
+
+def _holds_containers(values: Iterable[Any]) -> bool:
+    return not _KINDS.isdisjoint(map(type, values))
 
 
 def _escape_hidden(text: str) -> str:

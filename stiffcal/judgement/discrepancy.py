@@ -15,8 +15,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.drift import walking_together
+from stiffcal.estimation.decomposition import thin_svd
 from stiffcal.identification.projection import Projection
-from stiffcal.judgement.decomposition import thin_svd
 from stiffcal.judgement.like_states import sweeps_of
 from stiffcal.judgement.numbers import (
     DISCREPANCIES,

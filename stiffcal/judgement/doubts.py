@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.diagnosis.suspects.result import Suspect, SuspectKind
+from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.identification.identify import fit_problem
 from stiffcal.identification.row_layout import ROTATION, TRANSLATION
 from stiffcal.identification.weights import predict_observations
 from stiffcal.judgement.diagnosed import DiagnosedStates
 from stiffcal.judgement.rows_off import Off
+from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 
 def reading_off(found: DiagnosedStates, off: Off, probability: float) -> Suspect:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.row_layout import MEASURES, TRANSLATION
 from stiffcal.judgement.ground import CheckKind, Ground
 from stiffcal.judgement.like_states import sweeps_of, variance_of
+from stiffcal.mistakes.states.mistake import LeftOfStates
 
 _OF_MEASURE = {
     "translation": CheckKind.TRANSLATION, "rotation": CheckKind.ROTATION, "length": CheckKind.LENGTH,
@@ -59,3 +61,21 @@ class GroundOfStates(Ground):
         numbers = self.space.data.order.number
         first = best_slip(self.space, self.residual) if len(numbers) else None
         return len(numbers), None if first is None else float(numbers[first])
+
+    @cached_property
+    def left(self) -> LeftOfStates:
+        """What the model leaves, on which mistakes are tried."""
+        data = self.space.data
+        return LeftOfStates(
+            residual=self.residual,
+            scale=self.space.whitening.scale,
+            space=self.space,
+            run=data.run,
+            absolute=data.absolute,
+            wrench=data.wrench,
+            response=self.state.tangents.reading_rows(),
+            swept=frozenset(sweep.run for sweep in sweeps_of(data)),
+            has_constants=data.free_offset,
+            step=best_slip(self.space, self.residual) if data.free_offset else None,
+            n_runs=len(self.of_loads.runs),
+        )

@@ -11,7 +11,6 @@ from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.diagnosis.suspects.influence import most_suspects
 from stiffcal.judgement.discrepancy import OffRun
 from stiffcal.judgement.evidence import MemberColumns
-from stiffcal.judgement.exchanged import Exchange, ExchangedPart, exchanges
 from stiffcal.judgement.ground import Ground
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.members import Member, off_columns
@@ -19,7 +18,8 @@ from stiffcal.judgement.numbers import ALONE, RUNS_KEPT
 from stiffcal.judgement.priors import MemberKind, RobotScale, Share
 from stiffcal.judgement.rows_off import Off, rows_off
 from stiffcal.judgement.settings_off import GivenSettings, setting_columns
-from stiffcal.judgement.within_run import InRun, mistakes_in_runs
+from stiffcal.mistakes.found import mistakes_of
+from stiffcal.mistakes.states.mistake import StateChange, StateMistake
 
 
 def mistakes_and_settings(
@@ -42,8 +42,15 @@ def mistakes_and_settings(
         return
     yield from what_is_off(ground)
     if most_suspects(len(np.unique(ground.space.data.run))):
-        yield from (_exchanged(ground, one) for one in exchanges(ground))
-        yield from (_in_run(one) for one in mistakes_in_runs(ground))
+        yield from (_of_change(mistake, change) for mistake, change in state_changes(ground))
+
+
+def state_changes(ground: GroundOfStates) -> Iterator[tuple[StateMistake, StateChange]]:
+    """Give what each mistake of load states may have done to the readings; places show none of them."""
+    if ground.space.data.absolute.all():
+        return
+    for mistake in mistakes_of(StateMistake):
+        yield from ((mistake, change) for change in mistake.changes(ground.left))
 
 
 def what_is_off(ground: Ground) -> Iterator[Member]:
@@ -82,15 +89,12 @@ def _row_off(off: Off, rows: Floats) -> Member:
     return Member(f"state {off.state} off", share, None, {}, 0.0, off_columns(rows, ALONE), off=(off,))
 
 
-def _in_run(one: InRun) -> Member:
-    """Return the member by which something went wrong inside a run."""
-    share = Share(f"run {one.run}", one.kind.value, MemberKind.MISTAKE, False)
-    return Member(one.name, share, None, {}, one.log_share, off_columns(one.rows), off=(Off(one.run),))
-
-
-def _exchanged(ground: GroundOfStates, one: Exchange) -> Member:
-    """Return the member by which two runs are exchanged: with any of the others, in any part, as soon as off."""
-    share = Share(f"runs {one.runs[0]} and {one.runs[1]}", one.part.value, MemberKind.MISTAKE, False)
-    columns = MemberColumns(ground.space.rows(one.column[None]), np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
-    of_all = -float(np.log(len(ExchangedPart) * max(len(ground.of_loads.runs) - 1, 1)))
-    return Member(one.name, share, None, {}, of_all, columns, off=tuple(map(Off, one.runs)))
+def _of_change(mistake: StateMistake, change: StateChange) -> Member:
+    """Return the member by which a mistake changed load states."""
+    place = f"run {change.runs[0]}" if len(change.runs) == 1 else f"runs {' and '.join(map(str, change.runs))}"
+    columns = off_columns(change.rows)
+    if mistake.size_is_known:
+        columns = MemberColumns(change.rows, np.ones(1, dtype=np.bool_), np.ones(1), np.ones(1))
+    share = Share(place, mistake.name, MemberKind.MISTAKE, False)
+    name, off = mistake.words(change.runs), tuple(map(Off, change.runs))
+    return Member(name, share, None, {}, change.log_share, columns, off=off)

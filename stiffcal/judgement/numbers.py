@@ -156,12 +156,6 @@ RUNS_KEPT = 8
 """Runs that may be off and are compared with all else: those that explain most by being so. Ours: 0, 0."""
 ROWS_KEPT = 12
 """States that are compared with all else, those that are furthest off."""
-EXCHANGES_KEPT = 3
-"""Pairs of exchanged runs of each kind that are compared with all else."""
-INTERVALS_KEPT = 2
-"""Runs in which a target moved for a while that are compared with all else."""
-MOST_EDGES = 120
-"""States of a run at which an interval is tried to begin and to end."""
 WITHIN = 9.0
 """Nats behind the best set up to which a set is enlarged."""
 OUT_OF_REACH = 40.0
@@ -211,10 +205,6 @@ LEAST_LEFT = 1e-6
 """Share of an effect's squares that is left beyond what every hypothesis can make, below which it does not show."""
 LEAST_DIRECTION = 1e-9
 """Share of the largest variance of a run below which a direction is rounding."""
-LEAST_INTERVAL = 1e-9
-"""Share of a run's weight that an interval has beyond the run's constant, below which it is rounding."""
-LEAST_OF_MISTAKE = 1e-6
-"""Share of a mistake's longest column below which another is made of those before."""
 SAME_VALUE = 1e-9
 """Share of its range by which a value may change that stays."""
 BINS, BIN_RANGE = 320, (-12.0, 20.0)

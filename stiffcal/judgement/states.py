@@ -32,7 +32,7 @@ from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, w
 from stiffcal.judgement.lasting_errors import lasting_errors
 from stiffcal.judgement.like_states import variance_of, with_noise_of_like_states
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
-from stiffcal.judgement.mistakes import mistakes_and_settings
+from stiffcal.judgement.mistakes import mistakes_and_settings, state_changes
 from stiffcal.judgement.numbers import ALIKE_IN_SWEEPS, ALONE, DOUBTED_RUN, OF_LOADS, OF_TIME, STATED_NOISE_DOF
 from stiffcal.judgement.priors import JOINT_SPRING, RobotScale, log_odds_of_doubt
 from stiffcal.judgement.reference_places import with_reference_places
@@ -42,7 +42,6 @@ from stiffcal.judgement.settings_off import GivenSettings, changed_model, freed,
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
 from stiffcal.judgement.weight import WeightOfLinks, shown
-from stiffcal.judgement.within_run import mistakes_in_runs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole, Place
@@ -223,9 +222,9 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         off += [(one, off_columns(rows, ALONE), 0.0) for one, rows in rows_off(ground, states)]
         usual = range(len(columns) + len(off))
         off += [
-            (Off(one.run), off_columns(one.rows), one.log_share)
-            for one in mistakes_in_runs(ground)
-            if Off(one.run) in aside
+            (Off(change.runs[0]), off_columns(change.rows), change.log_share)
+            for mistake, change in state_changes(ground)
+            if mistake.inside_a_run and Off(change.runs[0]) in aside
         ]
         evidence = ground.evidence([*columns, *(rows for _, rows, _ in off)])
         log_odds = dict[Off, float]()

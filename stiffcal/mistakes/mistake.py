@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -151,7 +152,7 @@ class ChangeTexts:
     """What is wrong where only some rows have the mistake."""
 
 
-class Mistake:
+class Mistake(ABC):
     """One mistake that people and programs make; a subclass in a file of `catalogue/` is found and tried."""
 
     name: ClassVar[str]
@@ -173,6 +174,7 @@ class Mistake:
         """Yield the ways whose size a fit has to find; asked for where one of `TriedOn.REFERENCES`."""
         yield from ()
 
+    @abstractmethod
     def texts(self, change: InputChange, chain: Chain) -> ChangeTexts:
         """Return a change of this kind in words.
 
@@ -180,7 +182,6 @@ class Mistake:
         ----------
         change : with the names, sizes and value of one of the ways. chain : the robot.
         """
-        raise NotImplementedError
 
     def is_in_manifest(self, change: InputChange) -> bool:
         """Return whether the manifest is wrong, where all rows have it; else the table, or the robot file."""

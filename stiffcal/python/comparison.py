@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import InputError
@@ -10,8 +9,9 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.rms import Rms
 from stiffcal.python.answers import FittedModel
 from stiffcal.python.frames import frame_of_rows
+from stiffcal.report.wording import measure_text
 from stiffcal.validation.change import change_of
-from stiffcal.wording import place_label, significant
+from stiffcal.wording import place_label
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -119,17 +119,15 @@ class FitComparison:
 
     def summary(self) -> str:
         """Return both errors in a line."""
-        errors = self.errors
-        texts = [
-            f"{title}: fit {significant(1e6 * row['fit_m'])} µm"
-            + (
-                ""
-                if row["heldout_m"] is None or math.isnan(row["heldout_m"])
-                else f", held out {significant(1e6 * row['heldout_m'])} µm"
-            )
-            for title, row in errors.iterrows()
-            if row["fit_m"] is not None
-        ]
+        texts = []
+        for fit in (self.before, self.after):
+            result = fit.result
+            parts = [
+                f"{what} {measure_text(rms)}"
+                for what, rms in (("fit", result.rms), ("held out", result.expected_rms))
+                if rms
+            ]
+            texts += [f"{fit.title}: {', '.join(parts)}"] if parts else []
         return "; ".join(texts)
 
     def _repr_html_(self) -> str:

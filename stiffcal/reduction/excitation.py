@@ -12,10 +12,10 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.bounded_least_squares import least_squares_within
-from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-from stiffcal.reduction.motion import mean_measured, motion_of
+from stiffcal.reduction.motion import less_means_of_runs, motion_of
 from stiffcal.uncertainty import NORMAL_95, is_poorly_known
 
 # A torque below this share of the largest joint's is none that matters.
@@ -95,10 +95,7 @@ def _first_order_equations(states: LoadStates, chain: Chain) -> tuple[Floats, Fl
     motion = motion_of(states, chain, all_targets=True)
     columns, measured = (motion.columns(states, chain) @ drives) * torque[:, None, :], motion.measured
     if not states.deflection_given:
-        for of_run in members_of(states.run):
-            torque[of_run] -= torque[of_run].mean(axis=0)
-            columns[of_run] -= columns[of_run].mean(axis=0)
-            measured[of_run] -= mean_measured(measured[of_run])
+        torque, columns, measured = (less_means_of_runs(values, states.run) for values in (torque, columns, measured))
     rows = np.isfinite(measured).ravel()
     return torque, columns.reshape(-1, columns.shape[2])[rows], measured.ravel()[rows]
 

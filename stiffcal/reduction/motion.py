@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.arrays import Floats
+from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
@@ -62,10 +62,16 @@ def motion_of(states: LoadStates, chain: Chain, all_targets: bool = False) -> Me
     )
 
 
-def mean_measured(measured: Floats) -> Floats:
-    """Return (k,) the mean of what was measured, NaN (without a warning) where nothing was."""
-    count = np.isfinite(measured).sum(axis=0)
-    return np.asarray(np.where(count > 0, np.nansum(measured, axis=0) / np.maximum(count, 1), np.nan))
+def less_means_of_runs(values: Floats, run: Integers) -> Floats:
+    """Return values (n, …) less the mean of what was measured of them in their run (n,); NaN stays NaN."""
+    order = np.argsort(run, kind="stable")
+    first = np.flatnonzero(np.diff(run[order], prepend=-1))
+    counts = np.diff(first, append=run.size)
+    sums = np.add.reduceat(np.nan_to_num(values)[order], first, axis=0)
+    measured = np.add.reduceat(np.isfinite(values)[order], first, axis=0, dtype=np.int64)
+    less = np.empty_like(values)
+    less[order] = values[order] - np.repeat(sums / np.maximum(measured, 1), counts, axis=0)
+    return less
 
 
 def gauge_directions(states: LoadStates, chain: Chain) -> Floats:

@@ -42,6 +42,8 @@ WORST_ROTATION_RAD = 0.02
 # No robot is further from its nominal geometry: places, or orientations, that are off by more are wrongly read.
 WORST_M = 3e-2
 WORST_RAD = 0.1
+# Angles of a robot as built err by some mrad: orientations that differ by less than a degree leave no joint in doubt.
+AGREEING_RAD = 0.0175
 STEP = 1e-6  # of numerical derivatives, m and rad
 # Share of the largest motion of one frame below which another motion of it is rounding of these derivatives.
 OPEN = 1e-6
@@ -373,6 +375,15 @@ class _RegistrationProblem:
             )  # fmt: skip
         if missed > WORST_M:
             still, first = still_words(self.states)
+            if turn.size and turned <= AGREEING_RAD:
+                raise InputError.at(
+                    FaultCode.KINEMATICS_MISMATCH,
+                    _file_of_positions(self.manifest), "lengths of the robot",
+                    f"measured positions differ from those of the robot file by {1e3 * missed:.0f} mm rms whatever the "
+                    f"frames, while orientations agree to {np.degrees(turned):.2g}° rms: the joint angles are right, "
+                    f"only lengths can be wrong{still}",
+                    f"{first}check the lengths of the robot file (is it of this robot?) and the unit of the positions",
+                )  # fmt: skip
             raise InputError.at(
                 FaultCode.KINEMATICS_MISMATCH,
                 _file_of_positions(self.manifest), "joint angles and positions",

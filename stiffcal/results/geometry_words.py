@@ -9,6 +9,8 @@ from stiffcal.identification.geometry_results import GeometryFound, NoOffsets, S
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import listing, plus_minus, significant
 
+IN_ROWS = "link-geometry"
+"""The effect whose parameters the rows of the geometry state in another form."""
 HEADER = (
     ("joint", ""), ("offset to enter", "°"), ("θ", "°"), ("d", "mm"), ("a", "mm"), ("α", "°"), ("β", "°")
 )  # fmt: skip

@@ -13,7 +13,7 @@ import os
 import stat
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -164,14 +164,32 @@ class SourceHashes:
         unread = self._unchanged - self._statuses.always_compared()
         self._known = {file: then[file] for file in self._files if file in unread and file in then}
         self._pool = ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="hash sources")
-        self._waiting: dict[str, Future[SourceFile]] = {
-            file: self._pool.submit(self._hash, file) for file in self._files if file not in self._known
-        }
+        self._waiting: dict[str, Future[dict[str, SourceFile | InputError]]] = {}
+        for batch in self._batches([file for file in self._files if file not in self._known]):
+            self._waiting |= dict.fromkeys(batch, self._pool.submit(self._hash, batch))
 
-    def _hash(self, file: str) -> SourceFile:
-        if file in self._statuses.of_file and file not in self._unchanged:  # nothing was written since it was settled
-            self._statuses.settle(file)
-        return hash_file(self._folder, file, self._stop)
+    def _batches(self, files: Iterable[str]) -> Iterator[list[str]]:
+        """Cut files into those that are hashed one after the other: handing one of 10 kB over takes as long as it."""
+        batch, size = [], 0
+        for file in files:
+            batch.append(file)
+            size += self._statuses.of_file[file].bytes if file in self._statuses.of_file else CHUNK
+            if size >= CHUNK:
+                yield batch
+                batch, size = [], 0
+        if batch:
+            yield batch
+
+    def _hash(self, batch: Sequence[str]) -> dict[str, SourceFile | InputError]:
+        found: dict[str, SourceFile | InputError] = {}
+        for file in batch:
+            try:
+                if file in self._statuses.of_file and file not in self._unchanged:
+                    self._statuses.settle(file)  # else nothing was written since it was settled
+                found[file] = hash_file(self._folder, file, self._stop)
+            except InputError as error:
+                found[file] = error
+        return found
 
     def stop(self) -> None:
         """Give up."""
@@ -186,7 +204,10 @@ class SourceHashes:
         InputError
             If the file cannot be read, or was changed while it was hashed.
         """
-        return self._known[file] if file in self._known else self._waiting[file].result()
+        found = self._known[file] if file in self._known else self._waiting[file].result()[file]
+        if isinstance(found, InputError):
+            raise found
+        return found
 
     def result(self) -> tuple[SourceFile, ...]:
         """Wait for all hashes.
@@ -206,9 +227,11 @@ class SourceHashes:
 
     def finished(self) -> list[SourceFile]:
         """Return the hashes that are taken so far."""
-        waiting = self._waiting.items()
-        done = {file for file, one in waiting if one.done() and not one.cancelled() and one.exception() is None}
-        return [self.of(file) for file in self._files if file in self._known or file in done]
+        found: dict[str, SourceFile | InputError] = {**self._known}
+        for batch in set(self._waiting.values()):
+            if batch.done() and not batch.cancelled() and batch.exception() is None:
+                found |= batch.result()
+        return [hashed for file in self._files if isinstance(hashed := found.get(file), SourceFile)]
 
     @property
     def states(self) -> dict[str, str]:

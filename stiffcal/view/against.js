@@ -102,10 +102,11 @@
     }
 
     let viewsKey = "";
-    /** Buttons for a model and the one before it. */
+    /** Buttons for a model and the one before it: where there may be one they are there before it is, so that nothing below them moves. */
     function showViews(pair) {
       const shown = S.state.sideBySide ? "side by side" : pair?.before.id === S.residual().model.id ? "before" : "after";
-      const key = pair ? [pair.before.id, pair.after.id, shown].join("/") : "";
+      const isPossible = S.isLive() || S.data.models.filter(S.isDrawable).length > 1;
+      const key = pair ? [pair.before.id, pair.after.id, shown].join("/") : String(isPossible);
       if (key === viewsKey) return;
       viewsKey = key;
       const focus = [...views.children].indexOf(document.activeElement);
@@ -118,7 +119,11 @@
               button("after", "after", { ...showing(pair.after), sideBySide: 0 }, pair.after.label),
               button("side by side", "side by side", { ...showing(pair.after), sideBySide: 1 }, "both on one scale"),
             ]
-          : []),
+          : isPossible
+            ? ["before", "after", "side by side"].map((text) =>
+                S.make("button", { type: "button", disabled: true, title: "once an effect was ticked: the model before it, and the one with it" }, text),
+              )
+            : []),
       );
       if (focus >= 0) views.children[focus]?.focus();
     }

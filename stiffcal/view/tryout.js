@@ -235,7 +235,7 @@
   new ResizeObserver(fit).observe(bar);
 
   function fillHint() {
-    Object.assign(hint, { className: "" }).replaceChildren();
+    Object.assign(hint, { className: S.isLive() ? "room" : "", title: "" }).replaceChildren();
     if (S.fault) hint.append(S.make("span", { className: "warning" }, S.fault));
     else if (S.modelChanged) {
       hint.append(
@@ -244,12 +244,15 @@
         " ",
         S.button({ onclick: () => S.writeModel(true) }, "write the ticks into it"),
       );
-    } else if (S.hollow) hint.append(S.visible(`forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}`));
-    else if (S.modelById.get(S.state.model)?.is_forecast)
+    } else if (S.waitsFor) {
+      const words = S.visible(S.hollow ? `forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}` : S.waitsFor);
+      Object.assign(hint, { className: "doing", title: words }).append(words);
+    } else if (S.modelById.get(S.state.model)?.is_forecast)
       hint.append("estimated from the refits with each, of the drawn states: stiffcal view --live fits it");
     else {
-      hint.append(S.visible(S.waitsFor || (S.modelById.get(S.state.model)?.remark ?? "")));
-      if (!S.waitsFor) hint.className = "remark";
+      const remark = S.modelById.get(S.state.model)?.remark ?? "";
+      hint.append(S.visible(remark));
+      if (remark) hint.className = "remark";
     }
   }
 

@@ -46,10 +46,20 @@ class LoadPathRequest:
     """Words for the report: what is shown, and how the pose was found."""
 
 
+@dataclass(frozen=True)
+class OneLoad:
+    """One load at one pose."""
+
+    pose: str
+    """Joint angles in degrees (prismatic joints: mm), "A1,A2,…", in the order of the robot file."""
+    force: str = "0,0,0"
+    """"Fx,Fy,Fz" in N or "Fx,Fy,Fz,Tx,Ty,Tz" in N and N·m, base axes."""
+
+
 def predict_campaign(
     folder: Path,
     context: RunContext | None = None,
-    poses: Path | LoadTable | None = None,
+    poses: Path | LoadTable | OneLoad | None = None,
     load_path: LoadPathRequest | None = None,
     output: Path | None = None,
 ) -> PredictResult:
@@ -60,7 +70,7 @@ def predict_campaign(
     folder : a campaign folder: one with a fit, or with logs to fit, or with a model file that values every parameter.
     context : store, progress and so on.
     poses : CSV with a column per joint (degrees) and Fx … Tz (N, N·m): base axes, on the robot, at the manifest's load
-        point; one state a row. Or the same as arrays.
+        point; one state a row. Or the same as arrays, or one load in words.
     load_path : instead of ``poses``.
     output : CSV, workbook or Parquet to write the result to.
 
@@ -81,8 +91,8 @@ def predict_campaign(
     context = context or RunContext()
     if (poses is None) == (load_path is None):
         code = FaultCode.OPTION_MISSING if poses is None else FaultCode.OPTION_CONFLICT
-        reason = "nothing to predict is stated" if poses is None else "--poses and --load-path are both given"
-        mend = "give either --poses FILE or --load-path F;F"
+        reason = "nothing to predict is stated" if poses is None else "more than one thing to predict is given"
+        mend = "give one of --pose A1,A2,… --force Fx,Fy,Fz, --poses FILE and --load-path F;F"
         raise InputError.at(code, "command line", "--poses", reason, mend)
     if output is not None:
         check_output(output, PREDICTION, context.overwrite)
@@ -95,6 +105,8 @@ def predict_campaign(
             fitted.robot, loads.joints, loads.wrench, fitted.setup, fitted.covariance, in_order=load_path is not None
         )
     except NoBalanceError as error:
+        if isinstance(poses, OneLoad):
+            raise error.of_load("command line", f"--force {poses.force}", "give a smaller force") from error
         if load_path is None:
             raise error.of_load(str(poses) if isinstance(poses, Path) else "poses", "", "give smaller loads") from error
         raise error.of_load("command line", f"--load-path {load_path.corners}", "give smaller loads") from error
@@ -128,7 +140,7 @@ def predict_campaign(
 
 
 def _requested_loads(
-    campaign: Campaign, poses: Path | LoadTable | None, request: LoadPathRequest | None
+    campaign: Campaign, poses: Path | LoadTable | OneLoad | None, request: LoadPathRequest | None
 ) -> tuple[LoadTable, tuple[int, ...]]:
     """Return the states asked for, and where on a path its corners are."""
     from stiffcal.compensation.prediction import load_path
@@ -136,6 +148,8 @@ def _requested_loads(
     names, prismatic = campaign.chain.joint_names, campaign.chain.prismatic_names
     if isinstance(poses, LoadTable):
         return poses, ()
+    if isinstance(poses, OneLoad):
+        return _one_load(campaign, poses), ()
     if poses is not None:
         return read_load_table(Path(poses), names, joints_needed=True, prismatic=prismatic), ()
     assert request is not None
@@ -171,6 +185,17 @@ def _requested_loads(
     BALANCES.check(request.points * (len(corner_loads) - 1), "--points")
     wrench, corners = load_path(corner_loads, request.points)
     return LoadTable(np.repeat(pose[None], len(wrench), axis=0), wrench, tuple(doubts), where, mend), corners
+
+
+def _one_load(campaign: Campaign, one: OneLoad) -> LoadTable:
+    """Return one state."""
+    pose, load = pose_of_words(one.pose, campaign.chain, "--pose"), numbers_of_words(one.force, "--force")
+    if len(load) not in (3, 6):
+        reason, mend = f"{one.force!r} is no force", "write it like 0,0,-500: Fx,Fy,Fz in N, base axes"
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--force", reason, mend)
+    wrench = np.zeros((1, 6))
+    wrench[0, : len(load)] = load
+    return LoadTable(pose[None], wrench, tuple(pose_doubts(pose, campaign.chain, "--pose")), "--force", OPTION_IN_N)
 
 
 def _corners(text: str) -> Floats:

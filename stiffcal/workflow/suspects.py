@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
     from stiffcal.identification.fit import Fit
-    from stiffcal.identification.moved_base import MovedBase
     from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.load_states import LoadStates
+    from stiffcal.mistakes.places.mistake import MovedRows
 
 
 def suspicion_of(
@@ -43,10 +43,10 @@ def suspicion_of(
     InputError : something else is wrong, such as code of the campaign that fails.
     """
     from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
+    from stiffcal.diagnosis.suspects.moved_rows import moved_rows
     from stiffcal.diagnosis.suspects.result import NotCheckedReason
     from stiffcal.diagnosis.suspects.selection import not_checked
     from stiffcal.identification.identify import Settings, identify_parameters
-    from stiffcal.identification.moved_base import moved_base
     from stiffcal.identification.not_fitted import is_not_fitted
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import placed_robot
@@ -57,7 +57,7 @@ def suspicion_of(
         suspicion = find_suspects(states, robot, settings, progress, present)
         if states.absolute.any():
             fit = present or identify_parameters(states, robot, settings, progress)
-            suspicion = replace(suspicion, moved=moved_base(fit, states))
+            suspicion = replace(suspicion, moved=moved_rows(fit, states))
         return suspicion
     except InputError as error:
         if not is_not_fitted(error):
@@ -119,11 +119,12 @@ def described(suspicion: Suspicion, campaign: Campaign, states: LoadStates) -> l
     suspects = suspects_of(suspicion, states, campaign.chain)
     suspects = [replace(suspect, exclude=_exclusion(suspect, campaign, states)) for suspect in suspects]
     if suspicion.moved is not None:
-        suspects.append(_with_exclusion(suspect_of_move(suspicion.moved, states), suspicion.moved, campaign, states))
+        mistake, moved = suspicion.moved
+        suspects.append(_with_exclusion(suspect_of_move(mistake, moved, states), moved, campaign, states))
     return suspects
 
 
-def _with_exclusion(suspect: Suspect, moved: MovedBase, campaign: Campaign, states: LoadStates) -> Suspect:
+def _with_exclusion(suspect: Suspect, moved: MovedRows, campaign: Campaign, states: LoadStates) -> Suspect:
     """Return the suspect with the lines that leave out the rows on the shorter side of the move."""
     from stiffcal.campaign.absolute_checks import absolute_sources
     from stiffcal.diagnosis.suspects.result import exclusion_lines
@@ -163,7 +164,8 @@ def suspects_in(
 
 def _exclusion(suspect: Suspect, campaign: Campaign, states: LoadStates) -> list[str]:
     """Return the lines of campaign.toml that leave a suspect out."""
-    from stiffcal.diagnosis.suspects.result import SuspectKind, exclusion_lines
+    from stiffcal.diagnosis.suspects.result import exclusion_lines
+    from stiffcal.mistakes.suspect_kinds import SuspectKind
 
     kind = "" if suspect.kind is SuspectKind.UNKNOWN else f": {suspect.kind}"
     why = f"disagrees with the other runs{kind}"

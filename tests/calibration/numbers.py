@@ -26,6 +26,7 @@ from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.states import judge_states
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mistakes.states import exchanges
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot
@@ -86,7 +87,8 @@ def _changed(values: Mapping[str, Any]) -> Iterator[None]:
         importlib.import_module(f"stiffcal.judgement.{one.name}")
         for one in pkgutil.iter_modules(stiffcal.judgement.__path__)
     ]
-    before = {name: getattr(numbers, name) for name in values}
+    modules.append(exchanges)
+    before = {name: getattr(numbers if hasattr(numbers, name) else exchanges, name) for name in values}
     places = [(module, name) for module in modules for name in values if getattr(module, name, None) is before[name]]
     for module, name in places:
         setattr(module, name, values[name])

@@ -45,9 +45,9 @@ CALLS: dict[str, list[str]] = {
         "new2 --from table.csv --robot irb4400 --tool 0,0,0.2",
         f"new3 --from table.csv --tool 0,0,0.2 --urdf {ROOT}/tests/laboratory/data/six.urdf",
     ],
-    "check": ["small --quick", "small --run pose1"],
+    "check": ["small --quick --details", "small --run pose1"],
     "ingest": ["small"],
-    "identify": ["small --loss huber --no-update", "small --dual-quaternions", "small --coupling"],
+    "identify": ["small --loss huber --no-update --details", "small --dual-quaternions", "small --coupling"],
     "validate": ["small --details --thresholds thresholds.toml --no-update", "small --model other"],
     "diagnose": ["small --details --no-update"],
     "improve": ["small --dry-run --likely --no-update --no-report", "small --yes --report"],
@@ -75,6 +75,7 @@ CALLS: dict[str, list[str]] = {
     ],
     "predict": [
         "small --poses poses.csv -o predicted.csv --no-update",
+        f"small --pose {POSE} --force 0,0,-100",
         f"small --load-path 0,0,0;0,0,-100 --at {POSE} --points 3 --note words --output predicted.csv",
     ],
     "map": [

@@ -7,10 +7,12 @@ from typing import Any
 
 import pytest
 
+from stiffcal.cli.improve import gain_in_words
 from stiffcal.cli.improve_dialog import ImproveDialog
 from stiffcal.diagnosis.results import LookAlike, ProposedEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
+from stiffcal.workflow.improve_results import ImproveStep
 
 JOINT = Where(joints=[4])
 TILT, BEAM = EffectAt(effect="bearing-tilt", where=JOINT), EffectAt(effect="link-beam", where=Where(links=["swing"]))
@@ -96,3 +98,12 @@ def test_a_removal_has_no_look_alikes() -> None:
 
 def test_any_other_word_asks_again() -> None:
     assert decide("perhaps", "y")[0] == "yes"
+
+
+@pytest.mark.parametrize(("before", "after", "says"), [(1.2e-4, 3e-5, True), (1.2e-4, 1.3e-4, False)])
+def test_what_was_gained_stands_apart_from_the_verdict_on_the_rest(before: float, after: float, says: bool) -> None:
+    steps = [
+        ImproveStep(action="start", effect=None, where=Where(), heldout_rms=Rms(before, None), noise=None),
+        ImproveStep(action="add", effect="backlash", where=JOINT, heldout_rms=Rms(after, None), noise=None),
+    ]
+    assert ("backlash" in gain_in_words(steps)) == says

@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import jsonschema
@@ -17,17 +18,23 @@ import pytest
 from pydantic import ValidationError
 from pypdf import PdfReader
 
+from stiffcal.arrays import Floats
 from stiffcal.campaign.file_formats import format_names, format_of
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.manifest_type import manifest_type
 from stiffcal.campaign.schemas import schema_document
 from stiffcal.cli.app import main
+from stiffcal.diagnosis.suspects.find import find_suspects
 from stiffcal.documents import document_of, result_of, schema_of
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.judgement.mistakes import state_changes
 from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.mistake import Mistake
 from stiffcal.mistakes.references.kinematics import check_kinematics
+from stiffcal.mistakes.rods.mistake import RodMistake
+from stiffcal.mistakes.runs.mistake import RunMistake
+from stiffcal.mistakes.states.mistake import LeftOfStates, StateMistake
 from stiffcal.report import building, sections
 from stiffcal.report.sections import all_sections
 from stiffcal.results.identify_result import IdentifyResult
@@ -45,6 +52,7 @@ from tests.laboratory.dropped_in import dropped_in
 from tests.laboratory.hidden_campaigns import folder_of, reduced
 from tests.laboratory.robots import DEGREES
 from tests.laboratory.small_campaign import CAMPAIGN, robot_text, write_small_campaign
+from tests.rates.faults import draw_faulty
 
 EFFECT = '\n[[effects]]\ntype = "angle-stiffness"\njoints = [3]\n'
 HIDDEN = EFFECT + 'parameters = { "angle-stiffness.j3.c" = { value = 1.5e-6 } }\n'
@@ -235,6 +243,47 @@ def test_a_new_mistake_is_named_in_unloaded_poses() -> None:
     joints = states.joints * np.where(np.arange(6) == 2, 0.5, 1.0)
     (fault,) = check_kinematics(replace(states, joints=joints), chain, estimated=False, stated=DEGREES)
     assert [(change.kind, change.names) for change in fault.changes] == [("halved-angle", ("A3",))]
+
+
+@pytest.mark.usefixtures("mistake")
+def test_a_new_mistake_is_named_in_a_run() -> None:
+    sound = draw_faulty(np.random.default_rng(20261122), "pairs", "")
+    factor = np.where(sound.states.run == 4, 0.5, 1.0)
+    (suspect,) = find_suspects(
+        replace(sound.states, wrench=sound.states.wrench * factor[:, None]), sound.model
+    ).suspects
+    assert (suspect.run, suspect.variant.likely) == (4, "two plates, of which one was entered: multiply by 2")
+
+
+class AsRead:
+    """Readings of unit variance whose runs have no constants."""
+
+    n_constants = 0
+
+    def rows(self, stack: Floats) -> Floats:
+        return stack.reshape(len(stack), -1)
+
+
+@pytest.mark.usefixtures("mistake")
+def test_a_new_mistake_of_states_is_weighed_next_to_effects() -> None:
+    pulled = np.arange(24.0).reshape(6, 4)
+    left = LeftOfStates(
+        residual=np.zeros((3, 4)), scale=np.ones((3, 4)), space=AsRead(), run=np.array([0, 0, 1, 1]),
+        absolute=np.zeros(4, dtype=np.bool_), wrench=pulled, response=np.repeat(np.eye(6)[:3, :, None], 4, axis=2),
+        swept=frozenset(), has_constants=False, step=None, n_runs=2,
+    )  # fmt: skip
+    ground = SimpleNamespace(space=SimpleNamespace(data=left), left=left)
+    found = [change for mistake, change in state_changes(ground) if mistake.name == "backward-pull"]
+    assert [change.runs for change in found] == [(0,), (1,)]
+    np.testing.assert_array_equal(found[1].rows.reshape(3, 4), -2.0 * pulled[:3] * [0, 0, 1, 1])
+
+
+def test_a_mistake_that_lacks_a_method_is_refused_before_any_data_are_read() -> None:
+    with dropped_in("unfinished_mistakes"), pytest.raises(TypeError, match="Unfinished.*texts"):
+        mistakes_of(RunMistake)
+    assert RodMistake.__abstractmethods__ == {"trials", "sentence"}
+    assert RunMistake.__abstractmethods__ == {"variants"}
+    assert StateMistake.__abstractmethods__ == {"changes", "words"}
 
 
 def test_without_its_file_the_mistake_is_not_known() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.few_rows import AddedColumns, FewRows
-from stiffcal.diagnosis.folds import FoldProducts
+from stiffcal.diagnosis.folds import FoldProducts, inner_outside
 from stiffcal.diagnosis.scoring import score_variants
 
 
@@ -30,14 +30,18 @@ def test_a_fold_of_few_rows_is_left_out_as_any_other(bounded: bool, n_added: int
         lower[0], lower[1], lower[11] = best[0] - 1e-4, best[1] + 1e-4, best[11] - 1e-4
     base_rows = np.concatenate([rows[: k - n_added], rows[-1:]])
     first = slice(0, k - n_added)
-    few = FewRows.of(base_rows[:-1], cuts)
+    # what is known before of some of the base model's parameters
+    outside = np.zeros((3, k - n_added + 1))
+    outside[[0, 1, 2, 2, 2], [0, 5, 6, 7, -1]] = [3.0, 0.1, 4.0, 2.0, 1.5]
+    known = [inner_outside(outside, k - added) for added in (n_added, 0)]
+    few = FewRows.of(base_rows[:-1], cuts, outside)
     assert few is not None
     bases = [
         score_variants([variant], lower[first], upper[first], groups)
-        for variant in (FoldProducts.of(base_rows, cuts), AddedColumns(few, np.ascontiguousarray(base_rows[-1:].T)))
+        for variant in (FoldProducts.of(base_rows, cuts, known[0]), AddedColumns.of(few, base_rows[-1:]))
     ]
-    exact = score_variants([FoldProducts.of(rows, cuts)], lower, upper, groups, bases[0])
-    added = AddedColumns(few, np.ascontiguousarray(rows[k - n_added :].T))
+    exact = score_variants([FoldProducts.of(rows, cuts, known[1])], lower, upper, groups, bases[0])
+    added = AddedColumns.of(few, rows[k - n_added :])
     quick = score_variants([added], lower, upper, groups, bases[1])
     assert exact.left.without is not None
     assert exact.left.without[7, 5] == 0.0
@@ -57,8 +61,8 @@ def test_a_column_that_the_base_model_holds_already_adds_nothing() -> None:
     groups, free = np.arange(80) % 10, np.full(12, np.inf)
     few = FewRows.of(rows[:-1], cuts)
     assert few is not None
-    base = score_variants([AddedColumns(few, rows[-1:].T)], -free[:11], free[:11], groups)
-    twice = score_variants([AddedColumns(few, np.stack([2.0 * rows[3], rows[-1]]).T)], -free, free, groups, base)
+    base = score_variants([AddedColumns.of(few, rows[-1:])], -free[:11], free[:11], groups)
+    twice = score_variants([AddedColumns.of(few, np.stack([2.0 * rows[3], rows[-1]]))], -free, free, groups, base)
     assert np.allclose(twice.heldout, base.heldout, rtol=1e-5)
     assert np.allclose(twice.nested, base.nested, rtol=1e-5)
     assert np.allclose(twice.prediction_change, 0.0, atol=1e-6)

@@ -1,7 +1,7 @@
 """`python -m tests.rates.moved_base --seed N --count C`: how often a base that moved is named, and by which rows.
 
 Motions of a stated size in random directions, from a random one of 80 rows on, in the linearised readings of four
-robots (`tests/identification/test_moved_base.py`) with fresh noise. The size is in standard errors of what the rows
+robots (`tests/mistakes/test_moved_base.py`) with fresh noise. The size is in standard errors of what the rows
 show of the motion: the norm of what the model's parameters leave of it, over the noise. Size 0 is no move at all.
 """
 
@@ -15,11 +15,12 @@ from functools import cache
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification import moved_base as module
 from stiffcal.identification.fit import Fit
-from stiffcal.identification.moved_base import MovedBase, moved_base
-from tests.identification.test_moved_base import N, fitted, measured
+from stiffcal.mistakes.catalogue.places import moved_base as module
+from stiffcal.mistakes.places.mistake import MovedRows
+from stiffcal.mistakes.places.steps import Steps
 from tests.laboratory.absolute_places import SIGMA
+from tests.mistakes.test_moved_base import N, fitted, measured, moved_base, steps_about
 
 ROBOTS = (1, 2, 3, 4)
 SIZES = (0.0, 5.0, 7.0, 10.0)
@@ -28,14 +29,14 @@ MARGIN = 8
 
 
 @cache
-def _robot(number: int) -> tuple[Fit, module._Steps]:
+def _robot(number: int) -> tuple[Fit, Steps]:
     """Return the fit to the rows of a robot that did not move, and what steps make there."""
     states = measured(number)
     fit = fitted(states)
-    return fit, module._steps(fit, states, np.arange(N))[0]
+    return fit, steps_about(fit, states)
 
 
-def drawn(number: int, size: float, rng: np.random.Generator) -> tuple[int, MovedBase | None]:
+def drawn(number: int, size: float, rng: np.random.Generator) -> tuple[int, MovedRows | None]:
     """Return the row from which a motion of so many standard errors acts, and what is found."""
     fit, steps = _robot(number)
     row = int(rng.integers(MARGIN, N - MARGIN))
@@ -47,7 +48,7 @@ def drawn(number: int, size: float, rng: np.random.Generator) -> tuple[int, Move
     return row, moved_base(replace(fit, residual=SIGMA * left), measured(number))
 
 
-def line_of(size: float, draws: Sequence[tuple[int, MovedBase | None]]) -> str:
+def line_of(size: float, draws: Sequence[tuple[int, MovedRows | None]]) -> str:
     """Return the rates of moves of one size in a line."""
     named = [(row, move) for row, move in draws if move is not None]
     text = f"{size:4.0f}  named {len(named) / len(draws):.3f}"

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.identification import moved_base as module
+from stiffcal.mistakes.places.steps import Steps
 from tests.rates.moved_base import drawn, line_of
 
 
 def test_the_gain_at_the_true_row_is_the_square_of_the_stated_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """Noncentral χ² with six degrees of freedom: mean size² + 6, variance 2 (6 + 2 size²)."""
     gains: list[Floats] = []
-    gains_of = module._Steps.gains
+    gains_of = Steps.gains
 
-    def recorded(steps: module._Steps, left: Floats) -> tuple[Floats, Floats]:
+    def recorded(steps: Steps, left: Floats) -> tuple[Floats, Floats]:
         found = gains_of(steps, left)
         gains.append(found[0][:, 0])
         return found
 
-    monkeypatch.setattr(module._Steps, "gains", recorded)
+    monkeypatch.setattr(Steps, "gains", recorded)
     at_row, found = [], []
     for k in range(20):
         gains.clear()

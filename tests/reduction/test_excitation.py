@@ -13,6 +13,7 @@ from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.reduction.excitation import joint_excitation
+from stiffcal.reduction.motion import less_means_of_runs
 from tests.laboratory.absolute_places import place_setup
 from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.track_and_arm import TRACK, draw_joints, robot_of
@@ -21,6 +22,12 @@ IRB = Path(__file__).resolve().parents[2] / "campaigns" / "irb4400"
 STIFFNESS = (7.3e5, 4.9e5, 4.3e5, 6.0e4, 5.7e4, 1.7e4)  # N·m/rad
 NOISE_M = 1e-5
 N_POSES, N_LOADS = 6, 12
+
+
+def test_means_are_of_a_run_whatever_the_order_and_of_what_was_measured() -> None:
+    values = np.array([[1.0, np.nan], [10.0, 4.0], [3.0, np.nan], [20.0, 8.0]])
+    less = less_means_of_runs(values, np.array([2, 0, 2, 0]))
+    np.testing.assert_array_equal(less, [[-1.0, np.nan], [-5.0, -2.0], [1.0, np.nan], [5.0, 2.0]])
 
 
 def test_a_robot_with_a_parallel_rod_is_known_to_its_noise() -> None:

@@ -93,3 +93,13 @@ def test_where_more_runs_are_wrong_none_is_named() -> None:
             names,
         )
     assert not caught.value.place.startswith("run ")
+
+
+def test_where_orientations_agree_the_lengths_of_the_robot_are_in_doubt() -> None:
+    campaign, states = load_campaign(folder_of("01")), reduced("01").states
+    fixed = campaign.chain.fixed.copy()
+    fixed[1:4, :3, 3] *= np.array([0.6, 1.5, 0.7])[:, None]
+    names, chain = ("tracker",), replace(campaign.chain, fixed=fixed)
+    with pytest.raises(InputError) as caught:
+        register_frames(in_instrument_axes(states), estimating(campaign.manifest, names), chain, names)
+    assert (caught.value.code, caught.value.place) == (FaultCode.KINEMATICS_MISMATCH, "lengths of the robot")

@@ -75,12 +75,12 @@ def test_a_log_still_being_written_is_refused(folder: Path) -> None:
             hashes.result()
 
 
-def test_a_missing_file_is_named(folder: Path) -> None:
-    with (
-        hash_sources(folder, ("raw/x.csv",)) as hashes,
-        pytest.raises(InputError, match=r"raw/x\.csv: cannot be read: No such file"),
-    ):
-        hashes.result()
+def test_a_missing_file_is_named_and_the_others_are_hashed(folder: Path) -> None:
+    with hash_sources(folder, ("raw/a.csv", "raw/x.csv", "raw/b.csv")) as hashes:
+        assert hashes.of("raw/b.csv").file == "raw/b.csv"
+        assert [source.file for source in hashes.finished()] == ["raw/a.csv", "raw/b.csv"]
+        with pytest.raises(InputError, match=r"raw/x\.csv: cannot be read: No such file"):
+            hashes.result()
 
 
 def test_of_many_logs_only_so_many_bytes_are_compared_in_every_command(

@@ -19,6 +19,7 @@ from tests.laboratory.small_campaign import write_small_campaign
 pytestmark = pytest.mark.browser
 EFFECT = "joint-compliance j6"
 SCALE = "stiffcal.locked(`y ${stiffcal.state.x} ${stiffcal.state.y}`, [0, 0])"
+TOP_OF_PICTURE = "document.querySelector('#against canvas').offsetTop"
 WATCH_FORECASTS = """(() => {
   const show = stiffcal.showTryout;
   window.forecasts = [];
@@ -79,6 +80,7 @@ def test_an_effect_is_ticked_and_the_error_falls(live_page: tuple[Any, Path]) ->
     before = shown.evaluate("Array.from(stiffcal.residual().move)")
     text = shown.locator("#error").inner_text()
     rungs = shown.evaluate("stiffcal.data.models.length")
+    top = shown.evaluate(TOP_OF_PICTURE)
     shown.evaluate(WATCH_FORECASTS)
     shown.locator(f"#candidates input[data-effect='{EFFECT}']").check()
     _waited(shown)
@@ -89,6 +91,7 @@ def test_an_effect_is_ticked_and_the_error_falls(live_page: tuple[Any, Path]) ->
     assert shown.locator("#error").inner_text() != text
     assert shown.evaluate("Array.from(stiffcal.ghost.move)") == before
     assert "stale" in shown.locator("#candidates").get_attribute("class")
+    assert shown.evaluate(TOP_OF_PICTURE) == top  # buttons that come have their room before
     # what has been added is called missing nowhere
     assert shown.evaluate("[stiffcal.data.suspects, stiffcal.data.suspected]") == [[], []]
     assert shown.evaluate("stiffcal.data.evidence.map((one) => one.standing)") == ["added"]

@@ -19,15 +19,18 @@ from stiffcal.diagnosis.suspects.additive import Offset, best_offset
 from stiffcal.diagnosis.suspects.bench import Bench, WhitenedRuns, first_order
 from stiffcal.diagnosis.suspects.influence import standing_apart
 from stiffcal.diagnosis.suspects.places import place_misses, place_scores
-from stiffcal.diagnosis.suspects.result import RunsNotChecked, SuspectKind
+from stiffcal.diagnosis.suspects.result import RunsNotChecked
 from stiffcal.diagnosis.suspects.rival_effects import RunFault, explaining_effect
 from stiffcal.diagnosis.suspects.selection import select_states
-from stiffcal.diagnosis.suspects.variants import LARGEST_LOAD, Variant, trial_states, variants_of
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.moved_base import MovedBase
+from stiffcal.identification.starting import starting_runs
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mistakes.places.mistake import MovedRows, PlacesMistake
+from stiffcal.mistakes.runs.found import trial_states, variants_of
+from stiffcal.mistakes.runs.mistake import RunRead, Variant
+from stiffcal.mistakes.suspect_kinds import SuspectKind
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import NoBalanceError
 
@@ -49,6 +52,10 @@ PLACE_LEVEL, PLACE_GAP = 5.0, 2.0
 # With the mistake taken back a run is like the others: no worse than this, in noise and in the worst of the others.
 CURED, CURED_AGAINST_OTHERS, CURED_SHARE = 2.2, 1.3, 0.5
 ROUNDS = 4
+# N, N·m: beyond it no reading of a robot's load is, in any unit.
+LARGEST_LOAD = 1e5
+# So many states give the noise to two per cent; about a fit of them the deflections of all are linear within that.
+NEAR_STATES = 1500
 # Of more suspects than these the fit without each alone is not made: the fit without all of them is what counts then.
 MOST_REFITTED = 12
 
@@ -95,8 +102,8 @@ class Suspicion:
     """For each suspect the present model without that run alone; None after the first few of many suspects."""
     not_checked: RunsNotChecked | None = None
     """What was not compared with the other runs, and why; None where all was."""
-    moved: MovedBase | None = None
-    """A move of the base between two rows of absolute runs; None where there is none."""
+    moved: tuple[PlacesMistake, MovedRows] | None = None
+    """A mistake between two rows of absolute runs, as that the base was moved, and where; None where there is none."""
 
     def keep(self, states: LoadStates) -> Booleans:
         """Return (n,) True for the states that are not a suspect's, and on the longer side of a move of the base.
@@ -104,7 +111,10 @@ class Suspicion:
         Both sides stay where it may be a drift, which an effect explains.
         """
         kept = ~np.isin(states.run, [suspect.run for suspect in self.suspects])
-        return kept if self.moved is None or self.moved.or_drift else kept & ~self.moved.leave_out
+        if self.moved is None:
+            return kept
+        _, moved = self.moved
+        return kept if moved.or_drift else kept & ~moved.leave_out
 
 
 def find_suspects(
@@ -278,9 +288,19 @@ class _Search:
     def _whitened_without(self, left_out: Sequence[int]) -> tuple[Bench, WhitenedRuns, Floats]:
         keep = ~np.isin(self.states.run, list(left_out))
         fit = None if left_out else self.present
-        fit = fit or identify_parameters(self.states.select(keep), self.robot, self.settings)
-        bench, whitened = Bench.of(fit, self.settings.fixed, self.states)
+        bench, whitened = Bench.of(fit or self._near(self.states.select(keep)), self.settings.fixed, self.states)
         return bench, whitened, whitened.scores(left_out)
+
+    def _near(self, states: LoadStates) -> Fit:
+        """Return a fit about which all runs are linear; of many, of some, as long as these determine everything.
+
+        What runs are compared with is solved for by all of them (`RunBlocks`).
+        """
+        some = starting_runs(states.run, NEAR_STATES)
+        fit = None if some is None else identify_parameters(states.select(some), self.robot, self.settings)
+        if fit is None or fit.left_at_neutral:
+            fit = identify_parameters(states, self.robot, self.settings)
+        return fit
 
     def _judged(
         self,
@@ -301,13 +321,13 @@ class _Search:
         limit = max(CURED, CURED_AGAINST_OTHERS * next_score)
         unit = whitened.scores(left_out)[run] / scores[run] if scores[run] > 0.0 else 1.0
         freedom = max(int(whitened.blocks.freedom(left_out)[run]), 1)
-        variants = variants_of(self.states, self.members, run, self.robot.chain, left_out)
+        variants = variants_of(RunRead(self.states, self.members, run, self.robot.chain, left_out))
         misfits = self._misfits(run, left_out, bench, whitened, variants) / unit**2
         cured = np.sqrt(misfits / freedom)
         misplaced = self.place_scores[run] >= PLACE_LEVEL
         good = (cured <= limit) & ((cured <= CURED_SHARE * scores[run]) | misplaced)
         worth = misfits + np.array([_prior(variant, left_out, partner) for variant in variants])
-        order = [int(k) for k in np.argsort(worth) if good[k]]
+        order = [int(k) for k in np.argsort(worth, kind="stable") if good[k]]
         offset = best_offset(whitened, run, left_out)
         explained = offset is not None and self._offset_explains(offset, scores[run], freedom, unit, limit)
         if order and not (explained and offset is not None and self._offset_wins(

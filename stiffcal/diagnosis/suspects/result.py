@@ -8,21 +8,8 @@ from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
 from stiffcal.escapes import toml_text
+from stiffcal.mistakes.suspect_kinds import SuspectKind
 from stiffcal.model.summary import EffectAt
-
-
-class SuspectKind(StrEnum):
-    """What is wrong with a run, as far as the others show it."""
-
-    MISLABELLED = "mislabelled"
-    SIGN = "sign"
-    UNIT = "unit"
-    EXCHANGED = "exchanged"
-    BUMP = "bump"
-    ZERO = "zero"
-    MOVED = "moved"
-    OFF = "off"
-    UNKNOWN = "unknown"
 
 
 class NotCheckedReason(StrEnum):

@@ -7,15 +7,16 @@ import math
 import numpy as np
 
 from stiffcal.diagnosis.suspects.find import FoundSuspect, Suspicion
-from stiffcal.diagnosis.suspects.result import FitWithout, Suspect, SuspectKind, WithoutParameter
-from stiffcal.diagnosis.suspects.time_order import TimeOrder
+from stiffcal.diagnosis.suspects.result import FitWithout, Suspect, WithoutParameter
 from stiffcal.diagnosis.thresholds import MOST_ALONG
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import fit_rms
-from stiffcal.identification.moved_base import MovedBase
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import work_of_load
+from stiffcal.mistakes.places.mistake import MovedRows, PlacesMistake
+from stiffcal.mistakes.runs.time_order import TimeOrder
+from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 
 def suspects_of(suspicion: Suspicion, states: LoadStates, chain: Chain) -> list[Suspect]:
@@ -131,37 +132,20 @@ def _likely(suspect: FoundSuspect, states: LoadStates) -> str:
     )
 
 
-def suspect_of_move(moved: MovedBase, states: LoadStates) -> Suspect:
-    """Return a move of the base as a result: the rows between which it happened."""
+def suspect_of_move(mistake: PlacesMistake, moved: MovedRows, states: LoadStates) -> Suspect:
+    """Return a mistake from a row on as a result: the rows between which it happened."""
     rows = [int(states.row[state]) for state in (*moved.between, moved.state)]
     runs = [states.runs[int(states.run[state])] for state in (*moved.between, moved.state)]
     names = [info.of or info.name for info in runs]
     several = len(set(names)) > 1
-    first, last, likeliest = (
-        f"{row} of run {name}" if several else str(row) for row, name in zip(rows, names, strict=True)
-    )
-    size, turn = (float(np.linalg.norm(vector)) for vector in (moved.shift, moved.turn))
-    most_likely = "" if moved.one_place else f" (most likely before row {likeliest})"
-    drift, cure = (
-        (", or drifted over the rows", "add the drift to the model where time is logged, or fit")
-        if moved.or_drift
-        else ("", "fit")
-    )
-    motion = f"{1e3 * size:.3g} mm and {1e3 * turn:.2g} mrad"
-    displaced = (
-        f"the rows' positions are displaced more and more, or at once by {motion} from row {likeliest} on"
-        if moved.or_drift
-        else f"from row {likeliest} on all positions are displaced: {motion}"
-    )
+    in_words = [f"{row} of run {name}" if several else str(row) for row, name in zip(rows, names, strict=True)]
+    why, likely = mistake.words(moved, in_words)
     return Suspect(
         run=names[2],
         row=rows[2],
-        kind=SuspectKind.BUMP,
-        why=f"{displaced}, {moved.standard_errors:.2g} standard errors",
-        likely=(
-            f"the base or the tracker moved between rows {first} and {last}{most_likely}{drift}: {cure} only the rows "
-            "on one side of it; exclude the other rows or repeat them"
-        ),
+        kind=mistake.kind,
+        why=why,
+        likely=likely,
         factor=None,
         without=None,
         between=rows[:2],

@@ -12,11 +12,11 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.bounded_least_squares import least_squares_within
-from stiffcal.measurements.load_states import LoadStates, members_of
+from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
-from stiffcal.reduction.motion import mean_measured, motion_of
+from stiffcal.reduction.motion import less_means_of_runs, motion_of
 
 # A load that follows the declared axes leaves less than half of the deflection to other effects.
 FOLLOWS, FOLLOWS_NOT = 0.8, 0.5
@@ -49,7 +49,7 @@ def work_of_runs(states: LoadStates, chain: Chain) -> Floats:
     """Return (R,) the same work alone, J."""
     force, moment, translation, rotation = _loads_and_motions(states, chain)
     work = np.sum(force * translation, axis=1) + np.sum(moment * rotation, axis=1)
-    return np.array([work[members].sum() for members in states.members()])
+    return np.asarray(np.bincount(states.run, weights=work, minlength=len(states.runs)), dtype=np.float64)
 
 
 def _loads_and_motions(states: LoadStates, chain: Chain) -> tuple[Floats, Floats, Floats, Floats]:
@@ -114,9 +114,7 @@ def left_by_joints(
     columns = motion.columns(states, chain) @ chain.drive_axes * torque[:, None, :]
     measured = motion.measured
     if not states.deflection_given:
-        for members in members_of(states.run):
-            columns[members] -= columns[members].mean(axis=0)
-            measured[members] -= mean_measured(measured[members])
+        columns, measured = (less_means_of_runs(values, states.run) for values in (columns, measured))
     rows = np.isfinite(measured).ravel()
     design, target = columns.reshape(-1, columns.shape[2])[rows], measured.ravel()[rows]
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -32,7 +33,7 @@ class RodTrial:
         return count * float(np.log(mean)) + self.numbers * float(np.log(count))
 
 
-class RodMistake:
+class RodMistake(ABC):
     """One mistake in rods; a subclass in a file of `stiffcal/mistakes/catalogue` is found and tried."""
 
     name: ClassVar[str]
@@ -44,10 +45,11 @@ class RodMistake:
     leaves_out: ClassVar[bool] = False
     """Whether the rod's readings are left out, so that whatever is wrong with it is explained."""
 
+    @abstractmethod
     def trials(self, readings: RodReadings) -> Iterator[RodTrial]:
         """Yield the readings with the mistake taken back, at each rod, or pair of rods, that may have it."""
-        raise NotImplementedError
 
+    @abstractmethod
     def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
         """Return what is wrong and what to do.
 
@@ -55,7 +57,6 @@ class RodMistake:
         ----------
         rods : names. trial : the mistake, taken back. rms : what that does to the contradiction, in words.
         """
-        raise NotImplementedError
 
     def is_large(self, trial: RodTrial, readings: RodReadings) -> bool:
         """Return whether it is large enough to be one."""

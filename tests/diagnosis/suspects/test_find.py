@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from stiffcal.diagnosis.suspects import find, selection
 from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
-from stiffcal.diagnosis.suspects.time_order import TimeOrder
 from stiffcal.diagnosis.suspects.words import suspects_of
+from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters, predict_observations
 from stiffcal.identification.observation import observe
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mistakes.runs.time_order import TimeOrder
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
@@ -57,6 +59,27 @@ def test_in_a_sound_campaign_nothing_is_suspect(form: str) -> None:
     suspicion = found_in(form, sound(form).states)
     assert suspicion.not_checked is None
     assert not suspicion.suspects
+
+
+@pytest.mark.parametrize(("run", "undetermined"), [(3, False), (20, False), (20, True)])
+def test_of_many_runs_some_are_fitted_as_long_as_they_determine_all(
+    run: int, undetermined: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fitted: list[int] = []
+
+    def fit(chosen: LoadStates, *others: Any) -> Fit:
+        fitted.append(np.unique(chosen.run).size)
+        found = identify_parameters(chosen, *others)
+        return replace(found, left_at_neutral=frozenset({"x"})) if undetermined and len(fitted) == 1 else found
+
+    faulty = with_wrench(sound("pairs").states, run, [1 / LBF] * 3 + [1.0] * 3)
+    whole = found_in("pairs", faulty).suspects[0]
+    monkeypatch.setattr(find, "starting_runs", lambda run, _: run < 12)
+    monkeypatch.setattr(find, "identify_parameters", fit)
+    (suspect,) = found_in("pairs", faulty).suspects
+    assert fitted == [12 - (run < 12), *([23] if undetermined else []), 23]  # the last for the answer
+    assert (suspect.run, suspect.kind) == (run, "unit")
+    assert suspect.score == pytest.approx(whole.score, rel=0.05)
 
 
 def test_a_run_that_only_the_whole_judgement_doubts_has_a_reason() -> None:

@@ -13,16 +13,18 @@ from scipy.special import chdtri
 from scipy.stats import binom
 
 from stiffcal.arrays import Floats
+from stiffcal.diagnosis.suspects.moved_rows import _as_measured, left_of_places, moved_rows
 from stiffcal.diagnosis.suspects.words import suspect_of_move
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.identification import moved_base as module
 from stiffcal.identification.fit import Fit
 from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.moved_base import MovedBase, moved_base
 from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.rotations import rotation_from_vector
+from stiffcal.mistakes.catalogue.places import moved_base as module
+from stiffcal.mistakes.places.mistake import MovedRows
+from stiffcal.mistakes.places.steps import Steps
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.measured_frames import placed_frame
 from stiffcal.workflow.diagnose import diagnose_campaign
@@ -53,7 +55,18 @@ def fitted(states: LoadStates) -> Fit:
     return identify_parameters(states, CompliantRobot(six_axes(), model))
 
 
-def found(states: LoadStates, change: Floats, turn: Floats | None = None) -> MovedBase | None:
+def moved_base(fit: Fit, states: LoadStates) -> MovedRows | None:
+    found = moved_rows(fit, states)
+    return None if found is None else found[1]
+
+
+def steps_about(fit: Fit, states: LoadStates) -> Steps:
+    left = left_of_places(fit, states)
+    assert left is not None
+    return Steps.of(left)
+
+
+def found(states: LoadStates, change: Floats, turn: Floats | None = None) -> MovedRows | None:
     """Return the move in rows whose places are changed by (n, 3) m, and turned by a rotation vector from `ROW` on."""
     position = states.position.copy()
     if turn is not None:
@@ -106,22 +119,22 @@ def test_a_move_between_two_runs_is_found_whose_clocks_each_start_at_zero() -> N
     move = moved_base(fitted(states), states)
     assert move is not None
     assert (move.state, move.between, move.one_place) == (N // 2, (N // 2 - 1, N // 2), True)
-    suspect = suspect_of_move(move, states)
+    suspect = suspect_of_move(module.MovedBase(), move, states)
     assert (suspect.between, suspect.between_runs) == ([40, 1], ["a", "b"])
     assert "between rows 40 of run a and 1 of run b: fit only" in suspect.likely
     # where it may as well have drifted, no row is stated as that of a move
     assert suspect.why.startswith("from row 1 of run b on all positions are displaced")
-    assert "or at once" in suspect_of_move(replace(move, or_drift=True), states).why
+    assert "or at once" in suspect_of_move(module.MovedBase(), replace(move, or_drift=True), states).why
 
 
 def test_rows_are_in_the_order_of_their_runs_and_of_time_in_each() -> None:
     clock = np.arange(N)[::-1] % (N // 2)
     states = in_two_runs(measured(1), clock.astype(np.float64))
-    order = module._as_measured(states, np.arange(N))
+    order = _as_measured(states, np.arange(N))
     assert order.tolist() == [*range(N // 2 - 1, -1, -1), *range(N - 1, N // 2 - 1, -1)]
     # without times the rows are as they stand in the table
     without = in_two_runs(measured(1), np.full(N, np.nan))
-    assert module._as_measured(without, np.arange(N)).tolist() == list(range(N))
+    assert _as_measured(without, np.arange(N)).tolist() == list(range(N))
 
 
 def test_there_is_none_where_nothing_moved() -> None:
@@ -190,9 +203,9 @@ def test_all_rows_are_allowed_for() -> None:
 
 
 @cache
-def steps_of(seed: int) -> module._Steps:
+def steps_of(seed: int) -> Steps:
     states = measured(seed)
-    return module._steps(fitted(states), states, np.arange(N))[0]
+    return steps_about(fitted(states), states)
 
 
 def gains_of_noise(count: int) -> Floats:
@@ -236,7 +249,7 @@ def test_the_range_holds_the_row() -> None:
     assert least <= exact <= most
 
 
-def found_at(size: float, seed: int) -> tuple[int, MovedBase | None]:
+def found_at(size: float, seed: int) -> tuple[int, MovedRows | None]:
     """Return the row, and what is found of a move of so many standard errors in the places themselves.
 
     The robot is one and the same, so that its standard errors are; the noise is another one.

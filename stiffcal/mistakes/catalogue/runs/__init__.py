@@ -1,0 +1,1 @@
+"""Mistakes in single runs: units, signs, readings of another run."""

@@ -1,0 +1,58 @@
+"""Without `--details`, answers say once what belongs together: a row a vector, a row for runs that are alike."""
+
+from __future__ import annotations
+
+from io import StringIO
+
+from stiffcal.cli.check import _moved, _show_ranges, _show_runs
+from stiffcal.cli.console import AnswerConsole
+from stiffcal.workflow.check_results import CheckedColumn, CheckedRun, CheckedSource
+
+
+def _console() -> tuple[AnswerConsole, StringIO]:
+    stream = StringIO()
+    return AnswerConsole(file=stream, width=100, force_terminal=False, color_system=None), stream
+
+
+def _column(signal: str, name: str, high: float, unit: str = "N") -> CheckedColumn:
+    return CheckedColumn(signal=signal, column=name, unit=unit, low_si=-1.0, high_si=high, moved=high > -1.0)
+
+
+COLUMNS = [
+    *(_column("joints", f"A{k}", 0.1 * k, "deg") for k in (1, 2)),
+    *(_column("wrench", name, size) for name, size in (("Fx", 10.0), ("Fy", 20.0), ("Fz", -1.0))),
+]
+SOURCE = CheckedSource(source="table", file="t.csv", rows=9, columns=COLUMNS, sampled=False)
+
+
+def test_a_vector_is_one_row_and_each_joint_its_own() -> None:
+    console, stream = _console()
+    _show_ranges(console, [SOURCE], details=False)
+    rows = [line for line in stream.getvalue().splitlines() if line.startswith("table")]
+    assert [line.split()[1:3] for line in rows] == [["joints", "A1"], ["joints", "A2"], ["wrench", "Fx"]]
+    assert "20.00" in rows[-1]
+    assert "Fz" in rows[-1].split("not")[-1]
+    console, stream = _console()
+    _show_ranges(console, [SOURCE], details=True)
+    assert sum(line.startswith("table") for line in stream.getvalue().splitlines()) == len(COLUMNS)
+
+
+def test_columns_that_did_not_move_are_named() -> None:
+    assert _moved(["Fx", "Fy", "Fz"], COLUMNS[2:]) == "not Fz"
+    assert _moved(["Fx", "Fy"], COLUMNS[2:4]) == "yes"
+    assert _moved(["Fz"], COLUMNS[4:]) == "no"
+
+
+def test_runs_that_are_alike_are_one_row() -> None:
+    runs = [
+        CheckedRun(
+            id=f"pose{k}", experiment="load", n_states=n, largest_force_N=100.0 * k, set_aside=[], clock_ahead_s={}
+        )
+        for k, n in ((1, 97), (2, 97), (3, 96))
+    ]
+    for details, count in ((False, 2), (True, 3)):
+        console, stream = _console()
+        _show_runs(console, runs, details=details)
+        rows = [line for line in stream.getvalue().splitlines() if line.startswith("pose")]
+        assert len(rows) == count
+    assert "100 … 200" not in stream.getvalue()
