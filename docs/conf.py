@@ -12,6 +12,7 @@ from docs.expansions import expand  # noqa: E402
 from docs.generated_pages import write_pages  # noqa: E402
 from docs.notebook_file import write_notebook  # noqa: E402
 from docs.policy import hold_to_hashes  # noqa: E402
+from docs.section_texts import write_section_texts  # noqa: E402
 
 project = "stiffcal"
 author = "the stiffcal authors"
@@ -44,7 +45,14 @@ def setup(app: Any) -> None:
     app.connect("source-read", expand_source)
     app.connect("autodoc-process-docstring", keep_words, priority=1)
     app.connect("autodoc-process-docstring", put_words_back, priority=900)
-    app.connect("build-finished", lambda built, _: hold_to_hashes(Path(built.outdir)))
+    app.connect("build-finished", finish)
+
+
+def finish(app: Any, fault: Exception | None) -> None:
+    """Write what the search needs, and the hashes of each page."""
+    if fault is None and app.builder.format == "html":
+        write_section_texts(Path(app.outdir) / "_static", app.env)
+        hold_to_hashes(Path(app.outdir))
 
 
 def keep_words(_app: Any, what: str, name: str, _thing: Any, _options: Any, lines: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""The reference page of effects: laws as formulas, pictures, parameters, limits."""
+"""The reference pages of effects, one each: law as formulas, picture, parameters, limits; and the list of all."""
 
 from __future__ import annotations
 
@@ -9,38 +9,65 @@ from docs.expansions import PICTURES, figure
 from docs.formulas import leading_formulas, mathml
 from docs.markdown import cell, code, table
 from docs.page_runs import digest_of_code
-from stiffcal.cli.effects import sections_of
+from stiffcal.cli.effects import ACTS, PLACES, sections_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.workflow.command_results import EffectDescription
 from stiffcal.workflow.effect_pictures import draw_effect
 from stiffcal.workflow.effects import describe_effects
 
+IN_MOTION = "torque in motion"
+GROUPS = {
+    "joints": "Effects of a joint",
+    IN_MOTION: "Friction of a moving joint",
+    "pairs": "Effects between two joints",
+    "links": "Effects of a link",
+    "set-up": "Effects of the set-up",
+}
+"""Kind or place of an effect to the heading of its part of the list."""
 
-def effect_page() -> str:
-    """The catalogue of effects: list, then law, picture, parameters and limits of each."""
+
+def effect_list() -> str:
+    """The catalogue of effects by their place, each with a link to its page."""
     effects = describe_effects().effects
-    rows = [(f"[{code(effect.name)}](#{effect.name})", effect.place, cell(effect.summary)) for effect in effects]
     parts = [
         "# Effects\n",
-        "What `model.toml` can hold. `stiffcal effects NAME` prints the same for one effect.\n",
-        "The pictures are those of `stiffcal effects NAME -o NAME.svg`: the effect, enlarged, on a lever.\n",
+        "What `model.toml` can hold, a page each. `stiffcal effects NAME` prints the same for one effect.\n",
         "That the load acts on the deformed robot is part of the model itself, not an effect.\n",
-        table(("name", "place", "what it is"), rows),
     ]
+    groups: dict[str, list[EffectDescription]] = {}
     for effect in effects:
-        parts += effect_section(effect)
+        groups.setdefault(IN_MOTION if effect.kind == IN_MOTION else effect.place, []).append(effect)
+    for group, heading in GROUPS.items():
+        rows = [
+            (f"[{code(one.name)}](effects/{one.name}.md)", cell(one.summary), cell(one.fingerprint))
+            for one in groups.pop(group)
+        ]
+        parts += [f"## {heading}\n", table(("name", "what it is", "fingerprint"), rows)]
+    assert not groups
+    pages = "\n".join(f"effects/{one.name}" for one in effects)
+    parts.append(f"```{{toctree}}\n:hidden:\n\n{pages}\n```\n")
     return "\n".join(parts)
 
 
-def effect_section(effect: EffectDescription) -> Iterator[str]:
-    """Yield the section on one effect."""
-    yield f"## {effect.name}\n"
+def effect_page(name: str) -> str:
+    """Law, picture, parameters and limits of one effect."""
+    (effect,) = describe_effects(name).effects
+    return "\n".join(_paragraphs(effect))
+
+
+def _paragraphs(effect: EffectDescription) -> Iterator[str]:
+    """Yield the parts of the page on one effect."""
+    words, option = PLACES[effect.place]
+    yield f"# {effect.name}\n"
+    yield cell(effect.summary[:1].upper() + effect.summary[1:]) + ".\n"
+    yield f"**Place:** {words}; {ACTS[effect.kind]}. {code(f'stiffcal add DIR {effect.name} {option}'.rstrip())}\n"
     for title, text in sections_of(effect.physics):
         yield from law_paragraphs(effect, text) if title == "Law" else (f"**{title}:** {cell(text)}\n",)
     picture = PICTURES / f"{effect.name}.svg"
     if draw_once(effect.name, picture):
-        yield figure(picture, f"`stiffcal effects {effect.name} -o {effect.name}.svg`: {effect.fingerprint}") + "\n"
+        shown = f"The effect, enlarged, on a lever: `stiffcal effects {effect.name} -o {effect.name}.svg`"
+        yield figure(picture, f"{shown}. {effect.fingerprint}") + "\n"
     rows = [
         (code(one.symbol), cell(one.unit), cell(one.meaning), "–" if one.typical is None else f"{one.typical:g}",
          " … ".join("∞" if end is None else f"{end:g}" for end in one.bounds))
@@ -48,14 +75,15 @@ def effect_section(effect: EffectDescription) -> Iterator[str]:
     ]  # fmt: skip
     if rows:
         yield table(("parameter", "unit", "meaning", "typical", "bounds"), rows)
+    if effect.needs:
+        yield f"**Needs:** {cell(', '.join(effect.needs))}\n"
     for title, names in (
-        ("Needs", effect.needs),
         ("Includes", effect.includes),
         ("Excludes", effect.excludes),
         ("Looks like", effect.looks_like),
     ):
         if names:
-            yield f"**{title}:** {cell(', '.join(names))}\n"
+            yield f"**{title}:** {', '.join(f'[{name}]({name}.md)' for name in names)}\n"
     yield f"**Fingerprint:** {cell(effect.fingerprint)}\n"
     yield f"**How to check:** {cell(effect.check)}\n"
 

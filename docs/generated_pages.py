@@ -12,11 +12,12 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
 from docs.document_page import document_page
-from docs.effect_page import effect_page
+from docs.effect_page import effect_list, effect_page
 from docs.effects_api_page import effects_api_page
 from docs.markdown import cell, code, table
 from docs.schema_words import SCHEMAS, read_schema, type_of
@@ -25,6 +26,7 @@ from stiffcal.cli import endings
 from stiffcal.cli.command_tree import COMMANDS, command_named
 from stiffcal.cli.common_options import CommonOptions
 from stiffcal.fault_codes import FaultCode
+from stiffcal.model.catalogue import built_in_effects
 from stiffcal.readers import Reader
 
 TOML_FILES = {
@@ -38,11 +40,13 @@ TOML_FILES = {
 
 
 def write_pages(folder: Path) -> None:
-    """Write all generated pages into `folder`; a page whose text has not changed keeps its date."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, make in PAGES.items():
+    """Write all generated pages into `folder`; a page whose text has not changed keeps its date, one of before goes."""
+    pages = {folder / f"{name}.md": make for name, make in PAGES.items()}
+    for page in set(folder.rglob("*.md")) - set(pages):
+        page.unlink()
+    for page, make in pages.items():
         text = make().rstrip() + "\n"
-        page = folder / f"{name}.md"
+        page.parent.mkdir(parents=True, exist_ok=True)
         if not page.exists() or page.read_text(encoding="utf-8") != text:
             page.write_text(text, encoding="utf-8")
 
@@ -278,7 +282,8 @@ def toml_pages() -> Iterator[tuple[str, Callable[[], str]]]:
 PAGES: dict[str, Callable[[], str]] = {
     "commands": command_page,
     **dict(toml_pages()),
-    "effects": effect_page,
+    "effects": effect_list,
+    **{f"effects/{name}": partial(effect_page, name) for name in built_in_effects()},
     "effects-api": effects_api_page,
     "formats": format_page,
     "exit-codes": exit_code_page,

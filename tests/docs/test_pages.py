@@ -51,8 +51,14 @@ def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("no_pictures")
-def test_the_page_of_effects_has_each() -> None:
-    assert headings(effect_page()) == [effect.name for effect in describe_effects().effects]
+def test_each_effect_has_a_page_that_the_list_names_once_by_its_place(tmp_path: Path) -> None:
+    (tmp_path / "effects").mkdir()
+    (tmp_path / "effects" / "renamed.md").touch()
+    generated_pages.write_pages(tmp_path)
+    names = {effect.name for effect in describe_effects().effects}
+    assert {page.stem for page in (tmp_path / "effects").glob("*.md")} == names
+    text = (tmp_path / "effects.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^\| \[`(\S+)`\]\(effects/\1\.md\)", text, flags=re.MULTILINE)) == sorted(names)
 
 
 def test_the_page_of_the_effects_api_has_each_name_with_a_line() -> None:
@@ -68,8 +74,8 @@ def test_the_page_of_the_effects_api_has_each_name_with_a_line() -> None:
 
 @pytest.mark.usefixtures("no_pictures")
 def test_the_law_of_each_effect_begins_with_a_formula() -> None:
-    sections = effect_page().split("\n## ")[1:]
-    assert [text.partition("\n")[0] for text in sections if '<math display="block">' not in text] == []
+    names = [effect.name for effect in describe_effects().effects]
+    assert [name for name in names if '<math display="block">' not in effect_page(name)] == []
 
 
 def test_a_quotient_has_the_product_before_it_above_the_line() -> None:
@@ -214,7 +220,7 @@ def test_every_page_in_a_browser_from_a_disk(built: Path) -> None:
 
 
 @pytest.mark.docs
-def test_the_search_finds_a_word_from_a_disk(built: Path) -> None:
+def test_the_search_finds_a_word_from_a_disk_and_ends_at_its_heading(built: Path) -> None:
     with chromium() as browser:
         window = browser.new_context(offline=True).new_page()
         window.goto((built / "search.html").as_uri() + "?q=backlash")
@@ -223,3 +229,5 @@ def test_the_search_finds_a_word_from_a_disk(built: Path) -> None:
         found = window.eval_on_selector_all("#search-results li a", "links => links.map(link => link.href)")
         window.goto(found[0])
         assert "backlash" in window.inner_text("body")
+        window.goto((built / "search.html").as_uri() + "?q=negative+work")
+        window.wait_for_selector('#search-results li a[href="troubleshooting.html#wrench-mismatch"]')
