@@ -55,7 +55,7 @@ CALLS: dict[str, list[str]] = {
     "trend": ["small other --max-change 9 -o trend.svg --no-update", "small other --output trend.pdf"],
     "history": ["small --restore 1 --yes"],
     "plot": ["small --run pose1 -o plot.png --no-update", "small --against torque:2 --output residual.svg"],
-    "report": ["small -o small.pdf --no-update", "small --output small.pdf"],
+    "report": ["small -o small.pdf --no-update", "small --output small.pdf --short"],
     "view": [
         "small -o small.html --no-raw --no-update",
         "small --output small.html --open",

@@ -15,7 +15,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.estimates import STIFFNESS_UNITS, estimate_text, parameter_text, stiffness_text
 from stiffcal.results.identify_result import IdentifyResult
 
-ORDER = 30
+ORDER, IN_SHORT = 30, True
 _TITLE = "Stiffness"
 MOST_ON_FIRST_PAGE = 9
 
