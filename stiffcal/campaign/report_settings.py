@@ -10,6 +10,7 @@ from stiffcal.campaign.typed import Name, TomlTable, Vector3, at_most
 
 MOST_SIGNATURES = 6
 MOST_POSES = 12
+MOST_INSTRUMENTS = 12
 
 
 class MapSettings(TomlTable):
@@ -29,11 +30,28 @@ class MapSettings(TomlTable):
     look_alikes: ClassVar[dict[str, str]] = {"load": "load_N", "force_N": "load_N", "at": "at_m"}
 
 
-class ReportSettings(TomlTable):
-    """Optional sections of the report.
+class CertifiedInstrument(TomlTable):
+    """[[report.instruments]]: what was measured with, for the first page.
 
     Attributes
     ----------
+    name : make and type, serial number. certificate : number of the calibration certificate. certified : its date.
+    """
+
+    name: Name
+    certificate: Name | None = None
+    certified: Name | None = None
+
+    look_alikes: ClassVar[dict[str, str]] = {"date": "certified", "certificate_date": "certified", "type": "name"}
+
+
+class ReportSettings(TomlTable):
+    """What the first page states of robot and measurement, and optional sections of the report.
+
+    Attributes
+    ----------
+    serial_number, site, operator, measured, temperature : of the robot, where, by whom, when and at what temperature it
+        was measured, as they are to be printed. instruments : with their certificates.
     acceptance : a section with every limit of [thresholds], the value and whether it passed.
     sign_off : roles of those who sign, such as "measured by", "approved by"; each gets a line for name, date and
         signature. Without roles there is no such section.
@@ -42,6 +60,14 @@ class ReportSettings(TomlTable):
         first page; an SVG without references to other files.
     """
 
+    serial_number: Name | None = None
+    site: Name | None = None
+    operator: Name | None = None
+    measured: Name | None = None
+    temperature: Name | None = None
+    instruments: Annotated[
+        tuple[CertifiedInstrument, ...], Field(strict=False), at_most(MOST_INSTRUMENTS, "name fewer instruments")
+    ] = ()
     acceptance: bool = False
     sign_off: Annotated[tuple[Name, ...], Field(strict=False), at_most(MOST_SIGNATURES, "name fewer roles")] = ()
     stiffness_at_deg: Annotated[
@@ -53,6 +79,8 @@ class ReportSettings(TomlTable):
     logo: Name | None = None
 
     look_alikes: ClassVar[dict[str, str]] = {
+        "serial": "serial_number",
+        "date": "measured",
         "signoff": "sign_off",
         "signatures": "sign_off",
         "limits": "acceptance",

@@ -13,7 +13,7 @@ OPTIONS = {
     "trend": "--max-change --no-update --output",
     "history": "--restore --store --yes",
     "plot": "--against --no-update --of --output --run --store",
-    "report": "--no-update --output --store",
+    "report": "--no-update --output --short --store",
     "view": "--live --no-raw --no-update --open --output --store --watch",
     "run": "--store",
     "batch": "--idle-timeout --jobs --junit --markdown --no-report --reports --scheduler --store --thresholds",

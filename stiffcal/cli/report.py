@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
 def report(
     folder: Folder = HERE,
     output: Output = None,
+    short: Annotated[
+        bool, typer.Option("--short", help="Two pages for a customer: the answer and the values.")
+    ] = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
@@ -35,7 +40,7 @@ def report(
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
         )
-        result = report_campaign(folder, context, output=output)
+        result = report_campaign(folder, context, output=output, is_short=short)
         answer.give(result, show_report, following(folder, store, Step.REPORT))
     return OK
 

@@ -31,7 +31,9 @@ _LOGO_FILE = "logo.png"
 _LEFT_OUT_TITLE = "Not in this report"
 
 
-def build_report(content: ReportContent, output: Path, progress: Progress = no_progress) -> None:
+def build_report(
+    content: ReportContent, output: Path, progress: Progress = no_progress, is_short: bool = False
+) -> None:
     """Write the report as a PDF; the same content gives the same bytes.
 
     Parameters
@@ -39,6 +41,7 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
     content : finished results of the other rooms.
     output : where to write, when the report is complete.
     progress : receives each picture's name.
+    is_short : the pages for a customer alone: the answer, values, limits and signatures.
 
     Raises
     ------
@@ -50,8 +53,9 @@ def build_report(content: ReportContent, output: Path, progress: Progress = no_p
         campaign=content.provenance.campaign,
         date=content.provenance.date,
         maker=" ".join(content.provenance.versions[0]) if content.provenance.versions else "stiffcal",
+        has_contents=not is_short,
     )
-    write_pages(heading, lay_out(content), output, progress, content.logo)
+    write_pages(heading, lay_out(content, is_short), output, progress, content.logo)
     progress("report written", 1.0)
 
 
@@ -70,7 +74,7 @@ class PagesHeading:
     maker: str
     """What made the pages."""
     has_contents: bool = True
-    """Whether the last page lists the sections."""
+    """Whether the sections are listed after the first one."""
 
 
 def write_pages(
@@ -115,19 +119,27 @@ def _kind(content: ReportContent) -> str:
     return f"{text[:1].upper()}{text[1:]}"
 
 
-def lay_out(content: ReportContent) -> list[ReportSection]:
-    """Lay out all sections that have something to show; the last one names the others, with the reason."""
+def lay_out(content: ReportContent, is_short: bool = False) -> list[ReportSection]:
+    """Lay out all sections that have something to show; the last one names the others, with the reason.
+
+    Parameters
+    ----------
+    content : as of `build_report`. is_short : those for a customer alone, and no reasons.
+    """
     sections: list[ReportSection] = []
-    reasons: list[str] = []
+    titles_of_reason: dict[str, list[str]] = {}
     for module in all_sections():
+        if is_short and not getattr(module, "IN_SHORT", False):
+            continue
         laid_out = module.section(content)
         for made in laid_out if isinstance(laid_out, tuple) else (laid_out,):
             if isinstance(made, LeftOut):
-                reasons.append(f"{made.title}: {made.reason}.")
+                titles_of_reason.setdefault(made.reason, []).append(made.title)
             elif made is not None:
                 sections.append(made)
-    if reasons:
-        sections.append(ReportSection(_LEFT_OUT_TITLE, (Items(tuple(reasons)),)))
+    if titles_of_reason and not is_short:
+        reasons = tuple(f"{'; '.join(titles)}: {reason}." for reason, titles in titles_of_reason.items())
+        sections.append(ReportSection(_LEFT_OUT_TITLE, (Items(reasons),)))
     return sections
 
 

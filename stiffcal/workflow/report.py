@@ -15,14 +15,16 @@ from stiffcal.workflow.validate import up_to_date_results
 REPORT_FILE = "report.pdf"
 
 
-def report_campaign(folder: Path, context: RunContext | None = None, output: Path | None = None) -> ReportResult:
+def report_campaign(
+    folder: Path, context: RunContext | None = None, output: Path | None = None, is_short: bool = False
+) -> ReportResult:
     """Write the report of a campaign.
 
     Parameters
     ----------
     folder : the campaign folder.
     context : store, progress and so on.
-    output : where to; default DIR/report.pdf.
+    output : where to; default DIR/report.pdf. is_short : two pages for a customer.
 
     Returns
     -------
@@ -48,5 +50,5 @@ def report_campaign(folder: Path, context: RunContext | None = None, output: Pat
     content = report_content(data, identified, validation, read_history(folder, context))
     content = with_requests(content, data, context)
     with written(file, REPORT, context.overwrite) as temporary:
-        build_report(content, temporary, context.progress)
+        build_report(content, temporary, context.progress, is_short)
     return ReportResult(warnings=[], file=str(file), origin=identified.origin)

@@ -71,7 +71,7 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
 def unprinted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the pages away: ten seconds each time, and `tests/report` reads them."""
 
-    def touch(content: ReportContent, output: Path, progress: Progress) -> None:
+    def touch(content: ReportContent, output: Path, progress: Progress, is_short: bool) -> None:
         output.write_bytes(b"%PDF")
 
     monkeypatch.setattr("stiffcal.report.building.build_report", touch)

@@ -60,7 +60,7 @@ CALLS: dict[str, list[str]] = {
         "small --of influence -o influence.svg",
         "small --of normal -o normal.svg",
     ],
-    "report": ["small -o small.pdf --no-update", "small --output small.pdf"],
+    "report": ["small -o small.pdf --no-update", "small --output small.pdf --short"],
     "view": [
         "small -o small.html --no-raw --no-update",
         "small --output small.html --open",
@@ -142,7 +142,7 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def place(prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of it as the present folder; what takes long, and is tested elsewhere, is left out."""
 
-    def touch(content: ReportContent, output: Path, progress: Progress) -> None:
+    def touch(content: ReportContent, output: Path, progress: Progress, is_short: bool) -> None:
         output.write_bytes(b"pages")
 
     def show(folder: Path, context: RunContext, notify_step: object) -> RunResult:

@@ -89,7 +89,7 @@ def folder(diagnosed: Path, request: pytest.FixtureRequest, tmp_path: Path) -> P
 def unprinted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the pages away: ten seconds each time, and `tests/report` reads them."""
 
-    def touch(content: ReportContent, output: Path, progress: Progress) -> None:
+    def touch(content: ReportContent, output: Path, progress: Progress, is_short: bool) -> None:
         output.write_bytes(b"")
 
     monkeypatch.setattr("stiffcal.report.building.build_report", touch)

@@ -36,7 +36,7 @@ def improved(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ImproveRes
 def quick_report(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave typesetting out."""
 
-    def touch(content: ReportContent, output: Path, progress: Progress) -> None:
+    def touch(content: ReportContent, output: Path, progress: Progress, is_short: bool) -> None:
         output.write_bytes(b"pages")
 
     monkeypatch.setattr("stiffcal.report.building.build_report", touch)

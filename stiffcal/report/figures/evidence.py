@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 900
 _BRANCHES = (("loading", "o", True), ("unloading", "s", False), ("", "D", True))
-_HEIGHT_MM = 50.0
+_HEIGHT_MM, _FIRST_PAGE_MM = 50.0, 40.0
 
 
 @canvas.styled
@@ -32,7 +32,7 @@ def draw_evidence(drawn: EvidenceFigure, example: bool = True) -> Figure:
     -------
     Figure; residuals in mm or mrad, the covariate in its own unit (° for angles).
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, _HEIGHT_MM)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, _HEIGHT_MM if example else _FIRST_PAGE_MM)
     if drawn.picture is None or not example:
         without, with_it = figure.subplots(1, 2, sharey=True, sharex=True)
     else:

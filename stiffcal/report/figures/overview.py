@@ -50,7 +50,7 @@ def draw_overview(
     """
     lines = max(len(label_lines(rung.label, _LABEL_SIZE)) for rung in rungs)
     height = 22.0 + max(7.0, 2.9 * lines) * len(rungs)
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, max(height, 50.0 if run is not None else 0.0))
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, max(height, 45.0 if run is not None else 0.0))
     if run is None:
         handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, component), component, _LABEL_SIZE)
     else:

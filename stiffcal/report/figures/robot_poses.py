@@ -133,7 +133,7 @@ def draw_pose_sheet(
     view = _view(_azimuth(runs) - _ASIDE, _ELEVATION)
     low, high = _extent(runs, numbers, view)
     cell = canvas.PAGE_WIDTH_MM / columns
-    height = cell * float(np.clip((high - low)[1] / (high - low)[0], 0.6, 1.5)) + 4
+    height = cell * float(np.clip((high - low)[1] / (high - low)[0], 0.6, 1.0)) + 4
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, rows * height + 6)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel in panels:

@@ -1,7 +1,8 @@
 """The report's sections, one per file: found by walking this folder, sorted by their ``ORDER``.
 
 Each module holds ``ORDER`` (an integer, gaps left for later ones) and ``section(content) -> Section | LeftOut | None``
-(None: nothing to show and nothing missing; a tuple: several sections). A new page, such as the diagnosis, is one new
+(None: nothing to show and nothing missing; a tuple: several sections). ``IN_SHORT = True`` puts it into the report of
+two pages for a customer, too. A new page, such as the diagnosis, is one new
 file here: it finds what it shows in the content, whose documents and `extra` hold all that the other rooms have
 answered.
 """

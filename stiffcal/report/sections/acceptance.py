@@ -11,7 +11,7 @@ from stiffcal.report.content import ReportContent
 if TYPE_CHECKING:
     from stiffcal.validation.results import ThresholdCheck
 
-ORDER = 14
+ORDER, IN_SHORT = 14, True
 _TITLE = "Acceptance"
 
 # Each limit's quantity, the factor to the unit in which people read it, and that unit.

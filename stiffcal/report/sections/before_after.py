@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
+from stiffcal.report.blocks import Block, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 from stiffcal.report.sections.stiffness import where_words
 from stiffcal.results.value_words import value_in_model
@@ -16,7 +16,7 @@ ORDER = 35
 _TITLE = "Stiffness before and after"
 
 
-def section(content: ReportContent) -> ReportSection | LeftOut:
+def section(content: ReportContent) -> ReportSection | None:
     """Lay out, for each change of the model, the values that it moved out of their 95 % intervals."""
     blocks: list[Block] = []
     for change in content.fit_changes:
@@ -29,7 +29,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.append(SubheadingBlock(f"What adding {names} would change"))
         blocks += _values(diagnosis.before_after, content)
     if not blocks:
-        return LeftOut(_TITLE, "the model has not changed, and no effect is to be added")
+        return None
     return ReportSection(_TITLE, (Paragraph(_lead()), *blocks))
 
 

@@ -46,11 +46,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         )
     if len(warnings := warnings_of(content)) > MOST_WARNINGS:
         blocks += [SubheadingBlock("Warnings"), Items(tuple(warnings))]
-    blocks.append(SubheadingBlock("Readings set aside"))
     if content.set_aside:
-        blocks.append(_set_aside(content))
-    else:
-        blocks.append(Paragraph("Nothing: all readings were used."))
+        blocks += [SubheadingBlock("Readings set aside"), _set_aside(content)]
     return ReportSection(_TITLE, tuple(blocks))
 
 

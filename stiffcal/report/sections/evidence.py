@@ -25,13 +25,14 @@ _TITLE = "Evidence for the missing effects"
 _MOST_RUNS = 60
 
 
-def section(content: ReportContent) -> ReportSection | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out the evidence for each effect that is missing."""
     if content.diagnose is None:
         return LeftOut(_TITLE, content.not_diagnosed)
     figures = [figure for figure in content.evidence if figure.missing]
     if not figures:
-        return LeftOut(_TITLE, _why_none(content.diagnose))
+        why = _why_none(content.diagnose)
+        return LeftOut(_TITLE, why) if why else None
     blocks: list[Block] = [Paragraph(HOW_JUDGED)]
     for figure in figures:
         blocks.extend(evidence_of(content.diagnose, figure, content.drift_follows))
@@ -46,14 +47,14 @@ HOW_JUDGED = (
 
 
 def _why_none(diagnosis: DiagnoseResult) -> str:
-    """Return why there is no evidence to show."""
+    """Return why there is no evidence to show; "" where nothing is missing."""
     if diagnosis.missing:
         return "for effects of moving joints see the figures of friction"
     if diagnosis.unexplained:
         return "no effect of the catalogue explains the remaining error"
     if not diagnosis.has_searched:
         return "no load states to judge effects by"
-    return "no effect is missing"
+    return ""
 
 
 def evidence_of(

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.report import wording
-from stiffcal.report.blocks import LeftOut, PictureBlock, ReportSection
+from stiffcal.report.blocks import PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.canvas import AXES_NAMES
 from stiffcal.report.figures.load_path import apparent_negative, draw_load_path
@@ -17,10 +17,10 @@ ORDER = 100
 _TITLE = "Deflection along a path of loads"
 
 
-def section(content: ReportContent) -> ReportSection | LeftOut:
+def section(content: ReportContent) -> ReportSection | None:
     """Lay out each predicted path."""
     if not content.load_paths:
-        return LeftOut(_TITLE, "no load path was predicted (“stiffcal predict --load-path”)")
+        return None
     pictures = tuple(PictureBlock(partial(draw_load_path, path), _caption(path)) for path in content.load_paths)
     return ReportSection(_TITLE, pictures)
 

@@ -11,7 +11,7 @@ ORDER = 78
 _TITLE = "What to measure next"
 
 
-def section(content: ReportContent) -> ReportSection | LeftOut:
+def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out the separating measurement, or the reason why none is needed."""
     diagnosis = content.diagnose
     if diagnosis is None:
@@ -24,7 +24,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
             origin = f"The diagnosis of fit {earlier.fit_id}"
             blocks.extend(_separating(earlier.next_measurement, content, origin))
     if not blocks:
-        return LeftOut(_TITLE, _no_measurement_reason(diagnosis))
+        why = _no_measurement_reason(diagnosis)
+        return LeftOut(_TITLE, why) if why else None
     return ReportSection(_TITLE, tuple(blocks))
 
 
@@ -39,7 +40,7 @@ def _no_measurement_reason(diagnosis: DiagnoseResult) -> str:
             "no load of this campaign’s size, in any one pose, separates the two leading look-alikes by more than the "
             "noise"
         )
-    return "no effect has a look-alike that another pose would have to exclude"
+    return ""
 
 
 def _separating(measurement: SeparatingMeasurement, content: ReportContent, origin: str) -> list[Block]:

@@ -9,7 +9,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.sections.stiffness import where_words
 from stiffcal.results.unidentified_words import unidentified_in_words
 
-ORDER = 40
+ORDER, IN_SHORT = 40, True
 _TITLE = "What these data cannot identify"
 # So many springs of one effect in the noise are named together.
 _MANY = 4
@@ -36,10 +36,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
     if hardly and not named and not open_ones:
         text = "Identifiable but poorly determined:"
         return ReportSection(_TITLE, (Paragraph(text), Items(hardly)))
-    if not named and not open_ones and content.states is None:
-        return None
     if not named and not open_ones:
-        return ReportSection(_TITLE, (Paragraph("All parameters are identifiable from these data."),))
+        return None
     blocks: list[Block] = [
         Paragraph("The following cannot be identified from these poses and loads. No number is given."),
         Items((*named, *open_ones, *hardly)),

@@ -53,8 +53,16 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.append(_table(earlier, len(earlier.findings)))
     if diagnosis.not_tried:
         blocks.append(SubheadingBlock("Not tried"))
-        blocks.append(Items(tuple(f"{effect.effect}: needs {effect.needs}" for effect in diagnosis.not_tried)))
+        blocks.append(Items(_not_tried(diagnosis)))
     return ReportSection(_TITLE, tuple(blocks))
+
+
+def _not_tried(diagnosis: DiagnoseResult) -> tuple[str, ...]:
+    """Return what effects that were not tried need, each need once with all of its effects."""
+    of_need: dict[str, list[str]] = {}
+    for effect in diagnosis.not_tried:
+        of_need.setdefault(effect.needs, []).append(effect.effect)
+    return tuple(f"{wording.listing(names, 24)}: needs {needs}" for needs, names in of_need.items())
 
 
 def _missing_in_words(diagnosis: EarlierDiagnosis) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stiffcal.report.blocks import ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
 
-ORDER = 980
+ORDER, IN_SHORT = 980, True
 _TITLE = "Sign-off"
 
 

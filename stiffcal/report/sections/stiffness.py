@@ -16,7 +16,7 @@ from stiffcal.report.estimates import STIFFNESS_UNITS, parameter_text, stiffness
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.value_words import value_in_model
 
-ORDER = 30
+ORDER, IN_SHORT = 30, True
 _TITLE = "Stiffness"
 MOST_ON_FIRST_PAGE = 9
 

@@ -37,7 +37,7 @@ from stiffcal.results.registration_words import convention_in_words
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.wording import estimate, probability_in_words
 
-ORDER = 10
+ORDER, IN_SHORT = 10, True
 NOT_YOURS = (
     "Not computed by you: these results came with the campaign folder, and the logs to recompute them are missing."
 )
@@ -46,6 +46,8 @@ NOT_YOURS = (
 def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out the answer, what to do next, the stiffness, the ladder and the robot."""
     blocks: list[Block] = []
+    if identity := _identity(content):
+        blocks.append(Facts(identity))
     if content.identify is not None and content.identify.origin == "foreign":
         blocks.append(Paragraph(NOT_YOURS, "key"))
     blocks.append(VerdictBlock(_level(content), _verdict(content)))
@@ -74,6 +76,29 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.append(Items(tuple(points)))
     blocks += _overview(content)
     return ReportSection("Summary", tuple(blocks))
+
+
+def _identity(content: ReportContent) -> tuple[tuple[str, str], ...]:
+    """Return which robot was measured, where, when, by whom and with what, as far as campaign.toml states it."""
+    stated = content.settings
+    robot = content.provenance.robot + (f", serial number {stated.serial_number}" if stated.serial_number else "")
+    by = stated.operator and f"by {stated.operator}"
+    measured = ", ".join(text for text in (stated.measured, stated.site, stated.temperature, by) if text)
+    with_what = "; ".join(
+        ", ".join(
+            text
+            for text in (
+                one.name,
+                one.certificate and f"certificate {one.certificate}",
+                one.certified and f"of {one.certified}",
+            )
+            if text
+        )
+        for one in stated.instruments
+    )
+    rows = (("measured", measured), ("instruments", with_what))
+    known = tuple((name, text) for name, text in rows if text)
+    return (("robot", robot), *known) if known or stated.serial_number else ()
 
 
 def _verdict(content: ReportContent) -> str:

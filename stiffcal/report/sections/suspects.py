@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from stiffcal.diagnosis.suspects.result import Suspect
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, Facts, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
+from stiffcal.report.blocks import (
+    Block,
+    Facts,
+    LeftOut,
+    Paragraph,
+    ReportSection,
+    SubheadingBlock,
+    TableBlock,
+    TableColumn,
+)
 from stiffcal.report.content import ReportContent
 from stiffcal.wording import probability_in_words
 
@@ -12,25 +21,24 @@ ORDER = 12
 _TITLE = "Runs that disagree with the others"
 
 
-def section(content: ReportContent) -> ReportSection | None:
+def section(content: ReportContent) -> ReportSection | LeftOut | None:
     """Lay out each suspect with its cause and cure; nothing where all runs agree."""
     answer = content.diagnose or content.identify
     if answer is None:
         return None
     suspects, not_checked = answer.suspects or [], answer.suspects_not_checked
-    blocks: list[Block] = []
-    if suspects:
-        runs = wording.listing([_place(suspect) for suspect in suspects], 12)
-        blocks.append(Paragraph(f"Check these first: {runs}. The fit includes them.", "key"))
+    if not suspects:
+        return None if not_checked is None else LeftOut(_TITLE, not_checked.sentence)
+    runs = wording.listing([_place(suspect) for suspect in suspects], 12)
+    blocks: list[Block] = [Paragraph(f"Check these first: {runs}. The fit includes them.", "key")]
     for suspect in suspects:
         blocks += [SubheadingBlock(_place(suspect)), Facts(tuple(_facts(suspect)))]
-    if suspects:
-        lines = tuple((line,) for suspect in suspects for line in suspect.exclude)
-        column = TableColumn("to exclude them, add to campaign.toml", align="left", width=1.0, mono=True)
-        blocks.append(TableBlock((column,), lines, "Lines that exclude these runs or rows from the fit."))
+    lines = tuple((line,) for suspect in suspects for line in suspect.exclude)
+    column = TableColumn("to exclude them, add to campaign.toml", align="left", width=1.0, mono=True)
+    blocks.append(TableBlock((column,), lines, "Lines that exclude these runs or rows from the fit."))
     if not_checked is not None:
         blocks.append(Paragraph(f"{not_checked.sentence[:1].upper()}{not_checked.sentence[1:]}."))
-    return ReportSection(_TITLE, tuple(blocks)) if blocks else None
+    return ReportSection(_TITLE, tuple(blocks))
 
 
 def _place(suspect: Suspect) -> str:
