@@ -89,6 +89,8 @@ class ViewValue:
     """Upper end of the 95 % interval."""
     at_bound: bool = False
     """Whether the value is at the limit of its range."""
+    rests_on: str = ""
+    """Parameters at a limit of their range that it rests on; "" where there are none."""
 
 
 @dataclass(frozen=True, kw_only=True)

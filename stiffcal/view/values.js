@@ -21,7 +21,7 @@
     const { factor } = scaleOf(entry.unit),
       scaled = (end) => (end === null || !Number.isFinite(end) ? null : factor * end);
     if (entry.value === null) return scaled(entry.low) === null ? "not identified" : `above ${S.digits(scaled(entry.low))}`;
-    const limit = entry.at_bound ? ", at its limit" : "";
+    const limit = entry.at_bound ? ", at its limit" : entry.rests_on ? `, with ${entry.rests_on} at its limit` : "";
     return S.estimate(factor * entry.value, scaled(entry.low), scaled(entry.high)) + limit;
   }
   function change(a, b) {

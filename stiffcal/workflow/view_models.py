@@ -180,7 +180,16 @@ def _in_words(fit: StoredFit) -> str:
 
 def _value(entry: EstimatedParameter) -> ViewValue:
     low, high = entry.interval or (None, None)
-    return ViewValue(name=entry.name, unit=entry.unit, value=entry.value, low=low, high=high, at_bound=entry.at_bound)
+    resting = ", ".join(entry.rests_on or [])
+    return ViewValue(
+        name=entry.name,
+        unit=entry.unit,
+        value=entry.value,
+        low=low,
+        high=high,
+        at_bound=entry.at_bound,
+        rests_on=resting,
+    )
 
 
 def _refits(
@@ -231,13 +240,16 @@ def _refit_value(entry: RefitValue, catalogue: dict[str, Effect]) -> ViewValue:
     spec = (FramePose() if effect == FRAME else form_of(catalogue[effect], (symbol,))).spec(symbol)
     low, high = entry.interval or (None, None)
     if not spec.compliance:
-        return ViewValue(name=entry.name, unit=spec.unit, value=entry.value, low=low, high=high)
+        return ViewValue(
+            name=entry.name, unit=spec.unit, value=entry.value, low=low, high=high, at_bound=entry.at_bound
+        )
     return ViewValue(
         name=entry.name,
         unit=stiffness_unit(spec.unit),
         value=1.0 / entry.value if entry.value else None,
         low=1.0 / high if high else None,
         high=1.0 / low if low else None,
+        at_bound=entry.at_bound,
     )
 
 
