@@ -79,6 +79,8 @@ def share_from_geometry(parameter: IdentifiedParameter) -> str:
 def _not_firm(parameter: IdentifiedParameter) -> str:
     if parameter.at_bound:
         return "  at the limit of its range"
+    if parameter.rests_on:
+        return f"  with {listing(parameter.rests_on)} at its limit"
     return "  not significant (below 3σ)" if parameter.above_noise is False else ""
 
 

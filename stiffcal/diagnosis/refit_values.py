@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.scan import Scan, Trial
-from stiffcal.documents import Number
-from stiffcal.estimation.parameters import interval_within, student_95
+from stiffcal.documents import NOT_PROMISED, Number
+from stiffcal.estimation.parameters import interval_within, on_bounds, student_95
 from stiffcal.estimation.unknowns import amplitude_bounds
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterSpec
@@ -35,6 +36,8 @@ class RefitValue:
     """SI; null where it is not known."""
     interval: list[Number] | None = None
     """Both ends of the 95 % interval, null where one is open; null where none is known, as of a shape."""
+    at_bound: Annotated[bool, NOT_PROMISED] = False
+    """Whether the value is at the limit of its range."""
 
 
 def refit_values(robot: CompliantRobot, scan: Scan, trial: Trial, own: Sequence[str]) -> list[RefitValue]:
@@ -57,6 +60,7 @@ def refit_values(robot: CompliantRobot, scan: Scan, trial: Trial, own: Sequence[
             name=name,
             value=float(values[name]),
             interval=_interval(spec, placed.amplitude(spec.symbol), known.get(name, np.nan)),
+            at_bound=_at_bound(spec, placed.amplitude(spec.symbol), known.get(name, np.nan)),
         )
         for placed in robot.placed
         for spec in placed.effect.parameters
@@ -78,6 +82,11 @@ def _half_intervals(scan: Scan, trial: Trial) -> Floats:
         return np.asarray(NORMAL_95 * std)
     dof = scan.residual_dof - len(trial.regressor.symbols)
     return np.asarray(student_95(dof) * np.sqrt(trial.score.sum_of_squares / max(dof, 1)) * std)
+
+
+def _at_bound(spec: ParameterSpec, amplitude: float, half: float) -> bool:
+    """Return whether a parameter that was refitted is at a limit of its range."""
+    return bool(np.isfinite(half)) and any(on_bounds(amplitude, half, amplitude_bounds(spec)))
 
 
 def _interval(spec: ParameterSpec, amplitude: float, half: float) -> list[Number] | None:

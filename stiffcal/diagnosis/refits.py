@@ -147,7 +147,9 @@ def refit_with_all(diagnosis: DiagnoseResult, rms: Rms) -> RefitSummary:
         where=Where(),
         heldout_rms=rms,
         values=[
-            RefitValue(name=parameter.name, value=parameter.value, interval=parameter.interval)
+            RefitValue(
+                name=parameter.name, value=parameter.value, interval=parameter.interval, at_bound=parameter.at_bound
+            )
             for parameter in diagnosis.parameters_with_missing
         ],
         added=[EffectAt(effect=missing.effect, where=missing.where) for missing in diagnosis.missing],

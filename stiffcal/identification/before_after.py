@@ -28,6 +28,8 @@ class EstimatedParameter:
     """Both ends of the 95 % interval, null where one is open; null where there is none."""
     at_bound: bool = False
     """Whether the value is at the limit of its range."""
+    rests_on: OrAbsent[list[str]] = None
+    """Names of parameters at a limit of their range that decide its value; None where there is none."""
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what the data count it by; None of others."""
 
@@ -97,6 +99,7 @@ def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[Esti
             value=parameter.known_stiffness if parameter.is_compliance else parameter.value,
             interval=parameter.stiffness_interval if parameter.is_compliance else parameter.interval,
             at_bound=parameter.at_bound,
+            rests_on=parameter.rests_on,
             drift_follows=parameter.drift_follows,
         )
         for parameter in parameters

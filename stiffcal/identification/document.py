@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from stiffcal.estimation.identifiability import Ambiguity
 from stiffcal.estimation.parameters import Parameter
 from stiffcal.identification.fit import Fit
@@ -25,6 +27,7 @@ from stiffcal.model.stated_spring import is_spring_modelled, spring_joint, state
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
 from stiffcal.printed_units import drift_unit
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import listing
 
 # So many springs of one effect in the noise are named in one line.
 JOINTLY_UNIDENTIFIABLE = 4
@@ -32,6 +35,8 @@ JOINTLY_UNIDENTIFIABLE = 4
 MOST_CHI2 = 1.5
 # Probability by chance below which so small a χ² is the stated noise's.
 LEAST_P = 1e-3
+# Of a parameter's variance, that another one makes: less than all the rest together, it does not decide.
+HALF = 0.5
 
 
 def finite(value: float | None) -> float | None:
@@ -70,6 +75,22 @@ def identified_parameter(
         in_fit=in_fit,
         drift_follows=("temperature" if by_temperature else "time") if is_drift else None,
     )
+
+
+def resting_on_limits(fit: Fit) -> dict[str, list[str]]:
+    """Return name to the parameters at a limit of their range other than 0 that make half of its variance or more.
+
+    At its limit a parameter has no uncertainty, and what is found of the others is found for that value of it.
+    """
+    places = {name: k for k, name in enumerate(fit.free_names)}
+    limited = [one.name for one in fit.parameters if one.at_bound and one.value and one.name in places]
+    std = np.sqrt(np.diagonal(fit.covariance))
+    found: dict[str, list[str]] = {}
+    for name, k in places.items():
+        shares = {other: fit.covariance[k, places[other]] ** 2 for other in limited if other != name}
+        own = [other for other, share in shares.items() if share >= HALF * (std[k] * std[places[other]]) ** 2 > 0.0]
+        found |= {name: own} if own else {}
+    return found
 
 
 def included_by_convention(fit: Fit) -> dict[str, list[str]]:
@@ -201,7 +222,9 @@ def fit_warnings(fit: Fit) -> list[str]:
         if parameter.effect in in_noise and parameter.above_noise is False:
             continue
         if parameter.at_bound:
-            texts.append(f"{parameter.name} is at the limit of its range")
+            resting = [name for name, limits in resting_on_limits(fit).items() if parameter.name in limits]
+            held = f", and {listing(resting)} hold for that value alone" if resting else ""
+            texts.append(f"{parameter.name} is at the limit of its range{held}")
         elif parameter.poorly_known:
             share_percent = 100.0 * NORMAL_95 * (parameter.std or 0.0) / abs(parameter.value or 1.0)
             texts.append(f"{parameter.name} is poorly determined: ± {share_percent:.0f} %")

@@ -40,6 +40,9 @@ class IdentifiedParameter:
     """Whether these data distinguish it from the other parameters."""
     at_bound: Annotated[bool, NOT_PROMISED] = False
     """Whether the value is at the limit of its range."""
+    rests_on: Annotated[OrAbsent[list[str]], NOT_PROMISED] = None
+    """Names of parameters at a limit of their range, other than 0, that make half of its variance or more: how they are
+    bounded decides its value; None where there is none."""
     poorly_known: Annotated[bool, NOT_PROMISED] = False
     """Whether the 95 % interval is nearly as wide as the value, or wider."""
     remark: Annotated[str | None, KeyIf("", null=False), NOT_PROMISED] = None

@@ -15,4 +15,4 @@ class StateMeasure(StrEnum):
     MOTOR_ANGLE = "motor_angle"
     """The angles of motors while a fixture holds the flange."""
     FRAME = "frame"
-    """The pose of an unloaded robot, from which frames are found; a load that it carries all the same is fitted too."""
+    """The pose of an unloaded robot, from which frames are found; where it carries a load, displacements."""

@@ -17,8 +17,8 @@ from stiffcal.arrays import Floats
 from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, offset_near
 from stiffcal.uncertainty import NORMAL_95
 
-PIECES = 6
-LEAST_PIECES = 4
+PIECES = 6  # of a log: two on either side of a step, and those it may lie in; each has to hold ramps of its own
+LEAST_PIECES = 4  # with an answer: a line and a step have three numbers, and one is left to contradict them
 # Holds are read from a few hundredths of their second after the ramp: less than this moves no reading out of its hold.
 MATTERS_S = 0.03
 SURE = 6.0  # standard uncertainties

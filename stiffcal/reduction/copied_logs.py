@@ -20,7 +20,7 @@ from stiffcal.reduction.sampled_readings import SampledReadings
 
 _Key = tuple[str, str, str]
 """Source, file and run."""
-_HALF = 0.5 * (1.0 + 1e-6)
+_HALF = 0.5 * (1.0 + 1e-6)  # of the last printed digit, what rounding changes; more by what binary numbers round
 _ROUNDING = 1e-12  # of floating-point numbers, relative
 _NO_STEP = 1e-9  # of a reading, relative: more digits than instruments have
 _EQUAL_STEPS = 1e-6  # relative: more digits than what is stored of them

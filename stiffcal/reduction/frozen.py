@@ -16,8 +16,8 @@ from stiffcal.arrays import Floats
 
 CHANCE = 1e-9  # of a row of equal readings as long as this anywhere in the log
 RESTLESS = 0.5  # share of equal neighbours below which a channel is one that changes
-LEAST_ROW = 6
-LEAST_READINGS = 30
+LEAST_ROW = 6  # of equal readings: fewer are common where an instrument reads in coarse steps
+LEAST_READINGS = 30  # from which the share of equal neighbours is known to a tenth: 0.5 / √30
 
 
 @dataclass

@@ -22,6 +22,7 @@ from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quaternions import rotation_from_quaternion
 from stiffcal.reduction.approach import approach_of_drives
+from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 from stiffcal.reduction.markers import fitted_poses
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.references import reference_states
@@ -101,7 +102,23 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
     if not states.deflection_given:
         chosen = {name: entry.reference for name, entry in manifest_runs.items()}
         states = replace(states, reference=reference_states(run, names, chosen, states.used))
+    states = _loaded_all_the_same(states)
     return _rows_as_runs(states) if states.absolute.any() else states
+
+
+def _loaded_all_the_same(states: LoadStates) -> LoadStates:
+    """Return the states with runs that were to be unloaded, and carry a load, as what they are: loads are checked."""
+    force, moment = (np.linalg.norm(states.wrench[:, part], axis=1) for part in (slice(3), slice(3, 6)))
+    load = force if force.any() else moment
+    most = np.zeros(len(states.runs))
+    np.maximum.at(most, states.run[states.used], load[states.used])
+    held = np.array([run.measures is StateMeasure.MOTOR_ANGLE for run in states.runs], dtype=np.bool_)
+    loaded = most > UNLOADED_SHARE * most[~held].max(initial=0.0)
+    runs = list(states.runs)
+    for number in np.flatnonzero(loaded).tolist():
+        if runs[number].measures is StateMeasure.FRAME:
+            runs[number] = replace(runs[number], measures=StateMeasure.DISPLACEMENT)
+    return replace(states, runs=tuple(runs))
 
 
 def _rows_as_runs(states: LoadStates) -> LoadStates:

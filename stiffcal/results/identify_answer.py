@@ -15,6 +15,7 @@ from stiffcal.identification.document import (
     model_summary,
     noise_per_axis,
     rejected_states,
+    resting_on_limits,
     unidentified_parameters,
     values_in_fit,
 )
@@ -39,7 +40,7 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
     states : all load states of the campaign, those set aside among them.
     """
     links, fit = measured_links(fit), with_geometry(fit, states)
-    in_fit, included = values_in_fit(fit), included_by_convention(fit)
+    in_fit, included, resting = values_in_fit(fit), included_by_convention(fit), resting_on_limits(fit)
     by_temperature = fit.data.order.logs_temperature
     by_geometry, prior = fit.covariance_from_geometry, fit.geometry
     return IdentifyResult(
@@ -54,6 +55,7 @@ def identify_result(fit: Fit, states: LoadStates) -> IdentifyResult:
             replace(
                 identified_parameter(parameter, in_fit.get(parameter.name), by_temperature),
                 includes=included.get(parameter.name),
+                rests_on=resting.get(parameter.name),
             )
             for parameter in fit.parameters
         ],

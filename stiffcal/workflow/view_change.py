@@ -84,7 +84,8 @@ class LastAdded:
 
 
 FALLS = 0.99
-"""Share of the error before to which it falls at least where it is said to fall: less is in the scatter of fits."""
+"""Share of the error before to which it falls at least where it is said to fall. Of 5000 readings the rms itself is
+known to a hundredth (1 / √(2 n)): a fall by less is no gain that new readings would show. It words a remark alone."""
 
 
 def _cost_in_words(before: ViewModel, after: ViewModel) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -30,6 +30,7 @@ from stiffcal.reduction.motion import gauge_directions
 from stiffcal.results.value_words import value_in_model
 from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained
+from stiffcal.wording import listing
 from stiffcal.workflow.diagnose import diagnosis_key
 from stiffcal.workflow.history import stored_fits
 from stiffcal.workflow.refits_of_joints import is_of_one_joint, of_all_joints
@@ -187,7 +188,10 @@ def _in_words(fit: StoredFit) -> str:
 
 def _value(entry: EstimatedParameter) -> ViewValue:
     value = EstimatedValue(value=entry.value, interval=entry.interval, at_bound=entry.at_bound)
-    return _printed(entry.name, value, *printed_unit(entry.unit, entry.drift_follows))
+    shown = _printed(entry.name, value, *printed_unit(entry.unit, entry.drift_follows))
+    return (
+        replace(shown, text=f"{shown.text}, with {listing(entry.rests_on)} at its limit") if entry.rests_on else shown
+    )
 
 
 def _printed(name: str, value: EstimatedValue, unit: str, factor: float) -> ViewValue:
@@ -251,7 +255,9 @@ def _refit_value(entry: RefitValue, catalogue: dict[str, Effect]) -> ViewValue:
         low, high = interval or (None, None)
         interval = [1.0 / high if high else None, 1.0 / low if low else None]
         value, unit = 1.0 / value if value else None, stiffness_unit(unit)
-    return _printed(entry.name, EstimatedValue(value=value, interval=interval), *printed_unit(unit))
+    return _printed(
+        entry.name, EstimatedValue(value=value, interval=interval, at_bound=entry.at_bound), *printed_unit(unit)
+    )
 
 
 def names_in(robot: CompliantRobot) -> set[str]:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import io
 import math
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 from stiffcal.cli.tables import show_parameters
-from stiffcal.diagnosis.refit_values import _interval
+from stiffcal.diagnosis.refit_values import _at_bound, _interval
 from stiffcal.estimation.parameters import Parameter, reported_parameters
-from stiffcal.identification.document import identified_parameter
+from stiffcal.identification.document import identified_parameter, resting_on_limits
 from stiffcal.kinds.friction.documents import _identified
 from stiffcal.kinds.friction.page import _value_cell
 from stiffcal.kinds.presentation import Interval
@@ -48,6 +51,27 @@ def test_on_a_bound_the_interval_is_open_to_that_side() -> None:
     assert (one.std, one.at_bound, one.above_noise) == (None, True, None)
     assert one.interval == pytest.approx((UPPER - 2e-4, math.inf))
     assert _interval(one.spec, UPPER, 2e-4) == [pytest.approx(UPPER - 2e-4), None]
+
+
+@pytest.mark.parametrize(("width", "at_bound"), [(UPPER, True), (0.5 * UPPER, False)])
+def test_a_refit_says_that_a_value_is_at_its_limit(width: float, at_bound: bool) -> None:
+    assert _at_bound(found(width).spec, width, 2e-4) is at_bound
+
+
+@pytest.mark.parametrize(
+    ("width", "correlation", "resting"), [(UPPER, -0.8, [WIDTH]), (UPPER, 0.6, None), (0.5 * UPPER, 0.8, None)]
+)
+def test_what_rests_on_a_value_at_its_limit_says_so(
+    width: float, correlation: float, resting: list[str] | None
+) -> None:
+    """Half of a variance are 0.71 of a correlation."""
+    spread = np.diag([1e-6, 1e-4])
+    covariance = spread @ np.array([[1.0, correlation], [correlation, 1.0]]) @ spread
+    fit: Any = SimpleNamespace(
+        parameters=(found(width),), free_names=("joint-compliance.j1.c", WIDTH), covariance=covariance
+    )
+    assert resting_on_limits(fit).get("joint-compliance.j1.c") == resting
+    assert WIDTH not in resting_on_limits(fit)
 
 
 def test_what_is_absent_has_an_upper_limit() -> None:

@@ -63,6 +63,16 @@ def test_of_eighty_readings_a_run_the_play_comes_first(eighty_readings_a_run: Pa
     assert [group.effect for group in diagnose_campaign(eighty_readings_a_run).missing] == ["backlash"]
 
 
+@pytest.mark.parametrize("n", [60, 75])
+def test_the_interval_of_the_low_slope_holds_it_however_few_readings_there_are(n: int, tmp_path: Path) -> None:
+    """The whole log says 0.109 mrad ± 0.028."""
+    (joint,) = identify_campaign(thinned(tmp_path / "c", n)).sections["clamped"].joints
+    low, high = joint.low_slope_interval
+    assert low < 1.1e-4 < high < 3e-4
+    # b is hidden as 0.2 mrad, and a width that is not taken into the law is not excluded either
+    assert joint.law_width_interval[0] < 2e-4 < joint.law_width_interval[1]
+
+
 def test_of_two_dozen_readings_a_run_no_parameter_is_identified_and_why_is_said(tmp_path: Path) -> None:
     folder = thinned(tmp_path / "c", 24)
     missing = check_campaign(folder).missing

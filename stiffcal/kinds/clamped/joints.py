@@ -185,6 +185,11 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
     reach, ends = _reached(curve, curve_runs)
     middle = 0.5 * resolution
     play_std = float(np.sqrt(between**2 + float(np.mean(np.square(within or [0.0]))) + middle**2))
+    width_std = float(np.hypot(width_std, middle))
+    if not has_play:
+        # where none is found none is excluded that half of the runs agree with
+        agreeing = float(np.median([run.fit.most_width for run in runs])) / NORMAL_95
+        play_std, width_std = max(play_std, agreeing), max(width_std, agreeing)
     of_play, of_curve = _limits(with_play if has_play else (), "width"), _limits(curve_runs, "p1")
     p1, p2, p3 = (
         described(joint, symbol, value, std, of_curve)
@@ -195,7 +200,7 @@ def _joint(joint: int, runs: tuple[ClampedRun, ...], left_out: tuple[ClampedRun,
         runs=runs,
         left_out=left_out,
         play=described(joint, "low_slope", float(plays.mean()) if plays.size else 0.0, play_std, of_play),
-        width=described(joint, "width", width, float(np.hypot(width_std, middle)), of_play),
+        width=described(joint, "width", width, width_std, of_play),
         friction=described(joint, "friction", friction, friction_std, _limits(frictions, "friction"))
         if 2 * len(frictions) > len(curve_runs)
         else None,

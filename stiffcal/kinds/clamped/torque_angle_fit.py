@@ -15,6 +15,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.kinds.clamped.branch_source import BranchSource
 from stiffcal.kinds.clamped.branches import Branches
 from stiffcal.kinds.clamped.torque_angle import TorqueAngleLaw, play_segment
+from stiffcal.uncertainty import NORMAL_95
 
 # Bands tried at first, as shares of the largest torque.
 _FIRST_BAND = 0.02
@@ -23,6 +24,11 @@ _WIDEST_BAND = 0.12
 # Plays tried at first, as shares of half the range of angles; the fit goes on from the best of them.
 _STARTS = (0.0, 0.15, 0.3, 0.45, 0.65, 0.85)
 MOST_STARTS = 3
+# By so much a squared misfit grows that 95 % of errors do not exceed it: χ² of one number.
+_UNLIKELY = 3.84
+# Of the range of angles the least width that is asked for; halved five times on a logarithmic scale, the largest width
+# is found to a quarter.
+_NARROWEST, _HALVINGS = 1e-3, 5
 # Slopes in units of the largest torque and of half the range.
 _STEEPEST = 1e3
 
@@ -45,6 +51,8 @@ class SeriesFit:
     """False where the iteration did not converge."""
     at_limit: Mapping[str, tuple[bool, bool]] = field(default_factory=dict)
     """Those of `PARAMETERS` whose search ended at a limit: whether at the lower and whether at the upper one."""
+    most_width: float = 0.0
+    """rad, the largest width with which the branches agree as well, with 95 % probability."""
 
     def std(self, name: str) -> float:
         """Return the standard uncertainty of one parameter."""
@@ -85,6 +93,8 @@ class _Scaled:
     with_play: bool
     with_friction: bool
     with_lag: bool
+    held: float | None
+    """The width over the range of angles; None where it is free."""
 
 
 def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
@@ -119,19 +129,49 @@ def fit_series(data: Branches, *, with_lag: bool = False) -> SeriesFit:
             "campaign.toml", "runs", "the fit of torque over angle of a clamped run does not converge",
             "check its angle and torque for jumps, or exclude the run",
         )  # fmt: skip
-    return chosen
+    # a width that is needed, but leaves no segment of low slope, is known as well as one that does
+    if gain > 30.0:
+        return replace(chosen, most_width=with_play.law.width + NORMAL_95 * with_play.std("width"))
+    best = min(without, with_play, key=lambda fit: fit.rms)
+    return replace(chosen, most_width=_most_width(data, best.rms, both_ways, with_lag and both_ways))
 
 
-def _fit(data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool) -> SeriesFit:
+def _most_width(data: Branches, least: float, with_friction: bool, with_lag: bool) -> float:
+    """Return the largest width, rad, with which the branches agree nearly as well, all else fitted.
+
+    Parameters
+    ----------
+    least : N·m, rms of the best fit.
+    """
+    noise, n = max(data.noise, least, 1e-12), data.angle.size
+    low, high = _NARROWEST, 1.0
+    for _ in range(_HALVINGS):
+        share = float(np.sqrt(low * high))
+        held = _fit(data, with_play=True, with_friction=with_friction, with_lag=with_lag, held=share)
+        agrees = n * (held.rms**2 - least**2) < _UNLIKELY * noise**2
+        low, high = (share, high) if agrees else (low, share)
+    return high * float(np.ptp(data.angle))
+
+
+def _fit(
+    data: Branches, *, with_play: bool, with_friction: bool, with_lag: bool, held: float | None = None
+) -> SeriesFit:
+    """Fit one law.
+
+    Parameters
+    ----------
+    held : the width as a share of the range of angles, where it is given.
+    """
     low, high = float(data.angle.min()), float(data.angle.max())
     angle_unit, centre = max(0.5 * (high - low), 1e-12), 0.5 * (low + high)
     torque_unit = max(float(np.abs(data.torque).max()), 1e-12)
     unit = replace(data, angle=(data.angle - centre) / angle_unit, torque=data.torque / torque_unit)
-    scaled = _Scaled(unit, angle_unit, torque_unit, with_play, with_friction, with_lag)
+    scaled = _Scaled(unit, angle_unit, torque_unit, with_play, with_friction, with_lag, held)
     source, whole = _source(scaled)
-    shares = _STARTS if with_play else _STARTS[:1]
+    shares = (_STARTS if with_play else _STARTS[:1]) if held is None else (held,)
     lower, upper = source.unknowns.lower + 1e-9, source.unknowns.upper - 1e-9
-    starts = [np.clip(_start(scaled, share)[whole.free], lower, upper) for share in shares]
+    places = [(share, crosses) for share in shares for crosses in (False, True)[: 1 + (share > 0.0)]]
+    starts = [np.clip(_start(scaled, *place)[whole.free], lower, upper) for place in places]
     starts.sort(key=source.misfit)
     near = [settle(source, start, None, no_progress, near=True).values for start in starts[:MOST_STARTS]]
     best = settle(source, min(near, key=source.misfit), None, no_progress)
@@ -194,8 +234,14 @@ def _source(scaled: _Scaled) -> tuple[BranchSource, _Whole]:
     return BranchSource(scaled.data, unknowns, lambda values: _law_of(scaled, whole(values)), slopes), whole
 
 
-def _start(scaled: _Scaled, share: float) -> Floats:
-    """Return middle, width, log band, zero, friction, lag, drag, and Bernstein's three of the slope."""
+def _start(scaled: _Scaled, share: float, crosses: bool) -> Floats:
+    """Return middle, width, log band, zero, friction, lag, drag, and Bernstein's three of the slope.
+
+    Parameters
+    ----------
+    share : of the play in the range. crosses : whether it is where the torque vanishes, else where it rises least: of
+        few readings none may lie in a play.
+    """
     grid = np.linspace(scaled.data.angle.min(), scaled.data.angle.max(), 121)
     sides = [_over(scaled, grid, direction) for direction in (True, False) if np.any(scaled.data.up == direction)]
     middle_curve = np.mean(sides, axis=0)
@@ -203,7 +249,9 @@ def _start(scaled: _Scaled, share: float) -> Floats:
     # the play is where the middle of the branches rises least over so long a window
     count = min(max(round(share * (grid.size - 1)), 1), grid.size - 2)
     rise = middle_curve[count:] - middle_curve[:-count]
-    at = int(np.argmin(np.abs(rise))) if share > 0.0 else int(np.argmin(np.abs(middle_curve)))
+    at = int(np.argmin(np.abs(rise)))
+    if crosses or share == 0.0:
+        at = max(int(np.argmin(np.abs(middle_curve))) - (count // 2 if share > 0.0 else 0), 0)
     width = 2.0 * share
     middle = 0.5 * float(grid[at] + grid[min(at + count, grid.size - 1)]) if share > 0.0 else float(grid[at])
     zero = float(np.mean(middle_curve[at : at + count + 1])) if share > 0.0 else 0.0
@@ -228,6 +276,8 @@ def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:
     if not scaled.with_play:
         lower[[1, 3]] = upper[[1, 3]] = 0.0
         lower[2] = upper[2] = np.log(_FIRST_BAND)
+    if scaled.held is not None:
+        lower[1] = upper[1] = 2.0 * scaled.held
     if not scaled.with_friction:
         lower[[4, 6]] = upper[[4, 6]] = 0.0
     if not scaled.with_lag:

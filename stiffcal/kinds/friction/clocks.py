@@ -16,16 +16,16 @@ from stiffcal.kinds.friction.free_motion import smoothed
 from stiffcal.reduction.clocks import SourceClockOffset
 from stiffcal.reduction.lag_minima import PARTS, LagMinimum, are_distinguished, lag_minima, nearest_minimum
 
-MOST_POINTS = 1 << 15
-WINDOW = 11
+MOST_POINTS = 1 << 15  # of the even grid on which both logs are compared: its work grows with them
+WINDOW = 11  # of the grid's points, over which motion is smoothed before it is differentiated twice
 # The best lag has to stand out from the next peak by this factor: strokes that repeat exactly leave the cycle open.
 STANDS_OUT = 1.03
 # Of a torque's variance, what the best lag has to explain.
 LEAST_EXPLAINED = 0.3
-NEARBY_S = 0.3
+NEARBY_S = 0.3  # around the best lag, where the misfit is scanned: a controller's delay is a tenth of it
 SCAN = 0.25  # of the window over which motion is smoothed: the misfit cannot bend on a shorter scale
-MOST_SCANNED = 300
-SETTLED_S = 1e-5
+MOST_SCANNED = 300  # lags: the work grows with them
+SETTLED_S = 1e-5  # a lag that moves by less has settled: a hundredth of the quickest controllers' step
 SAME_LAG = 5.0  # standard uncertainties
 
 

@@ -181,6 +181,8 @@ def _verdict(parameter: IdentifiedParameter) -> str:
         return "not identifiable"
     if parameter.at_bound:
         return "at the limit of its range"
+    if parameter.rests_on:
+        return f"with {wording.listing(parameter.rests_on)} at its limit"
     if parameter.above_noise is False:
         return "not significant (below 3σ)"
     return ""

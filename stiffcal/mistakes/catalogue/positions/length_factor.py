@@ -21,7 +21,7 @@ FACTORS = {
     1.0 / 25.4: "in millimetres and read as inches",
 }
 """Factors that lengths may have to be multiplied by, and what these are without."""
-_OF_ONE_AXIS = (1e3, 1e-3)
+_OF_ONE_AXIS = (1e3, 1e-3)  # metres in a column of millimetres, and the other way round
 
 
 class LengthFactor(Mistake):
