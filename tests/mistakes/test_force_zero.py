@@ -67,6 +67,7 @@ def step(at: float, *size: float) -> Callable[[Floats], Floats]:
         (step(0.5, -36.0, 0.0, 0.0), ZeroChange.STEP, (-36.0, 0.0, 0.0)),
         (step(0.1, -36.0, 0.0, 0.0), ZeroChange.STEP, (-36.0, 0.0, 0.0)),
         (step(0.9, 0.0, 8.0, 0.0), ZeroChange.STEP, (0.0, 8.0, 0.0)),
+        (step(0.5, 2.5, 0.0, 0.0), ZeroChange.STEP, (2.5, 0.0, 0.0)),  # eight times the noise of a reading
         (step(0.45, 30.0, -90.0, 0.0), ZeroChange.STEP, (30.0, -90.0, 0.0)),
         (step(0.35, 0.0, 0.0, -300.0), ZeroChange.STEP, (0.0, 0.0, -300.0)),
         (lambda part: part * np.array([25.0, 0.0, -15.0]), ZeroChange.DRIFT, (25.0, 0.0, -15.0)),
@@ -128,6 +129,8 @@ def test_nothing_is_said_of_good_runs(states: LoadStates) -> None:
     assert moved_zeros(replace(states, wrench=left_on)) == []
     assert moved_zeros(moved(states, lambda part: part * np.array([3.0, 0.0, 0.0]))) == []
     assert moved_zeros(moved(states, lambda part: part * np.array([0.2, 0.0, 0.0]), Part.MOMENT)) == []
+    # nor of the last digit of a table
+    assert moved_zeros(moved(replace(states, wrench=states.wrench.round(-1)), step(0.5, 0.3, 0.0, 0.0))) == []
     for seed in range(3):
         at_random = LARGEST * np.random.default_rng(seed).normal(size=(len(states), 3))
         at_random[states.reference] = 0.0

@@ -17,6 +17,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mistakes.force_zero.large_steps import large_steps, with_returns_between
 from stiffcal.mistakes.force_zero.moved_zero import (
     CLEARLY,
+    LEAST_CLEAR_STEP,
     LEAST_STEP,
     MovedZero,
     Part,
@@ -147,8 +148,8 @@ def _moved(states: LoadStates, run: Unloaded, scatter: float, part: Part) -> Mov
     readings, places, time = run.readings(part), run.places, run.time
     if len(readings) < 2:
         return None
-    least = max(LEAST_STEP * run.largest_of(part), CLEARLY * scatter)
-    if ((readings - readings[0]) ** 2).sum(axis=1).max() < least**2:
+    clear = CLEARLY * scatter
+    if ((readings - readings[0]) ** 2).sum(axis=1).max() < clear**2:
         return None
     (k,), _, (about_step,) = _step_of(readings[None])
     _, (about_line,) = _line_of(time[None, places], readings[None])
@@ -174,7 +175,9 @@ def _moved(states: LoadStates, run: Unloaded, scatter: float, part: Part) -> Mov
         (slope,), _ = _line_of(time[None, places], unloaded[None])
         change, around = slope * (time[last] - time[first]), (first, last)
         zero = (time - time[first])[:, None] * slope
-    if kind is not ZeroChange.STEPS and np.linalg.norm(change[part.columns]) < least:
+    # a sensor drifts by itself, and a rig leaves a little of its load on; but nothing good makes one clear step
+    least = LEAST_CLEAR_STEP if kind is ZeroChange.STEP else LEAST_STEP
+    if np.linalg.norm(change[part.columns]) < max(least * run.largest_of(part), clear):
         return None
     between = (int(run.members[around[0]]), int(run.members[around[1]]))
     number = int(states.run[run.members[0]])

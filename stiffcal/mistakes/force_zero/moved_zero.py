@@ -14,6 +14,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.reduction.load_cycles import UNLOADED_SHARE
 
 LEAST_STEP = 0.012  # of the largest force, or moment: smaller ones matter less than the sensor's own gain
+LEAST_CLEAR_STEP = 0.001  # the same of one step between readings that agree: below it stands the last digit of tables
 # Loads are set in steps of a tenth of the largest and more: a smaller change is none of them.
 LEAST_LEVEL = 0.1
 CLEARLY = 6.0  # times the scatter of the unloaded readings
