@@ -16,8 +16,14 @@ START_STATES, START_RUNS = 5000, 40
 START_SWEPT = 1500
 
 
-def starting_runs(run: NDArray[np.int64], states: int = START_STATES) -> Booleans | None:
-    """Return (n,) True for the states of every k-th run, so that there are some ``states``; None where few."""
+def starting_runs(run: NDArray[np.int64], states: int | None = None) -> Booleans | None:
+    """Return (n,) True for the states of every k-th run, so that there are some ``states``; None where few.
+
+    Parameters
+    ----------
+    run : (n,) run of each state. states : None: `START_STATES`.
+    """
+    states = START_STATES if states is None else states
     runs = np.unique(run)
     n_runs = max(START_RUNS, len(runs) * states // max(len(run), 1))
     stride = len(runs) // n_runs

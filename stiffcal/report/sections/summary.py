@@ -129,7 +129,8 @@ def _numbers(content: ReportContent) -> tuple[tuple[str, str], ...]:
         return ()
     left_out = content.held_out
     nominal = "nominal robot" if content.absolute_alone else "without a model"
-    before, after = (f"error {nominal}", validation.zero_model), (f"error in {left_out}", validation.rms)
+    before: tuple[str, Rms | None] = (f"error {nominal}", validation.zero_model)
+    after: tuple[str, Rms | None] = (f"error in {left_out}", validation.rms)
     added = _last_change(content)
     if diagnosis is not None and diagnosis.missing:
         judged = diagnosis.as_validated
