@@ -61,13 +61,14 @@ def _paragraphs(effect: EffectDescription) -> Iterator[str]:
     words, option = PLACES[effect.place]
     yield f"# {effect.name}\n"
     yield cell(effect.summary[:1].upper() + effect.summary[1:]) + ".\n"
-    yield f"**Place:** {words}; {ACTS[effect.kind]}. {code(f'stiffcal add DIR {effect.name} {option}'.rstrip())}\n"
+    yield f"**Place:** {words}; {ACTS[effect.kind]}.\n"
+    yield f"```sh\n{f'stiffcal add DIR {effect.name} {option}'.rstrip()}\n```\n"
     for title, text in sections_of(effect.physics):
         yield from law_paragraphs(effect, text) if title == "Law" else (f"**{title}:** {cell(text)}\n",)
     picture = PICTURES / f"{effect.name}.svg"
     if draw_once(effect.name, picture):
-        shown = f"The effect, enlarged, on a lever: `stiffcal effects {effect.name} -o {effect.name}.svg`"
-        yield figure(picture, f"{shown}. {effect.fingerprint}") + "\n"
+        command = f"`stiffcal effects {effect.name} -o {effect.name}.svg`"
+        yield figure(picture, f"The effect, enlarged, on a lever ({command}): {effect.fingerprint}.") + "\n"
     rows = [
         (code(one.symbol), cell(one.unit), cell(one.meaning), "–" if one.typical is None else f"{one.typical:g}",
          " … ".join("∞" if end is None else f"{end:g}" for end in one.bounds))
@@ -84,7 +85,7 @@ def _paragraphs(effect: EffectDescription) -> Iterator[str]:
     ):
         if names:
             yield f"**{title}:** {', '.join(f'[{name}]({name}.md)' for name in names)}\n"
-    yield f"**Fingerprint:** {cell(effect.fingerprint)}\n"
+    yield f"**Fingerprint:** {cell(effect.fingerprint)}.\n"
     yield f"**How to check:** {cell(effect.check)}\n"
 
 

@@ -68,7 +68,7 @@ def command_page() -> str:
 
 EVERY_COMMAND = """\
 These, `--json` and `--store` may stand before the command's name or after it. `--force` is the largest force of `plan`
-and the load of `compensate`: there `--overwrite` alone replaces files.
+and the load of `compensate` and `predict`: there `--overwrite` alone replaces files.
 
 No command writes to a file that holds something it did not write: it ends with exit code 2, unless `--overwrite` is
 given. stiffcal notes the SHA-256 of what it writes in the user's state folder (`outputs/`): a report, a table or a
