@@ -6,6 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.diagnose import effect_words
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.identify import show_fitted
 from stiffcal.cli.next_step import following
@@ -17,10 +18,12 @@ from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.results.next_step import Step
-from stiffcal.validation.schemes import held_out
+from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
+from stiffcal.wording import listing
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
+    from stiffcal.diagnosis.results import DiagnoseResult
     from stiffcal.validation.distances import Distances
     from stiffcal.validation.elasticity import Elasticity
     from stiffcal.workflow.run_result import RunResult
@@ -75,12 +78,25 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
         console.print(f"{sentence} (no model: {deviation(validation.zero_model)})")
     else:
         console.print("held-out poses: none, the error in new poses is not validated")
+    if line := with_missing_in_words(result.diagnose):
+        console.print(line, soft_wrap=True)
     if validation.distance is not None:
         console.print(f"mean distance: {_mean_distances(validation.distance)}", soft_wrap=True)
     show_elasticity(console, validation.elasticity)
     console.show_warnings(validation.warnings)
     console.print(f"report: {result.report}", soft_wrap=True)
     console.print(f"in a browser: {result.view} (written by {page})", soft_wrap=True)
+
+
+def with_missing_in_words(diagnosis: DiagnoseResult) -> str:
+    """Return the error in held-out data with all that is missing in the model; "" where nothing is missing."""
+    if not diagnosis.missing or not diagnosis.heldout_rms_with_missing:
+        return ""
+    validated, names = diagnosis.as_validated, listing(map(effect_words, diagnosis.missing))
+    if validated is not None and validated.with_missing is not None:
+        return f"{held_out(validated.scheme)}, with {names} added: {deviation(validated.with_missing)} rms"
+    rms = diagnosis.heldout_rms_with_missing
+    return f"{held_out_by_diagnosis(diagnosis.rms)}, with {names} added: {deviation(rms)} rms"
 
 
 def not_claimed(elasticity: Elasticity | None) -> frozenset[int]:

@@ -12,6 +12,7 @@ import pytest
 
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.diagnose import _show_excluded, _show_ranking, _show_unknown, show_diagnosis
+from stiffcal.cli.run import with_missing_in_words
 from stiffcal.diagnosis.results import ExcludedSizeAt, LawCurveAt, UnknownLaw
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
@@ -83,4 +84,5 @@ def test_a_verdict_fits_a_screen_and_details_show_the_rest(tmp_path: Path) -> No
             printed.append(text.getvalue().splitlines())
     short, whole = printed
     assert result.missing
+    assert "joint-compliance (joint 6)" in with_missing_in_words(result)
     assert len(short) <= SCREEN < len(whole)
