@@ -23,7 +23,7 @@ _FIRST_BAND = 0.02
 _WIDEST_BAND = 0.12
 # Plays tried at first, as shares of half the range of angles; the fit goes on from the best of them.
 _STARTS = (0.0, 0.15, 0.3, 0.45, 0.65, 0.85)
-MOST_STARTS = 3
+MOST_STARTS, AT_CROSSING = 3, 2
 # By so much a squared misfit grows that 95 % of errors do not exceed it: χ² of one number.
 _UNLIKELY = 3.84
 # Of the range of angles the least width that is asked for; halved five times on a logarithmic scale, the largest width
@@ -170,10 +170,12 @@ def _fit(
     source, whole = _source(scaled)
     shares = (_STARTS if with_play else _STARTS[:1]) if held is None else (held,)
     lower, upper = source.unknowns.lower + 1e-9, source.unknowns.upper - 1e-9
-    places = [(share, crosses) for share in shares for crosses in (False, True)[: 1 + (share > 0.0)]]
-    starts = [np.clip(_start(scaled, *place)[whole.free], lower, upper) for place in places]
-    starts.sort(key=source.misfit)
-    near = [settle(source, start, None, no_progress, near=True).values for start in starts[:MOST_STARTS]]
+    at_crossing = [share for share in shares if share > 0.0]
+    near = []
+    for places, crosses, most in ((shares, False, MOST_STARTS), (at_crossing, True, AT_CROSSING)):
+        starts = [np.clip(_start(scaled, share, crosses)[whole.free], lower, upper) for share in places]
+        starts.sort(key=source.misfit)
+        near += [settle(source, start, None, no_progress, near=True).values for start in starts[:most]]
     best = settle(source, min(near, key=source.misfit), None, no_progress)
     fit = _to_si(scaled, source.law_at(best.values), centre)
     return replace(fit, settled=best.last_step is None, at_limit=_at_limit(source.unknowns, best.values))
