@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.judgement.evidence import Key
 from stiffcal.judgement.numbers import SHOWS
 from stiffcal.judgement.reading import _left, _present, _shares
-from stiffcal.judgement.sets import Key
 
 
 def test_a_group_without_any_set_has_no_shares() -> None:

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from stiffcal.judgement import rivals
+from stiffcal.judgement.evidence import Key
 from stiffcal.judgement.priors import MemberKind
-from stiffcal.judgement.sets import Key, WeighedSets
+from stiffcal.judgement.sets import WeighedSets
 
 OWN, RIVAL = (0, 1), (0,)
 
