@@ -3,18 +3,20 @@
 Per run a random linear response of every component to the load, or a random walk of every component, of a size τ common
 to all runs. With V = I + τ² D Dᵀ, block by block of runs, and D = U √λ Wᵀ, every inner product under V⁻¹ is one of
 plain rows less one of the rows' parts along U, each weighed by τ²λ / (1 + τ²λ): any number of sizes costs one
-projection.
+projection. What lasts in every run as well (`lasting_errors`) is part of V: with 1 + Z Zᵀ = S⁻² it is
+S⁻¹ (1 + τ² S D Dᵀ S) S⁻¹, and with S D = U √λ Wᵀ rows lose their parts along S U beyond what they lose along Z.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.drift import walking_together
+from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
 from stiffcal.estimation.decomposition import thin_svd
 from stiffcal.identification.projection import Projection
 from stiffcal.judgement.like_states import sweeps_of
@@ -39,7 +41,7 @@ class AlikeRuns:
     place: Integers
     """(g, r) positions of their rows."""
     basis: Floats
-    """(g, r, d) orthonormal directions, the one of most variance first."""
+    """(g, r, d) directions, the one of most variance first: orthonormal, or so next to what lasts as well."""
     at: Integers
     """(g, d) places of these among all directions."""
 
@@ -58,21 +60,21 @@ class Discrepancy:
     """(d in all,) along each direction, for a discrepancy of one noise."""
 
     @classmethod
-    def of_loads(cls, space: Projection) -> Discrepancy:
+    def of_loads(cls, space: Projection, lasting: Discrepancy | None = None) -> Discrepancy:
         """Return each run's own response to its loads, and of absolute places each row's own offset.
 
         Parameters
         ----------
-        space : weights and runs of load states.
+        space : weights and runs of load states. lasting : as of `of_drivers`.
         """
         data = space.data
         drivers = _unit_loads(data.wrench)
         if data.absolute.any():
             drivers = [*drivers, data.absolute.astype(np.float64)]
-        return cls.of_drivers(space, drivers, data.run)
+        return cls.of_drivers(space, drivers, data.run, lasting)
 
     @classmethod
-    def of_time(cls, space: Projection) -> Discrepancy:
+    def of_time(cls, space: Projection, lasting: Discrepancy | None = None) -> Discrepancy:
         """Return each run's own random walk, as waves over it whose variance falls with the square of their number.
 
         (Karhunen and Loève: the waves of a random walk.) All absolute places walk together, in their order.
@@ -85,7 +87,7 @@ class Discrepancy:
             part[own] = np.arange(len(own)) / max(len(own) - 1, 1)
         waves = [np.cos(np.pi * k * part) / k for k in range(1, WAVES + 1)]
         size = float(np.sqrt(sum(1.0 / k**2 for k in range(1, WAVES + 1)) / 2.0))
-        return cls.of_drivers(space, [wave / size for wave in waves], group)
+        return cls.of_drivers(space, [wave / size for wave in waves], group, lasting)
 
     @classmethod
     def of_like_states(cls, space: Projection) -> Discrepancy | None:
@@ -111,18 +113,58 @@ class Discrepancy:
         return cls(tuple(runs), m * n, alike, np.concatenate(variances)) if runs else None
 
     @classmethod
-    def of_drivers(cls, space: Space, drivers: Sequence[Floats], group: Integers) -> Discrepancy:
-        """Return the responses of each component in each run, or group of states (n,), to drivers (n,) of one noise."""
+    def of_lasting(cls, space: Space, makes: Floats, group: Integers) -> Discrepancy:
+        """Return what (k, m, n) of one standard deviation each, all in each run by itself, makes as far as it shows."""
         m, n = space.free.shape
-        scale = space.scale
-        size = np.array([1.0 / np.median(row[row > 0.0]) if (row > 0.0).any() else 0.0 for row in scale])
+        return cls._by_group(space.rows(makes), np.arange(m)[None], n, group, lambda values: values > LEAST_SHOWN)
+
+    @classmethod
+    def of_drivers(
+        cls, space: Space, drivers: Sequence[Floats], group: Integers, lasting: Discrepancy | None = None
+    ) -> Discrepancy:
+        """Return the responses of each component in each run, or group of states (n,), to drivers (n,) of one noise.
+
+        Parameters
+        ----------
+        lasting : a discrepancy of one noise that is there as well: what is taken out of rows is beyond that, and the
+            directions are orthonormal next to it.
+        """
+        m, n = space.free.shape
+        size = np.array([1.0 / np.median(row[row > 0.0]) if (row > 0.0).any() else 0.0 for row in space.scale])
         # of components that err by themselves each has directions of its own, from one stack for all of them
-        parts = np.arange(m).reshape((m, 1) if space.independent else (1, m))
+        parts = np.arange(m).reshape((m, 1) if space.independent and lasting is None else (1, m))
         stack = np.zeros((len(drivers) * parts.shape[1], m, n))
         for k, driver in enumerate(drivers):
             for c, own in enumerate(parts.T):
                 stack[k * parts.shape[1] + c, own] = driver * size[own, None]
         rows = space.rows(stack)
+
+        def shown(values: Floats) -> Booleans:
+            most = np.maximum(values.max(axis=1, initial=0.0) ** 2, 1e-300)
+            return np.asarray(values**2 > LEAST_DIRECTION * most[:, None])
+
+        if lasting is None:
+            return cls._by_group(rows, parts, n, group, shown)
+        root = 1.0 - 1.0 / np.sqrt(1.0 + lasting.variance)
+        found = cls._by_group(lasting.taken_out(rows, root), parts, n, group, shown)
+        alike = []
+        for one in found.alike:
+            whole = np.zeros((one.basis.shape[2], m * n))
+            whole[:, one.place] = np.moveaxis(one.basis, 2, 0)
+            alike.append(replace(one, basis=np.moveaxis(lasting.taken_out(whole, root)[:, one.place], 0, 2)))
+        return replace(found, alike=alike)
+
+    @classmethod
+    def _by_group(
+        cls, rows: Floats, parts: Integers, n: int, group: Integers, shown: Callable[[Floats], Booleans]
+    ) -> Discrepancy:
+        """Return the directions of whitened rows (k, m · n) in each group of states, for parts of the components.
+
+        Parameters
+        ----------
+        parts : (p, c) components that have directions together. n : states. group : (n,) of them.
+        shown : of singular values (g, d) which count.
+        """
         numbers, counts = np.unique(group, return_counts=True)
         states = np.split(np.argsort(group, kind="stable"), np.cumsum(counts)[:-1])
         alike, at = list[AlikeRuns](), 0
@@ -132,14 +174,13 @@ class Discrepancy:
             place = parts[:, :, None] * n + np.array([states[k] for k in long])[:, None, None]
             long, place = np.repeat(long, len(parts)), place.reshape(len(long) * len(parts), -1)
             bases, values, _ = thin_svd(np.moveaxis(rows[:, place], 0, 2))
-            shown = values**2 > LEAST_DIRECTION * np.maximum(values.max(axis=1, initial=0.0) ** 2, 1e-300)[:, None]
-            for d in np.unique(kept := shown.sum(axis=1)).tolist():
+            for d in np.unique(kept := shown(values).sum(axis=1)).tolist():
                 own = kept == d
-                numbered = at + np.arange(d * np.count_nonzero(own)).reshape(-1, d)
+                numbered = at + np.arange(d * np.count_nonzero(own)).reshape(np.count_nonzero(own), d)
                 alike.append(AlikeRuns(long[own], place[own], bases[own][:, :, :d], numbered))
                 variances.append(values[own][:, :d].ravel() ** 2)
                 at += numbered.size
-        return cls(tuple(numbers.tolist()), m * n, alike, np.concatenate([np.zeros(0), *variances]))
+        return cls(tuple(numbers.tolist()), rows.shape[1], alike, np.concatenate([np.zeros(0), *variances]))
 
     @property
     def of_run(self) -> list[tuple[Integers, Floats, Floats]]:
@@ -170,13 +211,17 @@ class Discrepancy:
             found[:, one.at] = np.swapaxes(np.swapaxes(rows[:, one.place], 0, 1) @ one.basis, 0, 1)
         return found
 
-    def taken_out(self, rows: Floats, weights: Floats) -> Floats:
-        """Return rows (k, r) less their parts along the directions times weights (d,)."""
-        found = rows.copy()
+    def taken_out(self, rows: Floats, weights: Floats, found: Floats | None = None) -> Floats:
+        """Return rows (k, r) less their parts along the directions times weights (d,).
+
+        Parameters
+        ----------
+        found : (k, r) in place of the rows themselves, from which the parts are taken, in place.
+        """
+        found = rows.copy() if found is None else found
         for one in self.alike:
-            own = rows[:, one.place]
-            along = (np.swapaxes(own, 0, 1) @ one.basis) * weights[one.at][:, None]
-            found[:, one.place] = own - np.swapaxes(along @ np.swapaxes(one.basis, 1, 2), 0, 1)
+            along = (np.swapaxes(rows[:, one.place], 0, 1) @ one.basis) * weights[one.at][:, None]
+            found[:, one.place] -= np.swapaxes(along @ np.swapaxes(one.basis, 1, 2), 0, 1)
         return found
 
     def variance_of_noise(self, weights: Floats) -> Floats:
@@ -212,14 +257,18 @@ class LouderRun:
     """(d,) positions of its rows."""
     free: float
     """Of its readings, what its constants have taken out."""
+    basis: Floats
+    """(d, q) orthonormal directions of what lasts in the run …"""
+    known: Floats
+    """(q,) and its variance along these, in that of the noise."""
 
     @classmethod
-    def of(cls, space: Space, white: Floats) -> LouderRun | None:
+    def of(cls, space: Space, white: Floats, lasting: Discrepancy | None = None) -> LouderRun | None:
         """Return the run of which most is left, where there are several.
 
         Parameters
         ----------
-        white : (r,) whitened residual.
+        white : (r,) whitened residual. lasting : what is in each run as well, whatever its noise.
         """
         data, (m, n) = space.data, space.free.shape
         free = space.free.sum(axis=0)
@@ -231,7 +280,11 @@ class LouderRun:
             return None
         k = int(np.argmax(np.where(able, square / np.maximum(per_run, 1e-300), 0.0)))
         states = np.flatnonzero(position == k)
-        return cls(int(numbers[k]), m * n, (np.arange(m)[:, None] * n + states).ravel(), float(per_run[k]))
+        place = (np.arange(m)[:, None] * n + states).ravel()
+        basis, known = np.zeros((len(place), 0)), np.zeros(0)
+        if lasting is not None:
+            _, basis, known = lasting.of_run[lasting.runs.index(int(numbers[k]))]
+        return cls(int(numbers[k]), m * n, place, float(per_run[k]), basis, known)
 
     @property
     def sizes(self) -> Floats:
@@ -239,32 +292,42 @@ class LouderRun:
         return LOUDER
 
     def along(self, rows: Floats) -> Floats:
-        """Return (k, d) the parts of whitened rows (k, r) in the run."""
-        return rows[:, self.place]
+        """Return (k, d + q) whitened rows (k, r) in the run, and their parts along what lasts in it."""
+        own = rows[:, self.place]
+        return np.concatenate([own, own @ self.basis], axis=1)
 
-    def taken_out(self, rows: Floats, weights: Floats) -> Floats:
-        """Return rows (k, r) less those of the run times weights (d,)."""
-        found = rows.copy()
-        found[:, self.place] *= 1.0 - weights
+    def taken_out(self, rows: Floats, weights: Floats, found: Floats | None = None) -> Floats:
+        """Return rows (k, r) less those of the run times weights (d + q,); parameters as of `Discrepancy.taken_out`."""
+        found, d = rows.copy() if found is None else found, len(self.place)
+        own = rows[:, self.place]
+        found[:, self.place] -= own * weights[:d] + ((own @ self.basis) * weights[d:]) @ self.basis.T
         return found
 
     def variance_of_noise(self, weights: Floats) -> Floats:
         """Return (r,) the variance of each row's noise."""
-        return np.asarray(1.0 / (1.0 - self.leverage(weights)))
+        found = np.ones(self.n_rows)
+        found[self.place] /= 1.0 - weights[: len(self.place)]
+        return found
 
     def leverage(self, weights: Floats) -> Floats:
-        """Return (r,) the weights (d,) in the run, 0 elsewhere."""
-        found = np.zeros(self.n_rows)
-        found[self.place] = weights
+        """Return (r,) the share of each row that weights (d + q,) take: of those in the run."""
+        found, d = np.zeros(self.n_rows), len(self.place)
+        found[self.place] = weights[:d] + self.basis**2 @ weights[d:]
         return found
 
     def weights(self, size: float) -> Floats:
-        """Return (d,) τ² / (1 + τ²) for so many noises more."""
-        return np.full(len(self.place), size**2 / (1.0 + size**2))
+        """Return (d + q,) by how much so many noises more make inverse variances smaller: τ² / (1 + τ²) of all rows.
+
+        Along what lasts as well, to 1 / (1 + τ² + λ) from 1 / (1 + λ): by what that differs from τ² / (1 + τ²).
+        """
+        more = size**2 / (1.0 + size**2)
+        along = 1.0 / (1.0 + self.known) - 1.0 / (1.0 + size**2 + self.known)
+        return np.append(np.full(len(self.place), more), along - more)
 
     def log_determinant(self, size: float) -> float:
-        """Return log |V|."""
-        return float(self.free * np.log1p(size**2))
+        """Return log |V|, less that without more noise."""
+        plain = (self.free - len(self.known)) * np.log1p(size**2)
+        return float(plain + np.sum(np.log1p(size**2 / (1.0 + self.known))))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.drift import Drift
 from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.regressors import Regressor, RegressorMaker
-from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun, off_by_run
+from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.numbers import ALL_SHAPES, ALONE, SIZE_WEIGHTS, SIZES
 from stiffcal.judgement.priors import UsualSizes
@@ -78,10 +78,9 @@ class Ground(ABC):
         """Positions in the grid of discrepancies at which no pose has a way of its own: all that is left is noise."""
         return [0, *self.shared.numbers_of(self.alike)]
 
+    @abstractmethod
     def runs_off(self) -> Iterator[OffRun]:
         """Give how each run alone may be off."""
-        flat = self.shared.columns[~self.shared.prior[:, :-1].any(axis=0)]
-        return off_by_run(self.of_loads, self.of_time, flat)
 
     def evidence(
         self, members: Sequence[MemberColumns], residual: Floats | None = None, shared: Shared | None = None

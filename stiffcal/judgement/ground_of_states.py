@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +14,7 @@ from stiffcal.diagnosis.slips import best_slip
 from stiffcal.identification.projection import Projection
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.row_layout import MEASURES, TRANSLATION
+from stiffcal.judgement.discrepancy import Discrepancy, OffRun, off_by_run
 from stiffcal.judgement.ground import CheckKind, Ground
 from stiffcal.judgement.like_states import sweeps_of, variance_of
 from stiffcal.mistakes.states.mistake import LeftOfStates
@@ -55,6 +56,13 @@ class GroundOfStates(Ground):
     def stated(self) -> Integers:
         """Positions of translations."""
         return self.space.data.rows_of(TRANSLATION)
+
+    def runs_off(self) -> Iterator[OffRun]:
+        """Give how each run alone may be off."""
+        of_loads, of_time = self.of_loads, self.of_time
+        if self.shared.lasting is not None:
+            of_loads, of_time = Discrepancy.of_loads(self.space), Discrepancy.of_time(self.space)
+        return off_by_run(of_loads, of_time, self.shared.columns[~self.shared.prior[:, :-1].any(axis=0)])
 
     def steps(self) -> tuple[int, float | None]:
         """Return the number of states at which a target may slip, and the state where a slip explains most."""

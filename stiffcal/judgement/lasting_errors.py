@@ -11,7 +11,9 @@ turned between two states, which are means of readings: by as much the largest i
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,19 +27,49 @@ from stiffcal.judgement.numbers import SAME_VALUE
 from stiffcal.model.drives import drive_torque
 
 
-def lasting_errors(state: Linearised, noise: Noise) -> Floats:
-    """Return (q, m, n) what one standard deviation makes: of the load at each turning point, of a sensor's zero.
+class LastingError(NamedTuple):
+    """An error that some states share."""
+
+    states: Integers
+    """(s,) the states."""
+    makes: Floats
+    """(m, s) what one standard deviation makes in their readings."""
+
+
+def lasting_errors(state: Linearised, noise: Noise) -> list[LastingError]:
+    """Return the errors of the load at each turning point, and of a sensor's zero.
 
     Parameters
     ----------
     state : the robot at rest. noise : of the readings; where none of the wrench is known, nothing lasts.
     """
-    found = [*_errors(state, noise), *_of_zeros(state, noise)] if noise.of_wrench else []
-    return np.array(found) if found else np.zeros((0, *state.data.measured.shape))
+    return [*_errors(state, noise), *_of_zeros(state, noise)] if noise.of_wrench else []
 
 
-def _errors(state: Linearised, noise: Noise) -> Iterator[Floats]:
-    chain, shape = state.robot.chain, state.data.measured.shape
+def made_by(errors: Sequence[LastingError], data: Observations, by_run: bool) -> tuple[Floats, Floats]:
+    """Return what errors make: those of single runs, one of each in each of (k, m, n), and (q, m, n) all others.
+
+    Parameters
+    ----------
+    by_run : whether those of single runs stand together; else each is one of the others.
+    """
+    count = Counter[int]()
+    of_runs, others = list[Floats](), list[Floats]()
+    for one in errors:
+        column, run = np.zeros(data.measured.shape), int(data.run[one.states[0]])
+        if not by_run or (data.run[one.states] != run).any():
+            others.append(column)
+        else:
+            of_runs += [column] if count[run] == len(of_runs) else []
+            column = of_runs[count[run]]
+            count[run] += 1
+        column[:, one.states] = one.makes
+    first, last = (np.array(part).reshape(-1, *data.measured.shape) for part in (of_runs, others))
+    return first, last
+
+
+def _errors(state: Linearised, noise: Noise) -> Iterator[LastingError]:
+    chain = state.robot.chain
     wrench = noise.of_wrenches(state.data)
     for placed in state.robot.placed:
         place = placed.place
@@ -52,13 +84,11 @@ def _errors(state: Linearised, noise: Noise) -> Iterator[Floats]:
                 continue
             slope = np.ptp(term.value) / max(float(np.ptp(torque)), 1e-300)
             for own in _stretches(np.asarray(term.value), state.data.run):
-                column = np.zeros(shape)
                 error = np.hypot(size[own[0]], between[own[0]])
-                column[:, own] = placed.amplitude(term.symbol) * slope * error * lever[:, own]
-                yield column
+                yield LastingError(own, placed.amplitude(term.symbol) * slope * error * lever[:, own])
 
 
-def _of_zeros(state: Linearised, noise: Noise) -> Iterator[Floats]:
+def _of_zeros(state: Linearised, noise: Noise) -> Iterator[LastingError]:
     data = state.data
     zeroed = np.flatnonzero(data.carries_offset)
     if not len(zeroed):
@@ -72,9 +102,7 @@ def _of_zeros(state: Linearised, noise: Noise) -> Iterator[Floats]:
         bends = (makes - makes.mean(axis=2, keepdims=True)) * weight[:, None, own]
         _, values, axes = np.linalg.svd(bends.transpose(0, 2, 1).reshape(-1, 6), full_matrices=False)
         for axis in axes[values > LEAST_SHOWN]:
-            column = np.zeros(data.measured.shape)
-            column[:, own] = np.einsum("k,mkn->mn", axis, makes)
-            yield column
+            yield LastingError(own, np.einsum("k,mkn->mn", axis, makes))
 
 
 def _of_torque(torque: Floats, wrench: Floats, noise: Floats) -> Floats:

@@ -59,17 +59,22 @@ class WeighedSets:
         """Return the log weight of a set, found once."""
         key = tuple(sorted(chosen))
         if key not in self.log:
-            prior = sum(self.members[i].log_prior for i in key)
-            value, sizes = self.evidence.best_sizes(key)
-            normal = float(np.logaddexp.reduce(value)) + prior
+            (value, sizes), normal = self.evidence.best_sizes(key), self.of_normal_noise(key)
             if normal > self.best_normal[0] - OUT_OF_REACH:
                 tails = self.evidence.tails(key, value, sizes)
             else:
                 tails = self.best_normal[1]
             self.best_normal = max(self.best_normal, (normal, tails), key=lambda one: one[0])
-            self.by_discrepancy[key] = value + tails + prior
+            self.by_discrepancy[key] = value + tails + self._prior(key)
             self.log[key] = float(np.logaddexp.reduce(self.by_discrepancy[key]))
         return self.log[key]
+
+    def of_normal_noise(self, key: Key) -> float:
+        """Return the log weight of a set, members in order, for normal noise."""
+        return self.evidence.normal(key) + self._prior(key)
+
+    def _prior(self, key: Key) -> float:
+        return float(sum(self.members[i].log_prior for i in key))
 
     @property
     def best(self) -> Key:
@@ -141,13 +146,12 @@ def search_sets(
     """
     most = {**MOST_NEW, MemberKind.MISTAKE: min(most_off, MOST_NEW[MemberKind.MISTAKE])}
     found = WeighedSets(members, evidence)
-    found.weigh(())
-    for number in range(len(members)):
-        progress(f"comparing with the data: {number + 1} of {len(members)}", OF_SINGLES * number / len(members))
-        found.weigh((number,))
-    found.weigh(present)
-    for left in present:
-        found.weigh(i for i in present if i != left)
+    first: list[Key] = [(), *((number,) for number in range(len(members))), tuple(sorted(present))]
+    first += [tuple(sorted(i for i in present if i != left)) for left in present]
+    # the best first: of sets out of its reach the tails are not asked for
+    for done, one in enumerate(sorted(first, key=found.of_normal_noise, reverse=True)):
+        progress(f"comparing with the data: {done + 1} of {len(first)}", OF_SINGLES * done / len(first))
+        found.weigh(one)
     expanded: set[Key] = {()}
     while len(expanded) < MOST_EXPANDED and (key := _next(found, expanded)) is not None:
         expanded.add(key)

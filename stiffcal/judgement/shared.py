@@ -24,6 +24,8 @@ class Shared:
     """(o, p + 1) rows of what is known of them before; last what they should be."""
     kinds: Sequence[tuple[Discrepancy | LouderRun, float]]
     """Of discrepancies, each with how probable it is."""
+    lasting: Discrepancy | None = None
+    """What is in every run whatever the discrepancy, of one noise; None: nothing."""
 
     @cached_property
     def along(self) -> list[Floats]:
@@ -48,7 +50,8 @@ class Shared:
     def own(self) -> list[tuple[Floats, float]]:
         """Per discrepancy L⁻¹ (p, p), L Lᵀ the columns' inner products, and log |L|."""
         known = self.prior[:, :-1]
-        plain = self.columns @ self.columns.T + known.T @ known
+        lasting = self.columns_along_lasting
+        plain = self.columns @ self.columns.T - (lasting * self.of_lasting) @ lasting.T + known.T @ known
         found = []
         for kind, weights, _ in self.grid:
             inner = plain if kind < 0 else plain - (self.along[kind] * weights) @ self.along[kind].T
@@ -59,6 +62,20 @@ class Shared:
             determinant = float(np.sum(np.log(np.diag(factor))) + np.sum(np.log(size)))
             found.append((np.linalg.inv(factor) / size, determinant))
         return found
+
+    @cached_property
+    def of_lasting(self) -> Floats:
+        """(d,) weights of the directions of what lasts."""
+        return np.zeros(0) if self.lasting is None else self.lasting.weights(1.0)
+
+    @cached_property
+    def columns_along_lasting(self) -> Floats:
+        """(p, d) parts of the columns along what lasts in runs."""
+        return self.along_lasting(self.columns)
+
+    def along_lasting(self, rows: Floats) -> Floats:
+        """Return (k, d) the parts of whitened rows (k, r) along what lasts in runs."""
+        return np.zeros((len(rows), 0)) if self.lasting is None else self.lasting.along(rows)
 
     def numbers_of(self, discrepancy: Discrepancy | LouderRun | None) -> list[int]:
         """Return the positions in the grid of a kind of discrepancy, one for each of its sizes; none of none."""
@@ -78,7 +95,10 @@ class Shared:
     def inverse(self, rows: Floats, number: int) -> Floats:
         """Return V⁻¹ times rows (k, r), V of a discrepancy of the grid."""
         kind, weights, _ = self.grid[number]
-        return rows if kind < 0 else self.kinds[kind][0].taken_out(rows, weights)
+        found = None if self.lasting is None else self.lasting.taken_out(rows, self.of_lasting)
+        if kind < 0:
+            return rows if found is None else found
+        return self.kinds[kind][0].taken_out(rows, weights, found)
 
     def reduced(self, rows: Floats, number: int) -> Floats:
         """Return P times rows (k, r), P = V⁻¹ − V⁻¹X (XᵀV⁻¹X + Λ)⁻¹XᵀV⁻¹ of a discrepancy of the grid."""
@@ -93,7 +113,8 @@ class Shared:
     def leverage(self, number: int) -> Floats:
         """Return (r,) the share of each reading that a discrepancy of the grid takes."""
         kind, weights, _ = self.grid[number]
-        return np.zeros(self.columns.shape[1]) if kind < 0 else self.kinds[kind][0].leverage(weights)
+        found = np.zeros(self.columns.shape[1]) if kind < 0 else self.kinds[kind][0].leverage(weights)
+        return found if self.lasting is None else found + self.lasting.leverage(self.of_lasting)
 
 
 @dataclass(frozen=True)
@@ -104,6 +125,8 @@ class SplitRows:
     """(k, r) themselves."""
     along: Sequence[Floats]
     """Per kind of discrepancy the parts (k, d) along its directions."""
+    lasting: Floats
+    """(k, d) the same of what lasts in runs."""
     common: Floats
     """(t, p, k) along the shared columns."""
 
@@ -115,7 +138,8 @@ class SplitRows:
         ----------
         wanted : whether they are the readings: what shared columns should be counts then too.
         """
-        across = shared.columns @ rows.T
+        lasting = shared.along_lasting(rows)
+        across = shared.columns @ rows.T - (shared.columns_along_lasting * shared.of_lasting) @ lasting.T
         if wanted:
             across += (shared.prior[:, :-1].T @ shared.prior[:, -1])[:, None]
         along = [discrepancy.along(rows) for discrepancy, _ in shared.kinds]
@@ -123,16 +147,17 @@ class SplitRows:
         for t, ((kind, weights, _), (inverse, _)) in enumerate(zip(shared.grid, shared.own, strict=True)):
             cross = across if kind < 0 else across - (shared.along[kind] * weights) @ along[kind].T
             common[t] = inverse @ cross
-        return cls(rows, along, common)
+        return cls(rows, along, lasting, common)
 
     def split(self, at: Sequence[int]) -> Iterator[SplitRows]:
         """Give the parts of the rows between each two positions."""
         for a, b in pairwise(at):
-            yield SplitRows(self.rows[a:b], [one[a:b] for one in self.along], self.common[:, :, a:b])
+            along = [one[a:b] for one in self.along]
+            yield SplitRows(self.rows[a:b], along, self.lasting[a:b], self.common[:, :, a:b])
 
     def times(self, other: SplitRows, shared: Shared) -> Floats:
         """Return (t, k, l) inner products with other rows."""
-        plain = self.rows @ other.rows.T
+        plain = self.rows @ other.rows.T - (self.lasting * shared.of_lasting) @ other.lasting.T
         found = np.empty((len(shared.grid), *plain.shape))
         for t, (kind, weights, _) in enumerate(shared.grid):
             found[t] = plain - self.common[t].T @ other.common[t]

@@ -29,7 +29,7 @@ from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_of
 from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
-from stiffcal.judgement.lasting_errors import lasting_errors
+from stiffcal.judgement.lasting_errors import lasting_errors, made_by
 from stiffcal.judgement.like_states import variance_of, with_noise_of_like_states
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings, state_changes
@@ -279,9 +279,12 @@ class StatesOfCampaign(JudgedReadings[Fit]):
             nuisance.append(self.geometry.directions(about.space, columns))
         if not fit.robot.chain.masses_known and data is self.data:
             nuisance.append(shown(self.weight.unknown(self.scale), about.space))
-        lasting = lasting_errors(state, noise)
-        if len(lasting):
-            nuisance.append(shown(lasting, about.space))
+        alike = Discrepancy.of_like_states(about.space)
+        errors = lasting_errors(state, noise)
+        # the states of a sweep err alike place by place, across which errors of its run reach: these are columns there
+        of_runs, of_several = made_by(errors, state.data, by_run=alike is None)
+        if len(of_several):
+            nuisance.append(shown(of_several, about.space))
         p, q = len(columns), sum(len(part) for part in nuisance)
         columns = np.concatenate([columns, *nuisance])
         prior = np.insert(prior, [p] * q, 0.0, axis=1)
@@ -297,15 +300,15 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         if about.dof <= len(common):
             raise _nothing_left(about.dof, len(common))
         scale = NoiseScale(float(about.dof - len(common)), STATED_NOISE_DOF if stated else 0.0)
-        of_loads, of_time = Discrepancy.of_loads(space), Discrepancy.of_time(space)
-        alike = Discrepancy.of_like_states(space)
-        louder = LouderRun.of(space, space.rows(about.residual[None])[0]) if self.doubt else None
+        lasting = Discrepancy.of_lasting(space, of_runs, state.data.run) if len(of_runs) else None
+        of_loads, of_time = Discrepancy.of_loads(space, lasting), Discrepancy.of_time(space, lasting)
+        louder = LouderRun.of(space, space.rows(about.residual[None])[0], lasting) if self.doubt else None
         kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_loads, OF_LOADS), (of_time, OF_TIME)]
         if louder is not None:
             kinds.append((louder, DOUBTED_RUN))
         if alike is not None:
             kinds.append((alike, ALIKE_IN_SWEEPS))
-        shared = Shared(space.rows(columns), prior, kinds)
+        shared = Shared(space.rows(columns), prior, kinds, lasting)
         return GroundOfStates(
             state, space, shared, about.residual, present, derivative, of_loads, of_time, louder, scale, alike=alike
         )

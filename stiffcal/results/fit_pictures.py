@@ -49,7 +49,7 @@ def _normal_panel(name: str, values: Floats) -> Panel:
     n = values.size
     rank = _drawn(n) + 1
     expected = ndtri((rank - 0.375) / (n + 0.25))
-    low, high = (ndtri(betaincinv(rank, n + 1 - rank, share)) for share in (0.025, 0.975))
+    low, high = (np.asarray(ndtri(betaincinv(rank, n + 1 - rank, share)), dtype=np.float64) for share in (0.025, 0.975))
     series: list[Series] = [
         Band(expected, low, high, label="95 % of chance"),
         Line(expected, expected, is_dashed=True, label="normal law"),

@@ -10,13 +10,14 @@ from types import FrameType
 import numpy as np
 import pytest
 
-from stiffcal.arrays import Floats
-from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
+from stiffcal.arrays import Floats, Integers
+from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy, LouderRun
 from stiffcal.judgement.ground_of_rows import RowData
 from stiffcal.judgement.inner_products import InnerProducts
 from stiffcal.judgement.numbers import NO_DISCREPANCY, ROUNDING
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.space import ReadStates
+from stiffcal.judgement.tails import Readings
 
 PER_RUN = 6
 
@@ -140,6 +141,7 @@ def test_more_runs_need_no_more_steps() -> None:
 def test_components_that_err_by_themselves_have_the_same_discrepancy_in_less_room() -> None:
     rng = np.random.default_rng(5)
     run, scale = np.repeat([0, 1, 2], [5, 5, 7]), rng.uniform(0.5, 2.0, (3, 17))
+    scale[2, run == 2] = 0.0
     drivers, rows = list(rng.normal(size=(2, 17))), rng.normal(size=(4, 3 * 17))
     whole, apart = (
         Discrepancy.of_drivers(WhitenedRows(RowData(run), scale, independent), drivers, run)
@@ -155,3 +157,38 @@ def test_components_that_err_by_themselves_have_the_same_discrepancy_in_less_roo
         np.testing.assert_allclose(variance[0], variance[1], atol=1e-12)
     room = [sum(one.basis.size for one in kind.alike) for kind in (whole, apart)]
     assert 3 * room[1] == room[0]
+
+
+def test_what_lasts_in_single_runs_counts_as_columns_of_its_own_variance_would() -> None:
+    rng = np.random.default_rng(8)
+    run = np.repeat([3, 4, 5], [12, 7, 4])
+    space = WhitenedRows(RowData(run), rng.uniform(0.5, 2.0, (2, 23)), independent=False)
+    makes, drivers = 2.0 * rng.normal(size=(2, 2, 23)), list(rng.normal(size=(2, 23)))
+    makes[1, :, run == 4], makes[:, :, run == 5] = 0.0, 0.0
+    common, white, rows = rng.normal(size=(2, 46)), rng.normal(size=46), rng.normal(size=(3, 46))
+    lasting = Discrepancy.of_lasting(space, makes, run)
+    as_columns, as_variance = (_kinds(space, drivers, run, lasting, next_to) for next_to in (None, lasting))
+    prior = np.zeros((4, 7))
+    prior[:, 2:6] = np.eye(4)
+    columns = np.concatenate([common, *(space.rows(makes * (run == k)) for k in (3, 4))])
+    both = Shared(columns, prior, as_columns), Shared(common, np.zeros((0, 3)), as_variance, lasting)
+    one, other = (InnerProducts.of(shared, [(rows, None)], white) for shared in both)
+    np.testing.assert_allclose(other.own[0], one.own[0], rtol=1e-7)
+    np.testing.assert_allclose(other.target[0], one.target[0], atol=1e-7)
+    np.testing.assert_allclose(other.square, one.square, rtol=1e-7)
+    np.testing.assert_allclose(np.ptp(other.constant - one.constant), 0.0, atol=1e-7)
+    left = [Readings(shared, white, np.ones(46), np.zeros(46, dtype=np.int64)) for shared in both]
+    for number in range(len(both[0].grid)):
+        np.testing.assert_allclose(both[1].reduced(rows, number), both[0].reduced(rows, number), atol=1e-7)
+        (_, free), (_, as_free) = (readings.left(one, [], np.zeros(0), number) for readings in left)
+        np.testing.assert_allclose(as_free, free, atol=1e-7)
+
+
+def _kinds(
+    space: WhitenedRows, drivers: list[Floats], run: Integers, lasting: Discrepancy, next_to: Discrepancy | None
+) -> list[tuple[Discrepancy | LouderRun, float]]:
+    """Return responses to drivers and a louder run, next to what lasts or without it."""
+    place, basis, variance = lasting.of_run[0]
+    q = 0 if next_to is None else len(variance)
+    louder = LouderRun(3, space.scale.size, place, float(len(place)), basis[:, :q], variance[:q])
+    return [(Discrepancy.of_drivers(space, drivers, run, next_to), 0.3), (louder, 0.2)]

@@ -10,7 +10,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.noise import Noise
 from stiffcal.identification.observation import Observations, observe, predicted, rests
 from stiffcal.identification.regressors import Linearised
-from stiffcal.judgement.lasting_errors import lasting_errors
+from stiffcal.judgement.lasting_errors import lasting_errors, made_by
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
@@ -25,7 +25,8 @@ PLAY = PlacedEffect(built_in_effects()["backlash"], Place("joints", (1,)), {"wid
 def made_by_zeros(robot: CompliantRobot) -> tuple[Observations, Floats]:
     """Return readings of three runs of a robot, and what the errors that states share make in them."""
     data = observe(played(robot, runs=3, noise=SIGMA, seed=5), robot.chain)
-    return data, lasting_errors(Linearised.about(robot, data), NOISE)
+    _, columns = made_by(lasting_errors(Linearised.about(robot, data), NOISE), data, by_run=False)
+    return data, columns
 
 
 def with_play() -> CompliantRobot:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
 
+from stiffcal.arrays import Floats
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.inner_products import InnerProducts
 from stiffcal.judgement.members import Member
 from stiffcal.judgement.priors import MemberKind, Share
 from stiffcal.judgement.sets import WeighedSets, search_sets
@@ -21,12 +25,17 @@ MEMBERS, READINGS = 40, 60
 @pytest.fixture(scope="module")
 def weighed() -> WeighedSets:
     """Return sets of effects of which one is there, and the others are as probable as one of 40."""
+    return searched(1.0)
+
+
+def searched(size: float) -> WeighedSets:
+    """Return sets about readings with one effect, of this size."""
     rng = np.random.default_rng(6)
     columns = [
         MemberColumns(rng.normal(size=(1, READINGS)), np.zeros(1, dtype=np.bool_), np.array([0.3, 1.0]), np.ones(2))
         for _ in range(MEMBERS)
     ]
-    y = rng.normal(size=READINGS) + columns[3].rows[0]
+    y = rng.normal(size=READINGS) + size * columns[3].rows[0]
     members = [
         Member(f"effect {k}", Share(f"place {k}", "", MemberKind.EFFECT, False), None, {}, 0.0, one, -np.log(MEMBERS))
         for k, one in enumerate(columns)
@@ -50,3 +59,16 @@ def test_sets_that_were_not_weighed_have_what_is_stated(weighed: WeighedSets) ->
 def test_what_was_weighed_is_not_counted(weighed: WeighedSets) -> None:
     """With all additions to the enlarged sets weighed nothing is left but the growth of the others."""
     assert replace(weighed, beyond=dict.fromkeys(weighed.log, 0.0)).not_weighed == 0.0
+
+
+def test_tails_are_not_asked_for_of_sets_that_are_out_of_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, gains = list[Sequence[int]](), Readings.gains
+
+    def counted(readings: Readings, inner: InnerProducts, chosen: Sequence[int], *more: Any) -> Floats:
+        asked.append(chosen)
+        return gains(readings, inner, chosen, *more)
+
+    monkeypatch.setattr(Readings, "gains", counted)
+    assert searched(10.0).best == (3,)
+    assert asked
+    assert all(3 in chosen for chosen in asked)
