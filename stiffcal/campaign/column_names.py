@@ -21,7 +21,7 @@ JOINT_STEMS = (
     *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "θ", "th", "gelenk", "angle", "winkel", "achswinkel"),
     *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
     *("gelenkwinkel", "gelenkposition", "achsposition", "eixo", "junta"),
-    *("rax", "robax"),  # ABB's jointtarget
+    *("rax", "robax", "jt"),  # ABB's jointtarget, Kawasaki's axes
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
     *("aiposa", "fieldposition", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
     *("軸", "関節", "関節角", "関節角度", "角度", "轴", "关节", "关节角", "关节角度"),
@@ -56,14 +56,14 @@ NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")
 XYZ = "xyz"
 
 _NARROW = str.maketrans(
-    {chr(0xFEE0 + code): chr(code) for code in range(0x21, 0x7F)} | dict(zip("\u3010\u3011", "[]", strict=True))
+    {chr(0xFEE0 + code): chr(code) for code in range(0x21, 0x7F)} | dict(zip("\u3010\u3011{}", "[][]", strict=True))
 )
-"""Brackets, letters and digits of double width, as Japanese and Chinese keyboards write them, to usual ones."""
+"""Braces, and signs of double width, as Japanese and Chinese keyboards write them, to usual ones."""
 _LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
 _BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\))\s*+$")
-# A unit behind a slash (DIN 1313: "F / kN"), a word, an underscore or a blank: part of the name unless it is one.
+# A unit behind a slash (DIN 1313: "F / kN"), a dash, a word, an underscore or a blank: else part of the name.
 _SEPARATED = re.compile(
-    r"^(?P<name>.*?\S)(?:\s*/\s*(?P<ratio>[^\s/]++)|(?:\s+in\s+|,\s*|(?P<loose>_|\s+))(?P<unit>[^\s_,]++))\s*+$"
+    r"^(?P<name>.*?\S)(?:(?:\s*/\s*|\s+[-–]\s+)(?P<ratio>[^\s/]++)|(?:\s+in\s+|,\s*|(?P<loose>_|\s+))(?P<unit>[^\s_,]++))\s*+$"
 )
 # A tracked target, also one of several.
 _TARGET = re.compile(r"(led|marker|smr|reflector|reflektor|probe|tmac|tprobe|p|pt|point|punkt)\d*")
@@ -314,6 +314,11 @@ def component_of(name: str, written: str | None) -> Component | None:
             of_unit = [
                 reading for reading in readings if written is not None and is_unit_of(written, QUANTITY[reading])
             ]
+            if not stem and written is not None and not of_unit:  # nothing but an axis: its unit states what it is
+                of_unit = [own for own in (Reading.FORCE, Reading.MOMENT) if is_unit_of(written, QUANTITY[own])]
+                if not of_unit and _is_unit_word(written):
+                    continue
+                stem = STEMS[of_unit[0]][0] if of_unit else stem
             found = (of_unit or readings)[0]
             if raw and found not in (Reading.FORCE, Reading.MOMENT):
                 return None

@@ -18,8 +18,8 @@ _ALONE, _AT_ITS_BEGIN, _AT_ITS_END = re.compile(_WORDS), re.compile(f"^{_WORDS}"
 _LONGEST_NAME = 300  # characters; a longer one is taken apart in the square of its length
 
 
-_NAMED = (("shoulderpan", "shoulderlift", "elbow", "wrist1", "wrist2", "wrist3"),)
-"""Joints that have names, base to tip, of arms common in laboratories: Universal Robots (`ur_description`)."""
+_NAMED = (("shoulderpan", "shoulderlift", "elbow", "wrist1", "wrist2", "wrist3"), tuple("slurbt"))
+"""Joints that have names, base to tip, of arms common in laboratories: Universal Robots (`ur_description`), Yaskawa."""
 
 
 def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:

@@ -149,7 +149,8 @@ def seconds_of_times(
             seconds_text, nanoseconds = _split_fraction(text.strip())
             moment = datetime.fromisoformat(seconds_text)
             elapsed = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)) - epoch
-            seconds[index] = elapsed.days * 86400 + elapsed.seconds + nanoseconds
+            # Python reads a fraction behind a colon, or behind nothing, too
+            seconds[index] = elapsed.days * 86400 + elapsed.seconds + elapsed.microseconds * 1e-6 + nanoseconds
         except ValueError:
             place = (display_name, f"row {first_row + index}, column {name}")
             if not follows and (follows is None or any(_numbers_of_date(text))):

@@ -294,6 +294,31 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
         WRENCH,
     ),
     "joints of ABB": (lambda: joints_named("rax_{}"), "j.csv", "utf-8", ANGLES),
+    "joints of Kawasaki, a unit in braces": (lambda: joints_named("JT{} {{deg}}"), "j.csv", "utf-8", ANGLES),
+    "joints of Yaskawa": (
+        lambda: "time - s;S - deg;L - deg;U - deg;R - deg;B - deg;T - deg\n" + lines_of(next_to(TIME, JOINTS), ";"),
+        "j.csv",
+        "utf-8",
+        ANGLES,
+    ),
+    "a force by its unit alone": (
+        lambda: of_words("tiempo (s)", "síla X [N]", "síla Y [N]", "síla Z [N]"),
+        "f.txt",
+        "utf-8",
+        WRENCH,
+    ),
+    "axes with units that are no place's": (
+        lambda: "t;Fx;Fy;Fz;Dehnung X [V];Dehnung Y [V];Dehnung Z [V]\n" + lines_of(next_to(TIME, FORCE, FORCE), ";"),
+        "f.csv",
+        "utf-8",
+        WRENCH,
+    ),
+    "a colon before milliseconds": (
+        lambda: force_of(lambda t: f"2026-11-20 10:15:00:{round(1e3 * t):03d}"),
+        "log.csv",
+        "utf-8",
+        WRENCH,
+    ),
     "direction in words": (
         lambda: of_words("Uhrzeit", "X-Richtung Kraft", "Y-Richtung Kraft", "Z-Richtung Kraft"),
         "f.txt",
