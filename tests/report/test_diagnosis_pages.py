@@ -329,7 +329,7 @@ def test_values_that_a_missing_effect_shifts_are_grey_with_the_value_after() -> 
     )  # fmt: skip
     table = first_page(content(before_after=[change]))[TableBlock]
     row = fit.parameters.index(spring)
-    assert table.doubtful == (row,)
+    assert table.doubtful == ((row, 2),)
     assert "3.00" in table.rows[row][3]
     assert first_page(content())[TableBlock].doubtful == ()
 
