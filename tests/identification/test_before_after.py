@@ -15,7 +15,7 @@ from stiffcal.identification.before_after import (
 )
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
-from stiffcal.report.sections.before_after import estimate_text_of
+from stiffcal.report.sections.stiffness import estimate_text_of
 
 
 def estimate(

@@ -101,7 +101,7 @@ def _with_values_after(
         TableColumn("unit", align="left"),
         TableColumn("remark", align="left", width=1.0),
     )
-    made = []
+    made: list[tuple[str, ...]] = []
     for spring, (where, effect, text, unit, remark) in zip(springs, rows, strict=True):
         change = moved.get(spring.name)
         after = "" if change is None else estimate_text_of(change.after, printed_unit(change.unit)[1])
