@@ -193,6 +193,17 @@ def share(fraction: float | None) -> str:
     return DASH if fraction is None or not math.isfinite(fraction) else f"{significant(100 * fraction)} %"
 
 
+def explained_in_words(fraction: float | None) -> str:
+    """Return the share of the avoidable error that an effect explains, in whole percent as sentences have it.
+
+    Examples
+    --------
+    >>> explained_in_words(0.9713), explained_in_words(1.04), explained_in_words(-0.2), explained_in_words(None)
+    ('97 %', '100 %', '0 %', '–')
+    """
+    return DASH if fraction is None else f"{100.0 * min(max(fraction, 0.0), 1.0):.0f} %"
+
+
 def probability_in_words(p: float) -> str:
     """Return a probability in per cent: a digit more close to certainty, and no certainty.
 

@@ -22,7 +22,7 @@ from stiffcal.printed_units import printed_unit
 from stiffcal.results.next_step import Step
 from stiffcal.results.value_words import value_in_model
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
-from stiffcal.wording import count, listing, probability_in_words, variable
+from stiffcal.wording import count, explained_in_words, listing, probability_in_words, variable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,8 +36,8 @@ MOST_ROWS = 8
 BAR, ROOMY = 10, 100
 """Columns of a bar of probability, and of a terminal that has room for one."""
 EXPLAINS = (
-    "explains: share of the error above the noise that goes, by a first estimate of the values; the share in the first "
-    "line is of the refitted model"
+    "explains: share of the error above the noise that goes, of what alone is missing by the refitted model, of all "
+    "others by a first estimate of the values"
 )
 
 PROBABILITY = "probability: that it is there, next to all other effects, mistakes in the data and laws of no catalogue"
@@ -370,7 +370,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult, details: bool)
     table = plain_table(*columns, *["explains>", "size>"] * whole, *[""] * drawn)
     table.add_row("present model", "", "", deviation(result.rms))
     for finding in shown:
-        explained = share(None if finding.explains is None else min(max(finding.explains, 0.0), 1.0))
+        explained = explained_in_words(result.explained_by(finding))
         table.add_row(
             finding.effect,
             short_places(finding.where),

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stiffcal.cli.wording import deviation, places, share
-from stiffcal.wording import probability_in_words
+from stiffcal.cli.wording import deviation, places
+from stiffcal.wording import explained_in_words, probability_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -129,7 +129,7 @@ def _alike(of: ProposedEffect, effect: LookAlike) -> str:
 def _explained(finding: Finding) -> str:
     if finding.explains is None:
         return ""
-    return f" ({share(min(max(finding.explains, 0.0), 1.0))} of the avoidable error)"
+    return f" ({explained_in_words(finding.explains)} of the avoidable error)"
 
 
 def _detail_lines(proposal: EffectProposal) -> list[str]:

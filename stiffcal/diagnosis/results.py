@@ -421,6 +421,13 @@ class DiagnoseResult(CommandResult):
         """Return the finding of an effect at its place, None where it was not tried."""
         return finding_of(self.findings, effect)
 
+    def explained_by(self, finding: Finding) -> float | None:
+        """Return the share of the avoidable error that a candidate explains; as refitted where it alone is missing."""
+        alone = self.missing[0] if len(self.missing) == 1 else None
+        if alone is not None and (finding.effect, finding.where) == (alone.effect, alone.where):
+            return finding.explains if self.explained_by_missing is None else self.explained_by_missing
+        return finding.explains
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EarlierDiagnosis:

@@ -133,8 +133,9 @@ def write_template(folder: Path, kind: str, *, overwrite: bool = False) -> list[
 
 
 def template_manifest(kind: str) -> str:
-    """Return the commented campaign.toml of a kind that there is."""
-    return (_templates()[kind] / MANIFEST_FILE).read_text(encoding="utf-8")
+    """Return the commented campaign.toml of a kind that there is, with what page 1 of the report states."""
+    own = (_templates()[kind] / MANIFEST_FILE).read_text(encoding="utf-8")
+    return f"{own.rstrip()}\n\n{(_HERE / 'template_files' / 'report.toml').read_text(encoding='utf-8')}"
 
 
 def write_folder(

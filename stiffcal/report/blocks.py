@@ -80,8 +80,8 @@ class TableBlock:
     columns: tuple[TableColumn, ...]
     rows: tuple[tuple[str, ...], ...]
     caption: str
-    doubtful: tuple[int, ...] = ()
-    """Rows, from 0, whose numbers are known to be wrong: they are grey."""
+    doubtful: tuple[tuple[int, int], ...] = ()
+    """Cells, row and column from 0, whose numbers are known to be wrong: they are grey."""
 
     def __post_init__(self) -> None:
         if any(len(row) != len(self.columns) for row in self.rows):

@@ -42,6 +42,7 @@ def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: fl
         unexplained=False,
         undecided=[],
         could_be=[],
+        explained_by=lambda one: one.explains,
     )
     with StringIO() as text:
         _show_ranking(AnswerConsole(file=text, width=width), result, details=False)

@@ -67,7 +67,7 @@ def test_a_word_or_its_first_letter_decides(typed: str, decision: str) -> None:
 
 def test_the_reason_the_expected_error_and_the_look_alikes_come_first() -> None:
     _, text = decide("y")
-    for shown in ("backlash (joint 4)", "REASON", "0.133 mm", "0.0310 mm", "98.0 %", "bearing-tilt (joint 4) 20 %"):
+    for shown in ("backlash (joint 4)", "REASON", "0.133 mm", "0.0310 mm", "98 %", "bearing-tilt (joint 4) 20 %"):
         assert shown in text
     assert "probability: 60 %, not certain, of it or a look-alike 80 %" in text
     assert "MEANS" not in text

@@ -25,6 +25,9 @@ def test_template_loads_once_its_logs_exist(tmp_path: Path, kind: str) -> None:
     written = write_template(tmp_path / "cell", kind)
     more = {"model.toml", "simulate.toml"} if kind != "load" else set()
     assert {path.name for path in written} == {"campaign.toml", "robot.toml", "README.txt"} | more
+    manifest = tmp_path / "cell" / "campaign.toml"
+    head, mark, stated = manifest.read_text(encoding="utf-8").partition("# [report]")
+    manifest.write_text(head + (mark + stated).replace("\n# ", "\n").removeprefix("# "), encoding="utf-8")
     with pytest.raises(InputError) as caught:
         load_campaign(tmp_path / "cell")
     for fault in caught.value.faults:
@@ -33,6 +36,8 @@ def test_template_loads_once_its_logs_exist(tmp_path: Path, kind: str) -> None:
     campaign = load_campaign(tmp_path / "cell")
     setup = measurement_setup(campaign.manifest, campaign.chain, resolve_frames(campaign.manifest, campaign.chain))
     assert setup.moments_measured == (kind not in ("friction", "absolute"))
+    assert campaign.manifest.report.serial_number
+    assert campaign.manifest.report.instruments[0].certificate
 
 
 @pytest.mark.long  # a table is simulated, and geometry and springs are fitted to it

@@ -231,7 +231,7 @@ def test_ranking_holds_every_number_with_its_unit() -> None:
     for word in (
         "supported",
         "0.0290 mm",
-        "98.0 %",
+        "99 %",
         "70 %",
         "0.110 mm",
         "<\u00a010⁻⁶",
@@ -329,6 +329,13 @@ def test_values_that_a_missing_effect_shifts_are_grey_with_the_value_after() -> 
     )  # fmt: skip
     table = first_page(content(before_after=[change]))[TableBlock]
     row = fit.parameters.index(spring)
-    assert table.doubtful == (row,)
+    assert table.doubtful == ((row, 2),)
     assert "3.00" in table.rows[row][3]
     assert first_page(content())[TableBlock].doubtful == ()
+
+
+def test_one_number_stands_for_what_the_missing_effect_explains() -> None:
+    made = content(explained_by_missing=0.971)
+    assert "97 %" in words(ranking.section(made))
+    assert "98 %" not in words(ranking.section(made))
+    assert "98 %" in words(ranking.section(content(explained_by_missing=0.971, missing=[])))

@@ -23,7 +23,7 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.reducing import reduce_campaign
-from stiffcal.report.blocks import Facts, TableBlock
+from stiffcal.report.blocks import Facts, ReportSection, TableBlock
 from stiffcal.report.sections import suspects
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
@@ -149,7 +149,7 @@ def test_improve_and_the_report_show_the_run_and_the_lines_that_leave_it_out(fol
     assert "suspect: run pose3" in text.getvalue()
     content = made_up_content()
     section = suspects.section(replace(content, diagnose=None, identify=identify_campaign(folder)))
-    assert section is not None
+    assert isinstance(section, ReportSection)
     (lines,) = (block for block in section.blocks if isinstance(block, TableBlock))
     assert ("rows = [9, 10, 11, 12]",) in lines.rows
     facts = next(block for block in section.blocks if isinstance(block, Facts))

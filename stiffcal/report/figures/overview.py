@@ -102,6 +102,10 @@ def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> Non
     written = [place for place in shares if place.share >= _LEAST_WRITTEN][:_MOST_WRITTEN]
     text = "\n".join(["share of the deflection", *(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)])
     right, up = _free_corner(line)
+    # room for the text next to the arm
+    away = 1.3 * float(np.ptp(line, axis=0).max())
+    beyond = line[:, 0].max() + away if right else line[:, 0].min() - away
+    axes.plot([beyond], [line[:, 1].mean()], linestyle="none")
     axes.annotate(
         text, (float(right), float(up)), xycoords="axes fraction", ha="right" if right else "left",
         va="top" if up else "bottom", fontsize=6,

@@ -35,7 +35,7 @@ from stiffcal.report.blocks import (
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.pattern import draw_pattern
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
-from stiffcal.wording import probability_in_words, variable
+from stiffcal.wording import explained_in_words, probability_in_words, variable
 
 ORDER = 72
 _TITLE = "Missing effects"
@@ -174,7 +174,7 @@ def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
         facts.append(("lack of fit", _lack_of_fit_words(lack)))
     explained = diagnosis.explained_by_missing
     if explained is not None and diagnosis.missing and diagnosis.noise:
-        facts.append(("explained", f"{wording.share(explained)} of the avoidable error is explained by it"))
+        facts.append(("explained", f"{explained_in_words(explained)} of the avoidable error is explained by it"))
     if diagnosis.not_weighed is not None:
         text = (
             "combinations of those compared with one effect more, which have about "

@@ -42,7 +42,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
 HOW_JUDGED = (
     "Each effect is judged alone: the model is refitted without it, all other parameters free, and both models "
     "predict each pose from the other poses only. The residual is projected on the direction in which the effect "
-    "moves the target. A real effect shows a pattern in the left figure and none in the middle one."
+    "moves the target; where the load has components (a tilting moment), it is the load to which the residual amounts, "
+    "times the effect's mean response. A real effect shows a pattern in the left figure and none in the middle one."
 )
 
 

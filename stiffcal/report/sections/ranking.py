@@ -15,7 +15,7 @@ from stiffcal.report.blocks import (
     TableColumn,
 )
 from stiffcal.report.content import ReportContent
-from stiffcal.wording import probability_in_words
+from stiffcal.wording import explained_in_words, probability_in_words
 
 ORDER = 910
 _TITLE = "Appendix: all effects that were tried"
@@ -74,7 +74,7 @@ def _table(diagnosis: DiagnoseResult | EarlierDiagnosis, most: int) -> TableBloc
     findings = diagnosis.findings
     if not any(finding.verdict != "rejected" for finding in findings):
         most = min(most, _FEW_ROWS)
-    rows += [_row(finding) for finding in findings[:most]]
+    rows += [_row(diagnosis, finding) for finding in findings[:most]]
     noise = wording.measure_cell(diagnosis.noise) if diagnosis.noise else "not known"
     rows.append(("noise", "", "", noise, "", "", "", "", ""))
     caption = "Ranking for the next single step, best first: each row adds one effect to the present model."
@@ -96,7 +96,7 @@ def _table(diagnosis: DiagnoseResult | EarlierDiagnosis, most: int) -> TableBloc
     return TableBlock(tuple(columns), tuple(rows), caption)
 
 
-def _row(finding: Finding) -> tuple[str, ...]:
+def _row(diagnosis: DiagnoseResult | EarlierDiagnosis, finding: Finding) -> tuple[str, ...]:
     alike = [wording.effect_at(alternative) for alternative in finding.alternatives]
     p = finding.p_value
     return (
@@ -104,7 +104,9 @@ def _row(finding: Finding) -> tuple[str, ...]:
         wording.place(finding.where),
         finding.verdict,
         wording.measure_cell(finding.heldout_rms_after),
-        wording.share(min(max(finding.explains, 0.0), 1.0)) if finding.explains is not None else wording.DASH,
+        explained_in_words(
+            diagnosis.explained_by(finding) if isinstance(diagnosis, DiagnoseResult) else finding.explains
+        ),
         probability_in_words(finding.probability or 0.0),
         wording.size_of_effect(finding.size_m, finding.size_Nm),
         wording.DASH if p is None else "<\u00a010⁻⁶" if p < 1e-6 else wording.significant(p, 2),
@@ -117,7 +119,7 @@ def _explanation_of_columns(diagnosis: DiagnoseResult) -> str:
     text = (
         "Held-out: error with the effect added, in data that were left out of the fit in turn. Explains: share of the "
         "avoidable error (above the "
-        "noise) that is removed, by a first estimate; the share in the summary is of the refitted model. "
+        "noise) that is removed, of what alone is missing by the refitted model, of all others by a first estimate. "
         "Size: rms contribution of the effect at the tool, or in the torque. p: probability of an equal decrease by "
         "chance, allowing for the number of candidates. Probability: that the effect is there, next to all other "
         "effects, mistakes in the data and laws of no catalogue. Supported: named; possible: 5 % and more."

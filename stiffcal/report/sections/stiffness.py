@@ -109,10 +109,10 @@ def _with_values_after(
         relative = None if change is None else change.relative
         sign = "+" if (relative or 0.0) > 0.0 else ""
         shifted = "" if relative is None else f"changes by {sign}{wording.share(relative)}"
-        made.append((where, effect, text, after or "within ±", unit, remark or shifted))
+        made.append((where, effect, text, after or "stays within ±", unit, remark or shifted))
     caption = "Stiffness, ± 95 %. Grey: shifted by what the model lacks, not to be used; next to it the value with it."
     caption += f" {more} more under “{_TITLE}”." if more > 0 else ""
-    doubtful = tuple(k for k, spring in enumerate(springs) if spring.name in moved)
+    doubtful = tuple((k, 2) for k, spring in enumerate(springs) if spring.name in moved)
     return replace(_without_empty_remarks(columns, made, caption), doubtful=doubtful)
 
 

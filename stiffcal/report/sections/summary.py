@@ -138,7 +138,7 @@ def _numbers(content: ReportContent) -> tuple[tuple[str, str], ...]:
         rms = diagnosis.rms if judged is None else judged.rms
         before, after = (f"error in {left_out}", rms), ("with what is missing", with_missing)
     elif added is not None:
-        before, after = ("error before the change", added[1]), (f"error in {left_out}", validation.rms)
+        before = ("error before the change", added[1])
     noise = content.known_noise
     numbers = (before, after, ("noise", noise))
     return tuple((name, "not known" if rms is None else _leading(rms)) for name, rms in numbers)
