@@ -9,7 +9,7 @@ from stiffcal.diagnosis.base_rows import bounds_of_candidate
 from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated, ErrorInExperiment
 from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
-from stiffcal.diagnosis.scan import Trial
+from stiffcal.diagnosis.scan import Trial, helped
 from stiffcal.diagnosis.scoring import Score
 from stiffcal.estimation.unknowns import amplitudes, with_estimates
 from stiffcal.identification.fit import Fit
@@ -159,7 +159,7 @@ def size_at_tool(scan: LoadScan, trial: Trial) -> float:
 
 def poses_helped(scan: LoadScan, trial: Trial) -> int:
     """Return in how many poses the held-out error falls."""
-    return int(np.count_nonzero(trial.score.heldout < scan.base.heldout))
+    return int(np.count_nonzero(helped(scan, trial)))
 
 
 def errors_by_experiment(scan: LoadScan, trial: Trial) -> list[ErrorInExperiment]:
@@ -168,7 +168,7 @@ def errors_by_experiment(scan: LoadScan, trial: Trial) -> list[ErrorInExperiment
     if len(kinds) < 2:
         return []
     folds = members_of(scan.fold_of_state)
-    fell = trial.score.heldout < scan.base.heldout
+    fell = helped(scan, trial)
     before, after = left_out_residual(scan, None), left_out_residual(scan, trial)
     errors = []
     for kind, members in kinds:

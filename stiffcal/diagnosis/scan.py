@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from stiffcal.arrays import Floats, Integers
+from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.base_rows import BaseRows, bounds_of_candidate
 from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.results import AgreementWithPlaces
@@ -250,6 +250,11 @@ def bounds_with(scan: Scan, regressor: Regressor | StoredRegressor) -> tuple[Flo
     """Return (k,) the lower and upper bounds of the base model's parameters and a candidate's amplitudes."""
     low, high = (np.concatenate(pair) for pair in zip(scan.bounds, bounds_of_candidate(regressor), strict=True))
     return low, high
+
+
+def helped(scan: Scan, trial: Trial) -> Booleans:
+    """Return (F,) where the error in what is left out falls with a candidate, by more than rounding."""
+    return np.asarray(trial.score.heldout < scan.base.heldout * (1.0 - ROUNDING))
 
 
 def ranked_error(trial: Trial) -> float:

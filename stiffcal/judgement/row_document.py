@@ -11,7 +11,7 @@ from stiffcal.diagnosis.lack_of_fit import against_noise
 from stiffcal.diagnosis.results import DiagnoseResult, Explanation, Finding, SearchPace, UntestableEffect
 from stiffcal.diagnosis.row_errors import left_out_rms, rms_after_choosing_rows, rms_of_rows, size_in_rows
 from stiffcal.diagnosis.row_structure import what_rows_follow
-from stiffcal.diagnosis.scan import Trial
+from stiffcal.diagnosis.scan import Trial, helped
 from stiffcal.diagnosis.thresholds import LEAST_FOLDS
 from stiffcal.diagnosis.words import candidate_in_words, error_in_words, place_in_words, values_in_words
 from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
@@ -136,14 +136,14 @@ def _findings(found: DiagnosedRows, before: Rms) -> list[Finding]:
 def _explain(found: DiagnosedRows, trial: Trial, alike: list[Candidate], before: Rms, after: Rms) -> Explanation:
     scan, problem = found.first, found.problem
     effect = trial.candidate.effect
-    helped, n_folds = int(np.count_nonzero(trial.score.heldout < scan.base.heldout)), len(scan.folds)
+    n_helped, n_folds = int(np.count_nonzero(helped(scan, trial))), len(scan.folds)
     first, second = (
         error_in_words(dict(rms.items()).get(problem.measure) or 0.0, problem.measure) for rms in (before, after)
     )
     seen = (
         f"At {place_in_words(trial.candidate.place)}: {effect.fingerprint or effect.summary}, by "
         f"{size_in_rows(scan, trial):.2g} {problem.unit} rms; with it the error {problem.subject.left_out} decreases "
-        f"from {first} to {second}, at {helped} of {n_folds} {problem.folds_in_words}."
+        f"from {first} to {second}, at {n_helped} of {n_folds} {problem.folds_in_words}."
     )
     names = listing(map(candidate_in_words, alike)) if alike else ""
     return Explanation(

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
 from stiffcal.diagnosis.few_rows import AddedColumns, FewRows
 from stiffcal.diagnosis.folds import FoldProducts, inner_outside
+from stiffcal.diagnosis.scan import Scan, Trial, helped
 from stiffcal.diagnosis.scoring import score_variants
 
 
@@ -66,3 +70,9 @@ def test_a_column_that_the_base_model_holds_already_adds_nothing() -> None:
     assert np.allclose(twice.heldout, base.heldout, rtol=1e-5)
     assert np.allclose(twice.nested, base.nested, rtol=1e-5)
     assert np.allclose(twice.prediction_change, 0.0, atol=1e-6)
+
+
+def test_an_error_that_falls_by_rounding_alone_does_not_fall() -> None:
+    base, score = (SimpleNamespace(heldout=np.array(values)) for values in ([2.0, 2.0, 2.0], [2.0, 2.0 - 1e-12, 1.9]))
+    scan, trial = cast(Scan, SimpleNamespace(base=base)), cast(Trial, SimpleNamespace(score=score))
+    assert helped(scan, trial).tolist() == [False, False, True]
