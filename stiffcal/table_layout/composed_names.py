@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from stiffcal.campaign.column_names import Reading, component_of, header_parts
+from stiffcal.campaign.column_names import TIMES, Reading, component_of, header_parts, is_unit_of, plain_name
 
 _COMPONENTS = frozenset(("x", "y", "z", "w", "qx", "qy", "qz", "qw", "rx", "ry", "rz"))
 XYZ_NAMES = ("x", "y", "z")
@@ -38,10 +38,14 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
     ['Frame#', 'Time', 'X1', 'Y1']
     >>> composed_names(["", "x", "y", "z"], [["t", "Force [N]", "", ""]])
     (['t', 'Force x', 'Force y', 'Force z'], {'Force x': 'N', 'Force y': 'N', 'Force z': 'N'})
+    >>> composed_names(["s", "Fx [N]", "Fy [N]"], [["Time", "ATI", ""]])
+    (['Time', 'Fx [N]', 'Fy [N]'], {'Time': 's'})
     """
+    names, units = _named_above_their_units(names, above)
     counts = Counter(names)
     if all(count == 1 or not name for name, count in counts.items()):
-        return _with_what_is_measured(names_with_those_above(names, above), above)
+        found, more = _with_what_is_measured(names_with_those_above(names, above), above)
+        return found, units | more
     repeated = [k for k, name in enumerate(names) if not name or counts[name] > 1 or name.lower() in _COMPONENTS]
     rows = [_spread(row, repeated, len(names)) for row in above]
     labels = [_label(row, repeated) in _NAME_LABELS for row in above]
@@ -50,7 +54,7 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
     for k in candidates:
         if _distinct(names, rows, repeated, [*chosen, k]) > _distinct(names, rows, repeated, chosen):
             chosen.append(k)
-    composed, units = list(names), {}
+    composed = list(names)
     for c in repeated if chosen else ():
         parts = [header_parts(rows[k][c]) for k in sorted(chosen) if rows[k][c]]
         own = header_parts(names[c])
@@ -59,6 +63,18 @@ def composed_names(names: Sequence[str], above: Sequence[Sequence[str]]) -> tupl
         if unit is not None and composed[c]:
             units[composed[c]] = unit
     return composed, units
+
+
+def _named_above_their_units(names: Sequence[str], above: Sequence[Sequence[str]]) -> tuple[list[str], dict[str, str]]:
+    """Return names, that of the row above where nothing but a unit stands in the last row, and these units."""
+    found, units = list(names), {}
+    last = above[-1] if above else []
+    for c, (name, cell) in enumerate(zip(names, last if sum(map(bool, last)) > 1 else [], strict=False)):
+        part = header_parts(name)
+        is_unit = not part.name if part.unit is not None else plain_name(cell) in TIMES and is_unit_of(name, "time")
+        if is_unit and cell and cell not in names:
+            found[c], units[cell] = cell, part.unit or name
+    return found, units
 
 
 def _with_what_is_measured(names: list[str], above: Sequence[Sequence[str]]) -> tuple[list[str], dict[str, str]]:

@@ -1,6 +1,7 @@
 """What `check`, `ingest` and `identify` cost: with N runs and one more, N states in one run, N GB of logs.
 
 python -m tests.long_campaigns runs 100 1000 10000
+python -m tests.long_campaigns moved 300
 python -m tests.long_campaigns states 12000 200000
 python -m tests.long_campaigns gigabytes 0.5 2 8
 
@@ -10,12 +11,16 @@ A log that is hashed, to learn that it has not changed, is opened too: the small
 from __future__ import annotations
 
 import argparse
+import json
 import shutil
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.long_campaigns.campaign import write_head, write_runs
+from tests.laboratory.small_campaign import STIFFNESS
+from tests.long_campaigns.campaign import MOVED, write_head, write_runs
 from tests.long_campaigns.large import write_logs, write_table
 from tests.long_campaigns.measure import Cost, cost_of
 
@@ -43,6 +48,21 @@ def measure_runs(size: str, folder: Path) -> dict[str, Cost]:
     return costs | _taken(size, folder, more | {"identify after one run more": "identify"})
 
 
+def measure_moved(size: str, folder: Path) -> dict[str, Cost]:
+    """Write so many runs of three weeks with a tracker that is moved twice, and return what each command takes.
+
+    How far the stiffnesses are off is printed: where the tracker stood is found from the poses.
+    """
+    write_head(folder, MOVED)
+    write_runs(folder, 1, int(size) + 1, moved=True)
+    costs = _taken(size, folder, {"ingest": "ingest", "check": "check", "identify": "identify"})
+    command = [sys.executable, "-m", "stiffcal", "identify", str(folder), "--json"]
+    found = json.loads(subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout)["parameters"]
+    off = max(abs(one["stiffness"] / true - 1.0) for one, true in zip(found, STIFFNESS, strict=True))
+    print(f"{size:>8}  the worst stiffness is {100.0 * off:.2f} % off", flush=True)
+    return costs
+
+
 def measure_states(size: str, folder: Path) -> dict[str, Cost]:
     """Write a campaign of one run with so many states in a table, and return what each command on it takes."""
     write_table(folder, int(size))
@@ -63,7 +83,12 @@ def _taken(size: str, folder: Path, steps: dict[str, str]) -> dict[str, Cost]:
     return costs
 
 
-KINDS: dict[str, Measure] = {"runs": measure_runs, "states": measure_states, "gigabytes": measure_gigabytes}
+KINDS: dict[str, Measure] = {
+    "runs": measure_runs,
+    "moved": measure_moved,
+    "states": measure_states,
+    "gigabytes": measure_gigabytes,
+}
 
 
 def main() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.small_campaign import MODEL, NOISE_M, STIFFNESS, robot_text
@@ -34,24 +35,41 @@ file = "raw/{run}_tracker.csv"
 time = { column = "time", unit = "iso8601" }
 pose = { frame = "base", body = "target", position = ["X", "Y", "Z"], units = { position = "mm" } }
 """
+MOVED = MANIFEST[: MANIFEST.index("[sources.tracker]")] + "".join(
+    f"""
+[frames.place{k}]
+parent = "base"
+estimate = true
+
+[sources.tracker{k}]
+file = "raw/{{run}}_tracker{k}.csv"
+time = {{ column = "time", unit = "iso8601" }}
+pose = {{ frame = "place{k}", body = "target", position = ["X", "Y", "Z"], units = {{ position = "mm" }} }}
+"""
+    for k in (1, 2, 3)
+)
+"""The tracker is moved twice; where it stood is not stated."""
+STOOD = (((3.0, -1.0, 0.3), 120.0), ((2.5, 2.0, 0.4), -150.0), ((-2.0, 3.0, 0.2), -40.0))
+"""Its places, m in base axes, and its turns about the vertical, °: one for each week."""
 RATE, HOLD_S, RAMP_S, LOAD_N = 20.0, 1.6, 0.4, 300.0
 BEGIN = datetime(2026, 11, 2, 8, 0, tzinfo=UTC)
 EVERY = timedelta(minutes=3)
 """From one run to the next: two hundred in a day's shift of ten hours."""
 
 
-def write_head(folder: Path) -> None:
+def write_head(folder: Path, manifest: str = MANIFEST) -> None:
     """Write manifest, robot and model."""
     (folder / "raw").mkdir(parents=True)
-    (folder / "campaign.toml").write_text(MANIFEST, encoding="utf-8")
+    (folder / "campaign.toml").write_text(manifest, encoding="utf-8")
     (folder / "robot.toml").write_text(robot_text(), encoding="utf-8")
     (folder / "model.toml").write_text(MODEL, encoding="utf-8")
 
 
-def write_runs(folder: Path, first: int, stop: int, rows_per_second: float = RATE) -> None:
+def write_runs(folder: Path, first: int, stop: int, rows_per_second: float = RATE, moved: bool = False) -> None:
     """Write the logs of runs `first` to `stop`, from 1; the same number gives the same logs.
 
     Each run is one pose: no load, a load along one direction, one along another. The clock of the tracker is the day's.
+    With ``moved`` they are spread over three weeks, after each of which the tracker stands elsewhere (`STOOD`).
     """
     campaign = load_campaign(folder, check_files=False)
     chain = campaign.chain
@@ -68,7 +86,14 @@ def write_runs(folder: Path, first: int, stop: int, rows_per_second: float = RAT
         angles = chain.model_angles(np.repeat(np.radians([pose]), len(loads), axis=0))
         place = solve_balance(robot, angles, wrench, setup).target_position[:, 0]
         force = share @ loads + generator.normal(scale=0.3, size=(time.size, 3))
-        position = 1e3 * (share @ place + NOISE_M * generator.normal(size=(time.size, 3)))
+        position = share @ place + NOISE_M * generator.normal(size=(time.size, 3))
+        tracker, begin = "tracker", BEGIN + number * EVERY
+        if moved:
+            week = (number - first) * len(STOOD) // (stop - first)
+            origin, turn = STOOD[week]
+            tracker, begin = f"tracker{week + 1}", begin + timedelta(weeks=week)
+            position = (position - origin) @ rotation_from_vector(np.array([0.0, 0.0, np.radians(turn)]))
+        position *= 1e3
         _write(
             folder / f"raw/run{number}_log.csv",
             "t,A1,A2,A3,A4,A5,A6,Fx,Fy,Fz",
@@ -76,11 +101,10 @@ def write_runs(folder: Path, first: int, stop: int, rows_per_second: float = RAT
             np.tile(pose, (time.size, 1)),
             force,
         )
-        begin = BEGIN + number * EVERY
         stamps = [(begin + timedelta(seconds=float(second))).isoformat(timespec="milliseconds") for second in time]
         rows = (f"{stamp},{x:.4f},{y:.4f},{z:.4f}" for stamp, (x, y, z) in zip(stamps, position, strict=True))
         text = "\n".join(("time,X,Y,Z", *rows)) + "\n"
-        (folder / f"raw/run{number}_tracker.csv").write_text(text, encoding="utf-8")
+        (folder / f"raw/run{number}_{tracker}.csv").write_text(text, encoding="utf-8")
 
 
 def _course(n_loads: int, rate: float) -> tuple[Floats, Floats]:

@@ -313,6 +313,7 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
         "utf-8",
         WRENCH,
     ),
+    "the unit of time among the axes": (lambda: below("Zeit,Kraft [N],,", "s,x,y,z"), "log.csv", "utf-8", WRENCH),
     "a colon before milliseconds": (
         lambda: force_of(lambda t: f"2026-11-20 10:15:00:{round(1e3 * t):03d}"),
         "log.csv",
