@@ -127,19 +127,18 @@ def lay_out(content: ReportContent, is_short: bool = False) -> list[ReportSectio
     content : as of `build_report`. is_short : those for a customer alone, and no reasons.
     """
     sections: list[ReportSection] = []
-    titles_of_reason: dict[str, list[str]] = {}
+    reasons: list[str] = []
     for module in all_sections():
         if is_short and not getattr(module, "IN_SHORT", False):
             continue
         laid_out = module.section(content)
         for made in laid_out if isinstance(laid_out, tuple) else (laid_out,):
             if isinstance(made, LeftOut):
-                titles_of_reason.setdefault(made.reason, []).append(made.title)
+                reasons.append(f"{made.title}: {made.reason}.")
             elif made is not None:
                 sections.append(made)
-    if titles_of_reason and not is_short:
-        reasons = tuple(f"{'; '.join(titles)}: {reason}." for reason, titles in titles_of_reason.items())
-        sections.append(ReportSection(_LEFT_OUT_TITLE, (Items(reasons),)))
+    if reasons and not is_short:
+        sections.append(ReportSection(_LEFT_OUT_TITLE, (Items(tuple(reasons)),)))
     return sections
 
 

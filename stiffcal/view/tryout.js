@@ -235,7 +235,8 @@
   new ResizeObserver(fit).observe(bar);
 
   function fillHint() {
-    Object.assign(hint, { className: S.isLive() ? "room" : "", title: "" }).replaceChildren();
+    const { is_forecast, remark } = S.modelById.get(S.state.model) ?? {};
+    Object.assign(hint, { className: S.isLive() ? "room" : "", title: S.visible(S.waitsFor) }).replaceChildren();
     if (S.fault) hint.append(S.make("span", { className: "warning" }, S.fault));
     else if (S.modelChanged) {
       hint.append(
@@ -245,15 +246,11 @@
         S.button({ onclick: () => S.writeModel(true) }, "write the ticks into it"),
       );
     } else if (S.waitsFor) {
-      const words = S.visible(S.hollow ? `forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}` : S.waitsFor);
-      Object.assign(hint, { className: "doing", title: words }).append(words);
-    } else if (S.modelById.get(S.state.model)?.is_forecast)
+      hint.className = "doing";
+      hint.append(S.visible(S.hollow ? `forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}` : S.waitsFor));
+    } else if (is_forecast)
       hint.append("estimated from the refits with each, of the drawn states: stiffcal view --live fits it");
-    else {
-      const remark = S.modelById.get(S.state.model)?.remark ?? "";
-      hint.append(S.visible(remark));
-      if (remark) hint.className = "remark";
-    }
+    else if (remark) Object.assign(hint, { className: "remark" }).append(S.visible(remark));
   }
 
   /** Show the bar as things are. */

@@ -18,6 +18,7 @@ from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.measurements.rms import Rms
 from stiffcal.report.content import ResidualCovariate
 from stiffcal.report.figures import canvas
+from stiffcal.report.figures.calibration import draw_calibration
 from stiffcal.report.figures.evidence import draw_errors_by_run, draw_evidence
 from stiffcal.report.figures.ladder import draw_ladder
 from stiffcal.report.figures.load_deformation import (
@@ -218,3 +219,11 @@ def test_ticks_of_a_picture_are_not_made_one_by_one(tmp_path: Path) -> None:
     figure = FIGURES["measured_against_predicted"]()
     canvas.save_figure(figure, tmp_path / "light.svg", text_as_shapes=False)
     assert all(len(axis.majorTicks) == 1 for axes in figure.axes for axis in (axes.xaxis, axes.yaxis))
+
+
+def test_distances_before_and_after_have_one_scale_of_colours() -> None:
+    place, distance = np.random.default_rng(3).uniform(0.5, 1.0, (40, 3)), np.linspace(1e-3, 4e-3, 40)
+    before, after = draw_calibration(place, distance, 0.01 * distance).axes[:2]
+    (first,), (second,) = before.collections, after.collections
+    assert first.norm is second.norm
+    assert first.norm.vmax > 50.0 * first.norm.vmin

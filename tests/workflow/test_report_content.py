@@ -33,9 +33,8 @@ def test_a_campaign_without_a_diagnosis_lays_out(name: str, tmp_path: Path) -> N
     assert titles[2:4] == ["The campaign", "Stiffness"]
     (left_out,) = [block for block in lay_out(content)[-1].blocks if isinstance(block, Items)]
     # the pages of a diagnosis that was not made, and nothing of what nobody asked for
-    (of_diagnosis,) = left_out.texts
-    assert "stiffcal diagnose" in of_diagnosis
-    assert of_diagnosis.count(";") == 3
+    assert len(left_out.texts) == 4
+    assert all("stiffcal diagnose" in text for text in left_out.texts)
     assert content.identify is not None
     assert len(content.identify.parameters) == len(content.joint_names)
     assert content.states is not None

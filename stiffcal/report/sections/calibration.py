@@ -52,7 +52,7 @@ def _over_the_workspace(content: ReportContent) -> Iterator[Block]:
     if not known.any():
         return
     place = np.array([target for target, drawn in zip(places, known, strict=True) if drawn])
-    caption = "Distance between predicted and measured positions, before and after, on separate scales."
+    caption = "Distance between predicted and measured positions, before and after, in the same colours."
     yield PictureBlock(partial(draw_calibration, place, before[known], after[known]), caption)
 
 
