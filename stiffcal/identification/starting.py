@@ -16,9 +16,9 @@ START_STATES, START_RUNS = 5000, 40
 START_SWEPT = 1500
 
 
-def starting_runs(run: NDArray[np.int64], states: int = START_STATES) -> Booleans | None:
+def starting_runs(run: NDArray[np.int64], states: int | None = None) -> Booleans | None:
     """Return (n,) True for the states of every k-th run, so that there are some ``states``; None where few."""
-    runs = np.unique(run)
+    runs, states = np.unique(run), states or START_STATES
     n_runs = max(START_RUNS, len(runs) * states // max(len(run), 1))
     stride = len(runs) // n_runs
     return None if stride < 2 or len(run) < 2 * states else np.isin(run, runs[::stride])
