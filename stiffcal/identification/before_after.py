@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
-from stiffcal.documents import Number, OrAbsent
+from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
 from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
 from stiffcal.model.summary import Where
 
@@ -28,6 +29,8 @@ class EstimatedParameter:
     """Both ends of the 95 % interval, null where one is open; null where there is none."""
     at_bound: bool = False
     """Whether the value is at the limit of its range."""
+    rests_on: Annotated[OrAbsent[list[str]], NOT_PROMISED] = None
+    """As of `IdentifiedParameter`."""
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what the data count it by; None of others."""
 
@@ -97,6 +100,7 @@ def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[Esti
             value=parameter.known_stiffness if parameter.is_compliance else parameter.value,
             interval=parameter.stiffness_interval if parameter.is_compliance else parameter.interval,
             at_bound=parameter.at_bound,
+            rests_on=parameter.rests_on,
             drift_follows=parameter.drift_follows,
         )
         for parameter in parameters
