@@ -23,7 +23,7 @@ def test_every_number_is_in_the_table_with_its_present_value() -> None:
 
 
 def test_a_number_is_varied_wherever_it_was_imported_to() -> None:
-    (number,) = (one for one in numbers() if one.name == "MEETS_M")
+    (number,) = (one for one in numbers() if one.place == "mistakes/references/match.MEETS_M")
     places = (vars(match), vars(data_quality))
     with varied(number, 1.2):
         assert [place["MEETS_M"] for place in places] == [1.2 * number.value] * 2
