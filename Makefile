@@ -10,7 +10,7 @@ WORKERS ?= 2
 # byte-code is kept: without it each process would compile all that it imports, the tests half a minute in each worker
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo dist docs schemas linkcheck readme-picture test test-all test-docs test-long test-browser test-kernels bench coverage practice rates calibration campaigns batch-many faults fuzz fingerprint lint lock example clean
+.PHONY: demo dist docs schemas linkcheck limits readme-picture test test-all test-docs test-long test-browser test-kernels bench coverage practice rates calibration campaigns batch-many faults fuzz fingerprint lint lock example clean
 demo: $(VENV)/run.stamp
 	$(BIN)/python -P -m stiffcal demo
 	@echo "the report: demo/report.pdf"
@@ -80,6 +80,11 @@ rates: $(VENV)/test.stamp
 JUDGE ?= evidence
 calibration: $(VENV)/test.stamp
 	$(BIN)/python -m tests.calibration $(JUDGE) --seed $(SEED) $(if $(filter-out 0,$(COUNT)),--count $(COUNT)) --workers $(WORKERS)
+
+# how answers of the bundled logs move when the numbers that decide in their reduction are varied by a fifth; writes
+# docs/reference/limits.md, takes minutes
+limits: $(VENV)/test.stamp
+	$(BIN)/python -m tests.limits --workers $(WORKERS)
 
 # what CI holds campaigns/ to: all of them in one batch; build/ci keeps the stores, so that the next call is quick
 campaigns: $(VENV)/run.stamp

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
-    from stiffcal.reduction.clocks import SourceClockOffset
+    from stiffcal.reduction.clocks.offsets import SourceClockOffset
 
 
 def clock_rates(runs: Iterable[Mapping[str, SourceClockOffset]]) -> list[str]:
@@ -17,7 +17,7 @@ def clock_rates(runs: Iterable[Mapping[str, SourceClockOffset]]) -> list[str]:
 
     Examples
     --------
-    >>> from stiffcal.reduction.clocks import SourceClockOffset
+    >>> from stiffcal.reduction.clocks.offsets import SourceClockOffset
     >>> clock_rates([{"tracker": SourceClockOffset(0.2, 1e-3, "", 3e-5, 1e-5, "ft")}])
     ['the clock of tracker gains +30 ± 20 ppm on that of ft']
     """

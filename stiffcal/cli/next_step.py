@@ -80,7 +80,7 @@ def after_check(folder: Path, result: CheckResult, store: str | None) -> NextLin
 
 def lacks_load(result: CheckResult) -> bool:
     """Return whether nothing is missing but loads that identify some joints."""
-    from stiffcal.reduction.excitation import NOT_KNOWN
+    from stiffcal.reduction.loads.excitation import NOT_KNOWN
 
     spreads = [joint.expected_relative_std for joint in result.joints or []]
     lacking = [spread for spread in spreads if spread is None or spread > NOT_KNOWN]

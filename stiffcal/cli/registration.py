@@ -10,7 +10,7 @@ from stiffcal.results.registration_words import convention_in_words
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.reduction.registered_frames import RegistrationSummary
+    from stiffcal.reduction.registration.frames import RegistrationSummary
 
 
 def show_registration(console: Console, registration: RegistrationSummary | None) -> None:

@@ -41,7 +41,7 @@ from stiffcal.limits import TABLE
 from stiffcal.log_columns import WantedColumns
 from stiffcal.propose.other_tables import TEXT, reader_of
 from stiffcal.readers import Header, Reader
-from stiffcal.reduction.reading_bounds import first_impossible
+from stiffcal.reduction.logs.reading_bounds import first_impossible
 from stiffcal.table_layout.layout import NAMELESS
 from stiffcal.table_layout.text import FIRST_BYTES, encoding_of
 from stiffcal.wording import listing, unused_columns

@@ -15,7 +15,7 @@ from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
-from stiffcal.reduction.registered_frames import RegistrationSummary
+from stiffcal.reduction.registration.frames import RegistrationSummary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

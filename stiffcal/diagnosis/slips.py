@@ -22,7 +22,7 @@ from stiffcal.identification.projection import Projection
 from stiffcal.identification.readings import Observations
 from stiffcal.identification.row_layout import GAUGE, TRANSLATION
 from stiffcal.model.effect import Effect, ParameterRole
-from stiffcal.reduction.load_cycles import UNLOADED_SHARE
+from stiffcal.reduction.loads.cycles import UNLOADED_SHARE
 
 # A step's columns that keep less than this share of their squares next to the run's offset are the offset.
 LEAST_SHARE = 1e-9

@@ -21,7 +21,7 @@ from stiffcal.estimation.triangular import triangular_of_rows
 from stiffcal.identification.observation import Observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.varying import varies
-from stiffcal.reduction.load_cycles import LOADING, UNLOADING, find_load_cycles
+from stiffcal.reduction.loads.cycles import LOADING, UNLOADING, find_load_cycles
 
 # Below this share nothing is reported as followed.
 LEAST_SHARE = 0.1

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
-from stiffcal.documents import Number, OrAbsent
+from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
 from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
 from stiffcal.model.summary import Where
 
@@ -28,8 +29,8 @@ class EstimatedParameter:
     """Both ends of the 95 % interval, null where one is open; null where there is none."""
     at_bound: bool = False
     """Whether the value is at the limit of its range."""
-    rests_on: OrAbsent[list[str]] = None
-    """Names of parameters at a limit of their range that decide its value; None where there is none."""
+    rests_on: Annotated[OrAbsent[list[str]], NOT_PROMISED] = None
+    """As of `IdentifiedParameter`."""
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what the data count it by; None of others."""
 

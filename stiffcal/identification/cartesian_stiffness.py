@@ -18,7 +18,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.reduction.load_cycles import run_members
+from stiffcal.reduction.loads.cycles import run_members
 
 # Full: even in its weakest direction the displacement follows the wrench by more than noise would let it seem so once
 # in a thousand poses.

@@ -47,7 +47,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
 from stiffcal.model.measured_frames import FramePosition
-from stiffcal.reduction.load_cycles import find_load_cycles, repeat_groups
+from stiffcal.reduction.loads.cycles import find_load_cycles, repeat_groups
 from stiffcal.uncertainty import NORMAL_95
 
 __all__ = [

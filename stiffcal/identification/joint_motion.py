@@ -19,7 +19,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.reduction.load_cycles import run_members
+from stiffcal.reduction.loads.cycles import run_members
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, turn_between
 from stiffcal.mechanics.like_poses import joint_phases
 from stiffcal.model.effect import StateOrder
-from stiffcal.reduction.load_cycles import run_members
-from stiffcal.reduction.outliers import load_is_good
+from stiffcal.reduction.loads.cycles import run_members
+from stiffcal.reduction.set_aside.outliers import load_is_good
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, evenly
 from stiffcal.identification.readings import Observations
-from stiffcal.reduction.load_cycles import run_members
+from stiffcal.reduction.loads.cycles import run_members
 
 # From there the whole needs two steps, and five thousand states give the
 # noise to a per cent.

@@ -13,7 +13,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
+from stiffcal.reduction.loads.cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
 
 BRANCH, LOAD, TORQUE = "branch", "load_N", "tau_{}_Nm"
 

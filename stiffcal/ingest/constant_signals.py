@@ -14,8 +14,8 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
-from stiffcal.reduction.log_summary import LogSummary
-from stiffcal.reduction.reading_bounds import LARGEST_DEFLECTION_M
+from stiffcal.reduction.logs.reading_bounds import LARGEST_DEFLECTION_M
+from stiffcal.reduction.logs.summary import LogSummary
 
 # Readings below which equal ones say nothing: of one or two load steps a coarse gauge may read the same. Zeros in all
 # channels are no reading from the second row on: a load that gives nothing to identify.

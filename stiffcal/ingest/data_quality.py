@@ -40,10 +40,11 @@ from stiffcal.mistakes.references.match import MEETS_M, match_kinematics
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.reduction.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
-from stiffcal.reduction.displacement_measured import check_displacement_measured
-from stiffcal.reduction.load_cycles import UNLOADED_SHARE
-from stiffcal.reduction.log_summary import LogSummary
-from stiffcal.reduction.logs import (
+from stiffcal.reduction.copies.repeated_rows import repeated_rows
+from stiffcal.reduction.copies.rounded import RoundedCopies
+from stiffcal.reduction.loads.cycles import UNLOADED_SHARE
+from stiffcal.reduction.logs.plausibility import LogQuality
+from stiffcal.reduction.logs.rows import (
     LogRows,
     columns_of_signals,
     files_of_signals,
@@ -51,11 +52,10 @@ from stiffcal.reduction.logs import (
     header_of_file,
     place_of_row,
 )
-from stiffcal.reduction.plausibility import LogQuality
+from stiffcal.reduction.logs.sampled_readings import ReadingSampler
+from stiffcal.reduction.logs.summary import LogSummary
 from stiffcal.reduction.raw_states import RawStates
-from stiffcal.reduction.repeated_rows import repeated_rows
-from stiffcal.reduction.rounded_copies import RoundedCopies
-from stiffcal.reduction.sampled_readings import ReadingSampler
+from stiffcal.reduction.set_aside.displacement_measured import check_displacement_measured
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from stiffcal.ingest.data_quality import ReadLog
-from stiffcal.reduction.blocks import Blocks
-from stiffcal.reduction.clocks import SourceClockOffset
+from stiffcal.reduction.clocks.offsets import SourceClockOffset
+from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.results import UnusedData
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.source import Source
-from stiffcal.reduction.logs import LogRows
+from stiffcal.reduction.logs.rows import LogRows
 
 _SI = {
     "joints": "rad",

@@ -31,20 +31,20 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mistakes.absolute.place_faults import place_faults
 from stiffcal.readers import WantedColumns
-from stiffcal.reduction.blocks import BlockAverager, Blocks
-from stiffcal.reduction.excluded_rows import ExcludedStretches, RowExclusions
-from stiffcal.reduction.holds import Holds, given_holds
-from stiffcal.reduction.known_weights import weight_warnings
-from stiffcal.reduction.logs import LogRows, is_there, read_batches, read_rows
-from stiffcal.reduction.motor_side import MotorSide
-from stiffcal.reduction.outliers import reject_outliers
+from stiffcal.reduction.holds.finding import Holds, given_holds
+from stiffcal.reduction.loads.known_weights import weight_warnings
+from stiffcal.reduction.logs.blocks import BlockAverager, Blocks
+from stiffcal.reduction.logs.excluded_rows import ExcludedStretches, RowExclusions
+from stiffcal.reduction.logs.motor_side import MotorSide
+from stiffcal.reduction.logs.rows import LogRows, is_there, read_batches, read_rows
 from stiffcal.reduction.raw_states import RawStates, no_states, of_run, stacked
 from stiffcal.reduction.recordings import beginning, reduce_run
-from stiffcal.reduction.registered_frames import Registration
-from stiffcal.reduction.registration import in_instrument_axes, register_frames
+from stiffcal.reduction.registration.frames import Registration
+from stiffcal.reduction.registration.registering import in_instrument_axes, register_frames
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
 from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
-from stiffcal.reduction.run_displacements import check_displacements
+from stiffcal.reduction.set_aside.outliers import reject_outliers
+from stiffcal.reduction.set_aside.run_displacements import check_displacements
 from stiffcal.reduction.states import load_states
 from stiffcal.reduction.tabled_states import tabled_states
 from stiffcal.store import TableStream, Writing

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.documents import NOT_PROMISED, CommandResult, OrAbsent, Origin
-from stiffcal.reduction.registered_frames import RegistrationSummary
+from stiffcal.reduction.registration.frames import RegistrationSummary
 from stiffcal.reduction.results import IngestedRun
 
 

@@ -11,7 +11,7 @@ import pyarrow as pa
 from stiffcal.arrays import Floats
 from stiffcal.measurements.columns import Values, table_of, values_of
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
-from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.raw_states import RawStates, stacked
 from stiffcal.store.source_files import SourceFile
 

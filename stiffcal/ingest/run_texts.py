@@ -16,10 +16,10 @@ import numpy as np
 from stiffcal.ingest.data_quality import FileHeader, ReadLog
 from stiffcal.ingest.read_run import ReadRun
 from stiffcal.ingest.run_tables import Widths, widths_of
-from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.log_summary import ChannelRemark, LogSummary
+from stiffcal.reduction.clocks.offsets import SourceClockOffset
+from stiffcal.reduction.logs.sampled_readings import SampledReadings
+from stiffcal.reduction.logs.summary import ChannelRemark, LogSummary
 from stiffcal.reduction.results import UnusedData
-from stiffcal.reduction.sampled_readings import SampledReadings
 
 Described = Callable[[str], tuple[bool, Mapping[str, tuple[str, ...]], Mapping[str, str]]]
 """From a source to what the summaries of its logs share, `DataQuality.described`."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stiffcal.reduction.log_summary import LogSummary
+from stiffcal.reduction.logs.summary import LogSummary
 
 SURE = 5.0
 """Standard deviations by which a log is shorter: not by chance among a thousand logs."""

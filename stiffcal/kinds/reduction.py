@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
-from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.results import IngestedRun
 from stiffcal.store.provenance import IngestSettings

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.reduction.copies_by_chance import MOST_PROBABLE, probability_of_as_many
-from stiffcal.reduction.log_summary import LogSummary
-from stiffcal.reduction.rounded_copies import Layout, last_digits, printed_digits
-from stiffcal.reduction.sampled_readings import SampledReadings
+from stiffcal.reduction.copies.by_chance import MOST_PROBABLE, probability_of_as_many
+from stiffcal.reduction.copies.rounded import Layout, last_digits, printed_digits
+from stiffcal.reduction.logs.sampled_readings import SampledReadings
+from stiffcal.reduction.logs.summary import LogSummary
 
 _Key = tuple[str, str, str]
 """Source, file and run."""

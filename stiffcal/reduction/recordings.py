@@ -16,13 +16,13 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.reduction.blocks import Blocks
-from stiffcal.reduction.clock_course import clock_courses
-from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, align_clocks, moves
-from stiffcal.reduction.holds import Holds, find_holds
+from stiffcal.reduction.clocks.course import clock_courses
+from stiffcal.reduction.clocks.offsets import SharedSignal, SourceClockOffset, align_clocks, moves
+from stiffcal.reduction.holds.finding import Holds, find_holds
+from stiffcal.reduction.holds.swept import find_sweeps, is_swept
+from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch
+from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.raw_states import RawStates
-from stiffcal.reduction.swept_loads import find_sweeps, is_swept
-from stiffcal.reduction.unused import UnusedCode, UnusedStretch
 
 # Signals by which two logs' clocks are compared, the load first.
 _SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joints")

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, OrAbsent
-from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.unused import UnusedStretch, by_cause, cause_text
+from stiffcal.reduction.clocks.offsets import SourceClockOffset
+from stiffcal.reduction.holds.unused import UnusedStretch, by_cause, cause_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,8 +22,8 @@ from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.quaternions import rotation_from_quaternion
 from stiffcal.reduction.approach import approach_of_drives
-from stiffcal.reduction.load_cycles import UNLOADED_SHARE
-from stiffcal.reduction.markers import fitted_poses
+from stiffcal.reduction.loads.cycles import UNLOADED_SHARE
+from stiffcal.reduction.logs.markers import fitted_poses
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.references import reference_states
 from stiffcal.reduction.row_sigma import stated_row_by_row, with_own_sigma, with_typical_sigma

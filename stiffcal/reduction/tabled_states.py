@@ -17,9 +17,9 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.excluded_rows import RowExclusions
-from stiffcal.reduction.logs import LogRows, place_of_row, read_rows
-from stiffcal.reduction.motor_side import MotorSide
+from stiffcal.reduction.logs.excluded_rows import RowExclusions
+from stiffcal.reduction.logs.motor_side import MotorSide
+from stiffcal.reduction.logs.rows import LogRows, place_of_row, read_rows
 from stiffcal.reduction.raw_states import RawStates, concatenated, joined_side_by_side, pick
 
 

@@ -27,7 +27,7 @@ from stiffcal.identification.measured_links import link_results
 from stiffcal.identification.measured_robots import unusual_stiffness_warnings
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.rms import Rms
-from stiffcal.reduction.repeated_rows import repeated_rows
+from stiffcal.reduction.copies.repeated_rows import repeated_rows
 from stiffcal.results.identify_result import IdentifyResult
 
 

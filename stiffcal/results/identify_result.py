@@ -24,7 +24,7 @@ from stiffcal.identification.noise import NoiseSource
 from stiffcal.kinds import section_types
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
-from stiffcal.reduction.registered_frames import RegistrationSummary
+from stiffcal.reduction.registration.frames import RegistrationSummary
 
 Loss: TypeAlias = Literal["linear", "huber"]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from stiffcal.wording import listing
 
 if TYPE_CHECKING:
-    from stiffcal.reduction.registered_frames import RegisteredFrame
+    from stiffcal.reduction.registration.frames import RegisteredFrame
 
 
 def convention_in_words(name: str, frame: RegisteredFrame) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles
+from stiffcal.reduction.loads.cycles import BRANCH_NAMES, find_load_cycles
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.validation.results import WorstState
 from stiffcal.validation.validate import Validation

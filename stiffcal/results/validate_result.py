@@ -11,7 +11,7 @@ from stiffcal.kinds import section_types
 from stiffcal.kinds.results import HeldoutSection
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
-from stiffcal.reduction.registered_frames import RegistrationSummary
+from stiffcal.reduction.registration.frames import RegistrationSummary
 from stiffcal.validation.distances import Distances, LadderStep
 from stiffcal.validation.elasticity import Elasticity
 from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict, WorstState

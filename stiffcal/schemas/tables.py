@@ -38,7 +38,7 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place, StateOrder
 from stiffcal.model.summary import Where
-from stiffcal.reduction.logs import LogRows
+from stiffcal.reduction.logs.rows import LogRows
 from stiffcal.schemas.table_columns import (
     EVIDENCE,
     HELDOUT,

@@ -19,7 +19,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, load_unit, load_vector
+from stiffcal.reduction.loads.cycles import BRANCH_NAMES, find_load_cycles, load_unit, load_vector
 from stiffcal.validation.heldout import HeldoutResiduals, heldout_residuals
 from stiffcal.validation.results import ErrorSlice, SliceBy
 

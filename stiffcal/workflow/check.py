@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from stiffcal.ingest.non_load_runs import NonLoadRuns
     from stiffcal.ingest.read_run import ReadRun
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.reduction.log_summary import LogSummary
+    from stiffcal.reduction.logs.summary import LogSummary
     from stiffcal.store import Store
 
 
@@ -87,8 +87,8 @@ def check_loaded(
     from stiffcal.ingest.non_load_runs import NonLoadRuns
     from stiffcal.ingest.reducing import ReadingOptions, collect_raw_states, placed_states
     from stiffcal.ingest.run_readings import earlier_readings
-    from stiffcal.reduction.known_weights import weight_warnings
-    from stiffcal.reduction.outliers import reject_outliers
+    from stiffcal.reduction.loads.known_weights import weight_warnings
+    from stiffcal.reduction.set_aside.outliers import reject_outliers
     from stiffcal.store import Store
     from stiffcal.workflow.suspects import suspects_in
 
@@ -394,7 +394,7 @@ def _kinematics(campaign: Campaign, states: LoadStates) -> CheckedKinematics:
 def _joints(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint], list[str]]:
     """Return the torques of the loads on each joint, and what is missing to identify it."""
     from stiffcal.campaign.signals import DeadWeight, Wrench
-    from stiffcal.reduction.excitation import joint_excitation
+    from stiffcal.reduction.loads.excitation import joint_excitation
 
     if states.clamped.all():
         # what their kind states of each run replaces it: nothing but the driven joint is measured

@@ -10,8 +10,8 @@ from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, Key
 from stiffcal.identification.observability import ObservabilityIndices
 from stiffcal.ingest.proposals import ProposedSource
 from stiffcal.planning.rod_views import CheckedRods
-from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.registered_frames import RegistrationSummary
+from stiffcal.reduction.clocks.offsets import SourceClockOffset
+from stiffcal.reduction.registration.frames import RegistrationSummary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

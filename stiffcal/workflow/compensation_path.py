@@ -33,7 +33,7 @@ from stiffcal.compensation.table_columns import (
 from stiffcal.compensation.table_doubts import angle_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
-from stiffcal.reduction.reading_bounds import LARGEST_ANGLE_RAD, LONGEST_TRAVEL_M
+from stiffcal.reduction.logs.reading_bounds import LARGEST_ANGLE_RAD, LONGEST_TRAVEL_M
 from stiffcal.wording import unused_columns
 
 if TYPE_CHECKING:

@@ -157,9 +157,8 @@ def _with_suspects(
     ]
     diagnosis = replace(diagnosis, suspects=suspects, suspects_not_checked=misplaced.not_checked)
     left_out = [_place_of(suspect, data.states) for suspect in suspects if suspect.between is None]
-    moved = None if misplaced.moved is None else misplaced.moved[1]
-    if moved is not None and not moved.or_drift:
-        left_out.append(f"{int(moved.leave_out.sum())} rows before or after a move of the base")
+    if misplaced.shorter_side is not None:
+        left_out.append(f"{int(misplaced.shorter_side.sum())} rows before or after a move of the base")
     if not left_out:
         return diagnosis
     everything = diagnose_now(data, loss, replace(context, progress=no_progress), doubt=False)

@@ -157,7 +157,7 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
     """
     from stiffcal.identification.identify import Settings, identify_parameters
     from stiffcal.model.assembly import fixed_parameters
-    from stiffcal.reduction.displacement_measured import check_displacement_measured
+    from stiffcal.reduction.set_aside.displacement_measured import check_displacement_measured
     from stiffcal.workflow.experiments import robot_to_fit
 
     campaign = data.campaign

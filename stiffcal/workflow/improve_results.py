@@ -11,7 +11,7 @@ from stiffcal.documents import NOT_PROMISED, CommandResult, OrAbsent
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary, Where
-from stiffcal.reduction.registered_frames import RegistrationSummary
+from stiffcal.reduction.registration.frames import RegistrationSummary
 
 Action: TypeAlias = Literal["start", "add", "remove", "would add", "would remove"]
 

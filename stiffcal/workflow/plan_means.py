@@ -11,7 +11,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.reduction.reading_bounds import LARGEST_FORCE_N
+from stiffcal.reduction.logs.reading_bounds import LARGEST_FORCE_N
 from stiffcal.workflow.plan_tracker import tracker_of
 
 if TYPE_CHECKING:

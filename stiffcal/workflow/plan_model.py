@@ -19,7 +19,7 @@ from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import HELD
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.reduction.reading_bounds import LARGEST_FORCE_N
+from stiffcal.reduction.logs.reading_bounds import LARGEST_FORCE_N
 from stiffcal.workflow.plan_measured import measured_so_far
 from stiffcal.workflow.steps import RunContext, free_names
 

@@ -36,7 +36,7 @@ from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.summary import EffectAt
-from stiffcal.reduction.load_cycles import LoadCycles, find_load_cycles
+from stiffcal.reduction.loads.cycles import LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import ReportContent, ReportRun, ReportStates, ResidualCovariate, SetAsideRows
 from stiffcal.report.provenance_content import ReportInstrument, ReportProvenance, ReportSource

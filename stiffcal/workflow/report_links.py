@@ -17,7 +17,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.beam import axis_displacement
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.reduction.load_cycles import UNLOADING, find_load_cycles
+from stiffcal.reduction.loads.cycles import UNLOADING, find_load_cycles
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.validation.validate import load_in_base

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.composite import CompliantRobot
-    from stiffcal.reduction.registered_frames import RegistrationSummary
+    from stiffcal.reduction.registration.frames import RegistrationSummary
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.store import Store

@@ -109,7 +109,7 @@ def evidence_columns(states: LoadStates, evidence_by_name: Mapping[str, EffectEv
     states : all load states of the campaign.
     evidence_by_name : evidence by name of the effect, in the order of the entries.
     """
-    from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADING, find_load_cycles
+    from stiffcal.reduction.loads.cycles import LOADING, PEAK, UNLOADING, find_load_cycles
 
     branch = find_load_cycles(states).branch
     words = np.full(len(branch), "", dtype="<U9")

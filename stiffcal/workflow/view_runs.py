@@ -10,7 +10,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.manifest import Run
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.mechanics.kinematics import body_poses
-from stiffcal.reduction.logs import place_of_row, raw_rows_of
+from stiffcal.reduction.logs.rows import place_of_row, raw_rows_of
 from stiffcal.store import values_of
 from stiffcal.view.content import ViewRun
 from stiffcal.workflow.steps import Ingested

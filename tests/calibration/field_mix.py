@@ -18,7 +18,7 @@ from stiffcal.identification.observation import observe
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.equilibrium import NoBalanceError
-from stiffcal.reduction.outliers import reject_outliers
+from stiffcal.reduction.set_aside.outliers import reject_outliers
 from tests.laboratory.random_robots import DrawnRobot, draw_robot
 from tests.rates.faults import FAULTS, draw_faulty
 from tests.rates.hiding import OF_TOTAL_TORQUE, draw_inside, draw_outside, with_effects

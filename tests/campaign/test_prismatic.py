@@ -14,7 +14,7 @@ from stiffcal.campaign.robot_checks import robot_faults
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.errors import InputError
 from stiffcal.propose.from_table import propose_campaign
-from stiffcal.reduction.reading_bounds import first_impossible
+from stiffcal.reduction.logs.reading_bounds import first_impossible
 
 ROWS: list[dict[str, Any]] = [
     {"name": "X1", "alpha_deg": 90.0, "theta_deg": 90.0, "type": "prismatic", "limits_m": [-1.0, 2.0]},

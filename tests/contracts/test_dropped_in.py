@@ -252,6 +252,7 @@ def test_a_new_mistake_is_named_in_a_run() -> None:
     (suspect,) = find_suspects(
         replace(sound.states, wrench=sound.states.wrench * factor[:, None]), sound.model
     ).suspects
+    assert suspect.variant is not None
     assert (suspect.run, suspect.variant.likely) == (4, "two plates, of which one was entered: multiply by 2")
 
 
@@ -272,7 +273,7 @@ def test_a_new_mistake_of_states_is_weighed_next_to_effects() -> None:
         absolute=np.zeros(4, dtype=np.bool_), wrench=pulled, response=np.repeat(np.eye(6)[:3, :, None], 4, axis=2),
         swept=frozenset(), has_constants=False, step=None, n_runs=2,
     )  # fmt: skip
-    ground = SimpleNamespace(space=SimpleNamespace(data=left), left=left)
+    ground: Any = SimpleNamespace(space=SimpleNamespace(data=left), left=left)
     found = [change for mistake, change in state_changes(ground) if mistake.name == "backward-pull"]
     assert [change.runs for change in found] == [(0,), (1,)]
     np.testing.assert_array_equal(found[1].rows.reshape(3, 4), -2.0 * pulled[:3] * [0, 0, 1, 1])

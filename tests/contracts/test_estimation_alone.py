@@ -27,7 +27,7 @@ SOLVERS = {
     "mistakes/displacements/springs.py",  # springs that cannot be negative, of loads and deflections as read
     "mistakes/displacements/turned_sensor.py",  # turns of a force sensor, against springs
     "propose/unnamed_states.py",  # the load at rest
-    "reduction/excitation.py",  # loads that a person chose
+    "reduction/loads/excitation.py",  # loads that a person chose
 }
 
 # Leaves folds out in other ways than `estimation.leave_out`, until they are replaced.

@@ -12,7 +12,7 @@ from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.judgement.rows_off import Off
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.reduction.outliers import reject_outliers
+from stiffcal.reduction.set_aside.outliers import reject_outliers
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import cycles_of, joint_springs, medium_robot, played
 

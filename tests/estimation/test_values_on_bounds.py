@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +15,7 @@ from rich.console import Console
 from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.refit_values import _at_bound, _interval
 from stiffcal.estimation.parameters import Parameter, reported_parameters
+from stiffcal.identification.before_after import estimated_parameters
 from stiffcal.identification.document import identified_parameter, resting_on_limits
 from stiffcal.kinds.friction.documents import _identified
 from stiffcal.kinds.friction.page import _value_cell
@@ -23,6 +25,7 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.python.frames import parameters_frame
 from stiffcal.report.estimates import parameter_text
+from stiffcal.workflow.view_models import _value
 from tests.laboratory.effect_bench import robot_chain
 
 BACKLASH = built_in_effects()["backlash"]
@@ -72,6 +75,11 @@ def test_what_rests_on_a_value_at_its_limit_says_so(
     )
     assert resting_on_limits(fit).get("joint-compliance.j1.c") == resting
     assert WIDTH not in resting_on_limits(fit)
+
+
+def test_the_page_says_that_a_value_rests_on_a_limit() -> None:
+    (one,) = estimated_parameters([replace(identified_parameter(found(0.5 * UPPER)), rests_on=["a.b.c"])])
+    assert _value(one).rests_on == "a.b.c"
 
 
 def test_what_is_absent_has_an_upper_limit() -> None:

@@ -12,7 +12,7 @@ from stiffcal.kinds.friction.runs import FrictionRun, reduce_friction
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.reduction.blocks import blocks_of
+from stiffcal.reduction.logs.blocks import blocks_of
 from tests.laboratory.joint_strokes import LAW, stroke
 from tests.laboratory.mujoco_drives import Drives, driven
 from tests.laboratory.robots import six_axes

@@ -14,8 +14,8 @@ from stiffcal.errors import Fault, InputError, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.constant_signals import constant_signals
 from stiffcal.ingest.reducing import reduce_campaign
-from stiffcal.reduction.log_summary import LogSummary
-from stiffcal.reduction.plausibility import LogQuality
+from stiffcal.reduction.logs.plausibility import LogQuality
+from stiffcal.reduction.logs.summary import LogSummary
 from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.displacement_table import DISPLACEMENTS, FORCES, JOINTS, Columns, write_displacement_campaign
 

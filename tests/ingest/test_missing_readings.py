@@ -12,8 +12,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
-from stiffcal.reduction.coarse_clock import coarse_clock
-from stiffcal.reduction.plausibility import LogQuality
+from stiffcal.reduction.logs.coarse_clock import coarse_clock
+from stiffcal.reduction.logs.plausibility import LogQuality
 from stiffcal.reduction.states import _anything_measured
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.small_campaign import write_small_campaign

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stiffcal.ingest.short_logs import short_logs
-from stiffcal.reduction.log_summary import LogSummary
+from stiffcal.reduction.logs.summary import LogSummary
 
 
 def summary(file: str, length: float) -> LogSummary:

@@ -13,9 +13,9 @@ from stiffcal.kinds.friction.clocks import torque_clock
 from stiffcal.kinds.friction.free_motion import free_motion
 from stiffcal.kinds.friction.runs import FrictionRun, friction_run, moved_joints, reduce_friction
 from stiffcal.measurements.load_states import RunInfo
-from stiffcal.reduction.blocks import BlockAverager, Blocks, blocks_of
-from stiffcal.reduction.excluded_rows import ExcludedStretches
-from stiffcal.reduction.unused import UnusedCode
+from stiffcal.reduction.holds.unused import UnusedCode
+from stiffcal.reduction.logs.blocks import BlockAverager, Blocks, blocks_of
+from stiffcal.reduction.logs.excluded_rows import ExcludedStretches
 from tests.laboratory.friction_law import friction_torque
 from tests.laboratory.joint_strokes import friction_runs, robot
 

@@ -17,7 +17,7 @@ from stiffcal.kinds.friction.steady import (
     turning_points,
 )
 from stiffcal.measurements.set_aside import IN_USE
-from stiffcal.reduction.unused import UnusedCode, cause_text
+from stiffcal.reduction.holds.unused import UnusedCode, cause_text
 from tests.laboratory.joint_strokes import INTERVAL, to_and_fro
 
 

@@ -17,9 +17,9 @@ from stiffcal.errors import InputError
 from stiffcal.kinds.clamped import sweeps as sweeps_module
 from stiffcal.kinds.clamped.sweeps import cut_sweeps, lag_of, moved_joint
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.lag_minima import LagMinimum, are_distinguished, lag_minima
-from stiffcal.reduction.logs import LogRows
-from stiffcal.reduction.motor_side import MotorSide
+from stiffcal.reduction.clocks.lag_minima import LagMinimum, are_distinguished, lag_minima
+from stiffcal.reduction.logs.motor_side import MotorSide
+from stiffcal.reduction.logs.rows import LogRows
 
 KR125 = Path(__file__).parents[2] / "campaigns" / "kr125" / "robot.toml"
 NAMES = ("A1", "A2", "A3")

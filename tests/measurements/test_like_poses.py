@@ -13,7 +13,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.identify import fit_problem
 from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.like_poses import pose_groups
-from stiffcal.reduction.registration_poses import different_poses
+from stiffcal.reduction.registration.poses import different_poses
 from stiffcal.validation.heldout import search_folds
 from tests.laboratory.simulated_states import medium_robot, played
 

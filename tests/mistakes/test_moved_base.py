@@ -13,6 +13,7 @@ from scipy.special import chdtri
 from scipy.stats import binom
 
 from stiffcal.arrays import Floats
+from stiffcal.diagnosis.suspects.find import Suspicion
 from stiffcal.diagnosis.suspects.moved_rows import _as_measured, left_of_places, moved_rows
 from stiffcal.diagnosis.suspects.words import suspect_of_move
 from stiffcal.effects.joint_compliance import JointCompliance
@@ -125,6 +126,9 @@ def test_a_move_between_two_runs_is_found_whose_clocks_each_start_at_zero() -> N
     # where it may as well have drifted, no row is stated as that of a move
     assert suspect.why.startswith("from row 1 of run b on all positions are displaced")
     assert "or at once" in suspect_of_move(module.MovedBase(), replace(move, or_drift=True), states).why
+    # the shorter side is left out, but for a drift, which an effect explains from both sides
+    assert Suspicion(moved=(module.MovedBase(), move)).keep(states).tolist() == (~move.leave_out).tolist()
+    assert Suspicion(moved=(module.MovedBase(), replace(move, or_drift=True))).keep(states).all()
 
 
 def test_rows_are_in_the_order_of_their_runs_and_of_time_in_each() -> None:

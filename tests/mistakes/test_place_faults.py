@@ -16,7 +16,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mistakes.references.match import match_kinematics
-from stiffcal.reduction.registration import WORST_M
+from stiffcal.reduction.registration.registering import WORST_M
 from tests.laboratory.changed_tables import (
     CAMPAIGNS,
     PLACE,

@@ -15,7 +15,7 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import NoBalanceError
-from stiffcal.reduction.outliers import reject_outliers
+from stiffcal.reduction.set_aside.outliers import reject_outliers
 from tests.laboratory.mujoco_robot import Spring
 from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign
 from tests.laboratory.random_robots import DrawnRobot, draw_robot, draw_setup

@@ -22,7 +22,7 @@ from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import Place
 from stiffcal.model.equilibrium import NoBalanceError
-from stiffcal.reduction.outliers import reject_outliers
+from stiffcal.reduction.set_aside.outliers import reject_outliers
 from tests.laboratory.random_robots import DrawnRobot, draw_robot
 from tests.rates.hiding import (
     FAINT,

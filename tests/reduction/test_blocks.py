@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stiffcal.reduction.blocks import BlockAverager, blocks_of, noise_of
+from stiffcal.reduction.logs.blocks import BlockAverager, blocks_of, noise_of
 
 
 @settings(max_examples=40)

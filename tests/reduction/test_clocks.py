@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.clocks import SharedSignal, _refine_lag, align_clocks, moves, offset_between
+from stiffcal.reduction.clocks.offsets import SharedSignal, _refine_lag, align_clocks, moves, offset_between
 from tests.laboratory.hidden_campaigns import raw_runs, truth
 from tests.laboratory.made_up_logs import load_cycle
 
@@ -123,8 +123,8 @@ def test_a_lag_that_goes_to_and_fro_between_two_settles_between_them(monkeypatch
         asked.append(lag)
         return np.full(8, 0.01 if lag < 0.2 else -0.01) - 0.5 * (lag - 0.2), np.ones(8)
 
-    monkeypatch.setattr("stiffcal.reduction.clocks.ramp_answers", answers)
-    monkeypatch.setattr("stiffcal.reduction.clocks._steps_agree", lambda *_: True)
+    monkeypatch.setattr("stiffcal.reduction.clocks.offsets.ramp_answers", answers)
+    monkeypatch.setattr("stiffcal.reduction.clocks.offsets._steps_agree", lambda *_: True)
     time = np.linspace(0.0, 40.0, 4001)
     values = np.sin(time)[:, None]
     one, other = (SharedSignal(name, time, values, False) for name in ("one", "other"))

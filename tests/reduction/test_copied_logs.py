@@ -12,9 +12,9 @@ from stiffcal.ingest.data_quality import ReadLog
 from stiffcal.ingest.read_run import ReadRun
 from stiffcal.ingest.run_texts import stored_text, text_of
 from stiffcal.reduction.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
-from stiffcal.reduction.log_summary import LogSummary
-from stiffcal.reduction.plausibility import LogQuality
-from stiffcal.reduction.sampled_readings import MOST_ROWS, ReadingSampler
+from stiffcal.reduction.logs.plausibility import LogQuality
+from stiffcal.reduction.logs.sampled_readings import MOST_ROWS, ReadingSampler
+from stiffcal.reduction.logs.summary import LogSummary
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.friction_campaigns import rehearsed, set_keys

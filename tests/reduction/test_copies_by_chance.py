@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import hypergeom
 
-from stiffcal.reduction.copies_by_chance import probability_of_as_many
+from stiffcal.reduction.copies.by_chance import probability_of_as_many
 
 
 def test_it_is_the_tail_of_drawing_each_row_once() -> None:

@@ -15,7 +15,7 @@ from stiffcal.ingest.data_quality import check_load_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.reduction.displacement_measured import check_displacement_measured
+from stiffcal.reduction.set_aside.displacement_measured import check_displacement_measured
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import identify_campaign

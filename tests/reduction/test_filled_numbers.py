@@ -10,8 +10,8 @@ from stiffcal.campaign.row_filter import parse_rows
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import unit
-from stiffcal.reduction.kept_rows import KeptRows, check_sizes
-from stiffcal.reduction.plausibility import LogQuality
+from stiffcal.reduction.logs.kept_rows import KeptRows, check_sizes
+from stiffcal.reduction.logs.plausibility import LogQuality
 
 COLUMNS = {
     "wrench": ("Fx", "Fy", "Fz"),

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.blocks import blocks_of
-from stiffcal.reduction.holds import Holds, find_holds
-from stiffcal.reduction.unused import UnusedCode
+from stiffcal.reduction.holds.finding import Holds, find_holds
+from stiffcal.reduction.holds.unused import UnusedCode
+from stiffcal.reduction.logs.blocks import blocks_of
 from tests.laboratory.hidden_campaigns import raw_runs, true_holds
 from tests.laboratory.made_up_logs import load_cycle
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from stiffcal.reduction.lag_minima import are_distinguished, lag_minima, nearest_minimum
+from stiffcal.reduction.clocks.lag_minima import are_distinguished, lag_minima, nearest_minimum
 
 SETTLED = 1e-6
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.reduction.like_readings import FEW, LikeReadings, most_alike_from
+from stiffcal.reduction.copies.like_readings import FEW, LikeReadings, most_alike_from
 
 STEP = 3.0
 

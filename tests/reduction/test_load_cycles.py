@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.reduction.load_cycles import BRANCH_NAMES, find_load_cycles, repeat_groups
+from stiffcal.reduction.loads.cycles import BRANCH_NAMES, find_load_cycles, repeat_groups
 from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.simulated_states import cycles_of, medium_robot, played
 

@@ -14,8 +14,8 @@ from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mistakes.force_zero import large_steps
 from stiffcal.mistakes.force_zero.accounts import moved_zeros
 from stiffcal.mistakes.force_zero.faults import force_zero_faults
-from stiffcal.reduction.like_readings import LikeReadings
-from stiffcal.reduction.outliers import outlier_readings
+from stiffcal.reduction.copies.like_readings import LikeReadings
+from stiffcal.reduction.set_aside.outliers import outlier_readings
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 

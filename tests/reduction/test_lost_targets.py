@@ -15,9 +15,9 @@ from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.mistakes.displacements.stopped_targets import stopped_targets
 from stiffcal.mistakes.references.kinematics import check_kinematics
 from stiffcal.quantities import unit
-from stiffcal.reduction.plausibility import LogQuality
-from stiffcal.reduction.run_displacements import check_displacements
-from stiffcal.reduction.still_components import still_components
+from stiffcal.reduction.logs.plausibility import LogQuality
+from stiffcal.reduction.registration.still_components import still_components
+from stiffcal.reduction.set_aside.run_displacements import check_displacements
 from tests.laboratory.robots import DEGREES, SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 

@@ -11,7 +11,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.tables import states_from_table, states_table
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
-from stiffcal.reduction.markers import fitted_poses
+from stiffcal.reduction.logs.markers import fitted_poses
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 

@@ -9,8 +9,8 @@ import pytest
 
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.measurements.set_aside import SetAsideCode
-from stiffcal.reduction.load_cycles import find_load_cycles
-from stiffcal.reduction.outliers import load_is_good, outlier_readings, reject_outliers
+from stiffcal.reduction.loads.cycles import find_load_cycles
+from stiffcal.reduction.set_aside.outliers import load_is_good, outlier_readings, reject_outliers
 from tests.laboratory.hidden_campaigns import reduced
 from tests.laboratory.simulated_states import LOAD_POINT, cycles_of, medium_robot, played
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.reduction.plausibility import LogQuality
+from stiffcal.reduction.logs.plausibility import LogQuality
 
 
 def watch(sampled: bool = True) -> LogQuality:

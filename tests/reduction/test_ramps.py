@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.ramps import Integral, ramp_answers
+from stiffcal.reduction.clocks.ramps import Integral, ramp_answers
 
 
 def one_by_one(

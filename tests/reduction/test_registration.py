@@ -13,7 +13,7 @@ from stiffcal.campaign.manifest import Frame, Manifest
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.reduction.registration import in_instrument_axes, register_frames
+from stiffcal.reduction.registration.registering import in_instrument_axes, register_frames
 from tests.laboratory.hidden_campaigns import folder_of, reduced
 
 

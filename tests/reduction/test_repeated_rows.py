@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.reduction.repeated_rows import repeated_rows
+from stiffcal.reduction.copies.repeated_rows import repeated_rows
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 

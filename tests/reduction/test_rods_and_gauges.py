@@ -11,7 +11,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.measurements.tables import states_from_table, states_table
 from stiffcal.mistakes.displacements.springs import work_of_load
-from stiffcal.reduction.excitation import joint_excitation
+from stiffcal.reduction.loads.excitation import joint_excitation
 from stiffcal.reduction.motion import motion_of
 from tests.reduction.test_states import ROBOT, folder_of, states_of
 

@@ -10,7 +10,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.ingest.reducing import reduce_campaign
-from stiffcal.reduction.rounded_copies import RoundedCopies
+from stiffcal.reduction.copies.rounded import RoundedCopies
 from tests.laboratory.displacement_table import (
     DISPLACEMENTS,
     FORCES,

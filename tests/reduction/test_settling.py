@@ -10,9 +10,9 @@ import pytest
 from stiffcal.measurements.varying import varies
 from stiffcal.model import cubic_curve
 from stiffcal.model.cubic_curve import angle_of_torque, monotonic_range
-from stiffcal.reduction import clocks
-from stiffcal.reduction.clocks import SharedSignal
-from stiffcal.reduction.load_cycles import load_vector
+from stiffcal.reduction.clocks import offsets as clocks
+from stiffcal.reduction.clocks.offsets import SharedSignal
+from stiffcal.reduction.loads.cycles import load_vector
 
 
 def logs(lag: float) -> tuple[SharedSignal, SharedSignal]:

@@ -11,7 +11,7 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.equilibrium import solve_balance
-from stiffcal.reduction.excitation import joint_excitation
+from stiffcal.reduction.loads.excitation import joint_excitation
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 

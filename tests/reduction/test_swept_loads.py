@@ -8,10 +8,10 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
-from stiffcal.reduction.blocks import blocks_of
-from stiffcal.reduction.load_cycles import LOADING, PEAK, UNLOADED, UNLOADING, find_load_cycles, repeat_groups
+from stiffcal.reduction.holds.swept import find_sweeps, is_swept, turning_points
+from stiffcal.reduction.loads.cycles import LOADING, PEAK, UNLOADED, UNLOADING, find_load_cycles, repeat_groups
+from stiffcal.reduction.logs.blocks import blocks_of
 from stiffcal.reduction.recordings import ReducedRun, reduce_run
-from stiffcal.reduction.swept_loads import find_sweeps, is_swept, turning_points
 
 CORNERS = (
     [0, 5, 15, 16, 26, 36, 37, 47, 57, 58, 68, 78, 79, 89, 95],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -66,7 +67,8 @@ def test_of_eighty_readings_a_run_the_play_comes_first(eighty_readings_a_run: Pa
 @pytest.mark.parametrize("n", [60, 75])
 def test_the_interval_of_the_low_slope_holds_it_however_few_readings_there_are(n: int, tmp_path: Path) -> None:
     """The whole log says 0.109 mrad ± 0.028."""
-    (joint,) = identify_campaign(thinned(tmp_path / "c", n)).sections["clamped"].joints
+    section: Any = identify_campaign(thinned(tmp_path / "c", n)).sections["clamped"]
+    (joint,) = section.joints
     low, high = joint.low_slope_interval
     assert low < 1.1e-4 < high < 3e-4
     # b is hidden as 0.2 mrad, and a width that is not taken into the law is not excluded either

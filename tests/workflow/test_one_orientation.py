@@ -14,8 +14,8 @@ from stiffcal.errors import InputError
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.reduction.registered_frames import RegistrationSummary
-from stiffcal.reduction.registration import in_instrument_axes, register_frames
+from stiffcal.reduction.registration.frames import RegistrationSummary
+from stiffcal.reduction.registration.registering import in_instrument_axes, register_frames
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.identify import identify_campaign
 from stiffcal.workflow.ingest import ingest_campaign, stored_states

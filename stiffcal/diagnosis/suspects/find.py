@@ -105,16 +105,19 @@ class Suspicion:
     moved: tuple[PlacesMistake, MovedRows] | None = None
     """A mistake between two rows of absolute runs, as that the base was moved, and where; None where there is none."""
 
-    def keep(self, states: LoadStates) -> Booleans:
-        """Return (n,) True for the states that are not a suspect's, and on the longer side of a move of the base.
+    @property
+    def shorter_side(self) -> Booleans | None:
+        """(n,) True for the rows on the shorter side of a move of the base, which are left out.
 
-        Both sides stay where it may be a drift, which an effect explains.
+        None where there is no move, or where it may be a drift: an effect explains that, from both sides.
         """
+        moved = None if self.moved is None else self.moved[1]
+        return None if moved is None or moved.or_drift else moved.leave_out
+
+    def keep(self, states: LoadStates) -> Booleans:
+        """Return (n,) True for the states that are not a suspect's, and on the longer side of a move of the base."""
         kept = ~np.isin(states.run, [suspect.run for suspect in self.suspects])
-        if self.moved is None:
-            return kept
-        _, moved = self.moved
-        return kept if moved.or_drift else kept & ~moved.leave_out
+        return kept if self.shorter_side is None else kept & ~self.shorter_side
 
 
 def find_suspects(

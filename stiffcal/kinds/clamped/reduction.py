@@ -17,7 +17,7 @@ from stiffcal.kinds.clamped.readings import ClampedReadings, readings_table, sta
 from stiffcal.kinds.clamped.states import clamped_states
 from stiffcal.kinds.clamped.sweeps import clamped_readings, moved_joint
 from stiffcal.kinds.reduction import RunsReduction
-from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.results import IngestedRun
 from stiffcal.store.provenance import IngestSettings

@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.kinds.clamped.chain import ClampedChain
 from stiffcal.kinds.clamped.readings import ClampedReadings
-from stiffcal.reduction.blocks import noise_of
+from stiffcal.reduction.logs.blocks import noise_of
 
 _AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 # A reading that stays at the very same extreme for so many readings while the joint turns is cut off.

@@ -20,9 +20,9 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.kinds.clamped.readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
-from stiffcal.reduction.blocks import Blocks, noise_of
-from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.lag_minima import PARTS, are_distinguished, lag_minima, nearest_minimum
+from stiffcal.reduction.clocks.lag_minima import PARTS, are_distinguished, lag_minima, nearest_minimum
+from stiffcal.reduction.clocks.offsets import SourceClockOffset
+from stiffcal.reduction.logs.blocks import Blocks, noise_of
 
 # What an encoder behind a gear shows of a joint that is held: below a fifth of an arc second nothing has moved.
 STANDS_RAD = 1e-6

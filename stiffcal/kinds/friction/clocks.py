@@ -13,8 +13,8 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.kinds.friction.free_motion import smoothed
-from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.lag_minima import PARTS, LagMinimum, are_distinguished, lag_minima, nearest_minimum
+from stiffcal.reduction.clocks.lag_minima import PARTS, LagMinimum, are_distinguished, lag_minima, nearest_minimum
+from stiffcal.reduction.clocks.offsets import SourceClockOffset
 
 MOST_POINTS = 1 << 15  # of the even grid on which both logs are compared: its work grows with them
 WINDOW = 11  # of the grid's points, over which motion is smoothed before it is differentiated twice

@@ -17,7 +17,7 @@ from stiffcal.kinds.friction.readings import motion_table, steady_table
 from stiffcal.kinds.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
 from stiffcal.kinds.friction.samples import samples_table
 from stiffcal.kinds.reduction import RunsReduction
-from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
 from stiffcal.store.provenance import IngestSettings
 

@@ -20,9 +20,9 @@ from stiffcal.kinds.friction.steady import JointLog, JointPass, angle_noise, rea
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.measurements.set_aside import set_aside_columns
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.blocks import Blocks
-from stiffcal.reduction.clocks import SourceClockOffset
-from stiffcal.reduction.unused import UnusedStretch, by_cause, cause_text
+from stiffcal.reduction.clocks.offsets import SourceClockOffset
+from stiffcal.reduction.holds.unused import UnusedStretch, by_cause, cause_text
+from stiffcal.reduction.logs.blocks import Blocks
 
 # A joint moves when it travels this far, more than this share of the widest, and out of its noise: others are held by
 # their servos within arc seconds, and give by some 1e-4 rad when a neighbour accelerates.

@@ -15,7 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
-from stiffcal.reduction.unused import UnusedCode, UnusedStretch
+from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch
 
 # A turn of the motion counts when it goes back by more than this share of the whole travel, and by more than noise.
 TURN_SHARE = 0.02

@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Integers
 from stiffcal.mistakes.absolute.met_places import LEAST_ROWS, MeasuredPlaces, Met, far_from, meet
 from stiffcal.mistakes.some_rows import some_of
-from stiffcal.reduction.registration import WORST_M
+from stiffcal.reduction.registration.registering import WORST_M
 
 # Where half of the rows are wrong, one of 128 samples of seven rows (of one target; of three targets one of 32) has
 # none of these: so many samples hold a right one with 79 % (99.8 %), next to those of rows one after the other.

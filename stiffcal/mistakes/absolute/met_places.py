@@ -16,7 +16,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.reduction.registration import WORST_M
+from stiffcal.reduction.registration.registering import WORST_M
 
 # An uncalibrated robot misses by millimetres: below this a table as a whole is not doubted.
 UNCALIBRATED_M = 5e-3

@@ -45,7 +45,7 @@ from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Scored, Ta
 from stiffcal.mistakes.some_rows import some_of
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.mistakes.words import listed
-from stiffcal.reduction.registration import WORST_M
+from stiffcal.reduction.registration.registering import WORST_M
 
 # More rows than this share are no mistakes of single rows: then rows that agree are looked for before the frames are
 # believed, as half of the rows on one side shift a median.

@@ -19,7 +19,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import joint_springs
 from stiffcal.reduction.motion import MeasuredMotion, motion_of
-from stiffcal.reduction.still_components import rounding_of
+from stiffcal.reduction.registration.still_components import rounding_of
 
 SURE = 1e-3
 """Of the F test: one campaign in a thousand without such rows has a warning, as of `force_zero.tables`."""

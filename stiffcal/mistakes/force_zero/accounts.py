@@ -25,7 +25,7 @@ from stiffcal.mistakes.force_zero.moved_zero import (
     ZeroChange,
     unloaded_of,
 )
-from stiffcal.reduction.load_cycles import UNLOADED_SHARE
+from stiffcal.reduction.loads.cycles import UNLOADED_SHARE
 
 # |Δ| of two readings of three components of unit noise has the median √2 · 1.538 (that of χ with three degrees).
 MEDIAN_OF_DIFFERENCES = 1.538 * np.sqrt(2.0)

@@ -18,7 +18,7 @@ from stiffcal.mistakes.force_zero.moved_zero import (
     ZeroChange,
     started_at,
 )
-from stiffcal.reduction.like_readings import LikeReadings, most_alike_from
+from stiffcal.reduction.copies.like_readings import LikeReadings, most_alike_from
 
 ALONG = np.cos(np.radians(15.0))  # as of directions in `load_cycles`
 LEAST_RETURNS = 2  # to a zero that has moved by as much as a load

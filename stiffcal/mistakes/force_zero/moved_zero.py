@@ -11,7 +11,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.reduction.load_cycles import UNLOADED_SHARE
+from stiffcal.reduction.loads.cycles import UNLOADED_SHARE
 
 LEAST_STEP = 0.012  # of the largest force, or moment: smaller ones matter less than the sensor's own gain
 LEAST_CLEAR_STEP = 0.001  # the same of one step between readings that agree: below it stands the last digit of tables

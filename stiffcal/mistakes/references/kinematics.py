@@ -29,7 +29,7 @@ from stiffcal.mistakes.references.match import (
     references_of,
     turned_by,
 )
-from stiffcal.reduction.still_components import still_words
+from stiffcal.reduction.registration.still_components import still_words
 
 
 def miss_words(states: LoadStates, chain: Chain, estimated: bool, stated: Floats, miss_m: float) -> str:

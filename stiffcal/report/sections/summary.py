@@ -10,7 +10,7 @@ from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.state_kinds import state_kinds
 from stiffcal.measurements.rms import Rms
-from stiffcal.reduction.registered_frames import RegistrationSummary
+from stiffcal.reduction.registration.frames import RegistrationSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,

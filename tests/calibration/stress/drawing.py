@@ -12,7 +12,7 @@ from stiffcal.identification.observation import observe
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.equilibrium import NoBalanceError
-from stiffcal.reduction.outliers import reject_outliers
+from stiffcal.reduction.set_aside.outliers import reject_outliers
 from tests.calibration.field_mix import (
     ENCODER_NOISE,
     FORCE_ONLY,

@@ -29,7 +29,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Effect, Place
 from stiffcal.model.motion import Motion, as_motion
-from stiffcal.reduction.blocks import Blocks
+from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.results import IngestedRun
 from stiffcal.store import table_of, values_of
 from stiffcal.store.provenance import IngestSettings

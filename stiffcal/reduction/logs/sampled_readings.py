@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.reduction.rounded_copies import Layout
+from stiffcal.reduction.copies.rounded import Layout
 
 MOST_ROWS = 32
 """That are taken; of a log with more of them at least half as many."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.reduction.registered_frames import Registration
+from stiffcal.reduction.registration.frames import Registration
 
 # Without the run that is wrong less than this share of the distance is left.
 MUCH_BETTER = 0.3

@@ -31,10 +31,10 @@ from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
-from stiffcal.reduction.registered_frames import AXES, Registration
-from stiffcal.reduction.registration_poses import different_poses, refuse_few_poses
-from stiffcal.reduction.run_apart import run_apart
-from stiffcal.reduction.still_components import still_words
+from stiffcal.reduction.registration.frames import AXES, Registration
+from stiffcal.reduction.registration.poses import different_poses, refuse_few_poses
+from stiffcal.reduction.registration.run_apart import run_apart
+from stiffcal.reduction.registration.still_components import still_words
 
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
 WORST_POSITION_M = 0.02

@@ -13,7 +13,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.campaign.row_filter import condition_text
 from stiffcal.quantities import Unit
-from stiffcal.reduction.frozen import RESTLESS
+from stiffcal.reduction.logs.frozen import RESTLESS
 
 LEAST_NINES = 3  # 99 is a reading like others
 BEYOND_ALL = 1e15  # in whatever unit: -1e30, ±1.8e308, 3.4e38

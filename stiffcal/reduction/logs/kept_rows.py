@@ -16,7 +16,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Batch
-from stiffcal.reduction.excluded_rows import RowExclusions
+from stiffcal.reduction.logs.excluded_rows import RowExclusions
 
 _CONDITIONS: dict[str, Callable[[Floats, float], NDArray[np.bool_]]] = {
     "<": np.less,

@@ -19,9 +19,9 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import unit
 from stiffcal.readers import Batch, DatabaseReader, Header, RawRows, WantedColumns, find_reader
-from stiffcal.reduction.excluded_rows import RowExclusions
-from stiffcal.reduction.instrument_readings import instrument_readings
-from stiffcal.reduction.kept_rows import (
+from stiffcal.reduction.logs.excluded_rows import RowExclusions
+from stiffcal.reduction.logs.instrument_readings import instrument_readings
+from stiffcal.reduction.logs.kept_rows import (
     KeptRows,
     check_sizes,
     columns_with_gaps,
@@ -29,7 +29,7 @@ from stiffcal.reduction.kept_rows import (
     kept_rows,
     unjudged_columns,
 )
-from stiffcal.reduction.log_names import in_file_words, in_manifest_words, names_in_file, with_run_names_checked
+from stiffcal.reduction.logs.names import in_file_words, in_manifest_words, names_in_file, with_run_names_checked
 
 NOTHING_EXCLUDED = RowExclusions()
 

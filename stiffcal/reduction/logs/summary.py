@@ -1,4 +1,4 @@
-"""What was seen of a log, once it was read to its end: what a campaign's logs are compared by, and its warnings."""
+"""What is known of a log, once it was read to its end: what a campaign's logs are compared by, and its warnings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.sampled_readings import SampledReadings
+from stiffcal.reduction.logs.sampled_readings import SampledReadings
 
 SATURATED = 20  # readings in a row at the very same extreme
 

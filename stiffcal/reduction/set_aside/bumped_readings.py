@@ -7,7 +7,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.reduction.load_courses import LIKE_LOAD, Group, basis_of, smooth_course
+from stiffcal.reduction.loads.courses import LIKE_LOAD, Group, basis_of, smooth_course
 
 MOST_SET_ASIDE = 0.34  # of the readings of one direction and branch: more is no accident but an effect
 FEW = 12  # readings of a group of which two bumped ones can hide each other

@@ -3,7 +3,7 @@
 The load is cut at its turning points into passes, each of one direction of change. Every pass is cut again where it
 goes through the same few levels of load; what was read while the load passed a level is averaged into one state. States
 of a pass up and of a pass down thus lie at comparable loads, and stay apart: which branch a state belongs to follows
-from the order of the loads, as with loads that were held (`stiffcal.reduction.load_cycles`).
+from the order of the loads, as with loads that were held (`stiffcal.reduction.loads.cycles`).
 
 Why averages around a level and not all readings: neighbouring readings of one pass share what friction and drift do
 to them; a few windows that do not overlap are nearly independent, and mean load and mean displacement over one window
@@ -18,8 +18,8 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.reduction.holds import Holds
-from stiffcal.reduction.unused import UnusedCode, UnusedStretch
+from stiffcal.reduction.holds.finding import Holds
+from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch
 
 # Levels per side of zero: ten per cent of the largest load apart, so that none is taken for its neighbour
 # (`load_cycles.SAME_LEVEL_SHARE` is eight).

@@ -11,8 +11,8 @@ from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.tracker_axes import places_in_tracker
-from stiffcal.reduction.reading_bounds import LARGEST_DEFLECTION_M
-from stiffcal.reduction.still_components import lost_states, rounding_of
+from stiffcal.reduction.logs.reading_bounds import LARGEST_DEFLECTION_M
+from stiffcal.reduction.registration.still_components import lost_states, rounding_of
 
 MOST_NAMED = 10
 

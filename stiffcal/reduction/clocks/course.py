@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.clocks import SharedSignal, SourceClockOffset, offset_near
+from stiffcal.reduction.clocks.offsets import SharedSignal, SourceClockOffset, offset_near
 from stiffcal.uncertainty import NORMAL_95
 
 PIECES = 6  # of a log: two on either side of a step, and those it may lie in; each has to hold ramps of its own

@@ -18,12 +18,12 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import Unit
-from stiffcal.reduction.coarse_clock import coarse_clock
-from stiffcal.reduction.filled_numbers import FilledNumber, filled_number
-from stiffcal.reduction.frozen import FrozenChannels
-from stiffcal.reduction.log_summary import SATURATED, ChannelRemark, LogSummary, column_of_channel
-from stiffcal.reduction.reading_bounds import first_impossible
-from stiffcal.reduction.sampled_readings import ReadingSampler
+from stiffcal.reduction.logs.coarse_clock import coarse_clock
+from stiffcal.reduction.logs.filled_numbers import FilledNumber, filled_number
+from stiffcal.reduction.logs.frozen import FrozenChannels
+from stiffcal.reduction.logs.reading_bounds import first_impossible
+from stiffcal.reduction.logs.sampled_readings import ReadingSampler
+from stiffcal.reduction.logs.summary import SATURATED, ChannelRemark, LogSummary, column_of_channel
 from stiffcal.wording import count, listing
 
 GAP = 10.0  # times the usual interval

@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tracker_axes import places_in_tracker
-from stiffcal.reduction.reading_bounds import LARGEST_DEFLECTION_M
+from stiffcal.reduction.logs.reading_bounds import LARGEST_DEFLECTION_M
 
 # Fewer places may have a component in common.
 LEAST_PLACES = 4

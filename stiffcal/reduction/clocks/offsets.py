@@ -18,9 +18,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.documents import KeyIf, Number
-from stiffcal.reduction.blocks import noise_of
-from stiffcal.reduction.holds import Holds, find_holds
-from stiffcal.reduction.ramps import MOST_STEPS, Integral, ramp_answers, robust_mean, spread_of
+from stiffcal.reduction.clocks.ramps import MOST_STEPS, Integral, ramp_answers, robust_mean, spread_of
+from stiffcal.reduction.holds.finding import Holds, find_holds
+from stiffcal.reduction.logs.blocks import noise_of
 
 LEAST_OVERLAP = 0.3  # of the shorter log
 # Logs of one run begin and end within a part of it; a rate or unit that is wrong is so by more than this factor.

@@ -15,8 +15,8 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.blocks import noise_of
-from stiffcal.reduction.unused import UnusedCode, UnusedStretch
+from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch
+from stiffcal.reduction.logs.blocks import noise_of
 
 SAME_LEVEL = 0.003  # of the log's range: changes smaller than this do not cut a hold
 SAME_LOAD = 0.01  # of the log's range: holds side by side that differ by less are one (sensor drift, relaxation)

@@ -3,7 +3,7 @@
 A rounded reading differs from the original by at most half a unit of its own last digit, in every cell, and has fewer
 digits in most of them. Two readings of one load are printed with the same number of digits and end in zeros by chance
 alone; how often that makes two rows look like a copy is known, and what chance explains is left alone.
-Rows that agree in every digit are found by `stiffcal.reduction.repeated_rows`.
+Rows that agree in every digit are found by `stiffcal.reduction.copies.repeated_rows`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.reduction.copies_by_chance import MOST_PROBABLE, probability_of_as_many
+from stiffcal.reduction.copies.by_chance import MOST_PROBABLE, probability_of_as_many
 
 Layout: TypeAlias = tuple[tuple[str, int], ...]
 """Signals of a row and their numbers of channels."""

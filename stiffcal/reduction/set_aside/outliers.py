@@ -17,9 +17,9 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.set_aside import SetAsideCode, any_code
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.reduction.bumped_readings import ComparedReadings
-from stiffcal.reduction.load_courses import Group, alike_courses
-from stiffcal.reduction.load_cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles, load_vector
+from stiffcal.reduction.loads.courses import Group, alike_courses
+from stiffcal.reduction.loads.cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles, load_vector
+from stiffcal.reduction.set_aside.bumped_readings import ComparedReadings
 
 # Natural log of the false alarms: e^-16 is 1e-7 per state for one explanation alone, and several have to fail.
 ALARM_EXPONENT = 16.0

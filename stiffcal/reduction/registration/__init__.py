@@ -1,0 +1,1 @@
+"""Frames that the manifest leaves to be found, from unloaded poses and joint angles."""

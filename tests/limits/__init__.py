@@ -1,0 +1,1 @@
+"""How answers move when the numbers that decide in the reduction of logs are varied by a fifth."""

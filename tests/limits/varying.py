@@ -1,0 +1,170 @@
+"""One campaign's logs, reduced with every number smaller and larger."""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import CodeType, FrameType, ModuleType
+from typing import Any
+
+from stiffcal.campaign.loading import load_campaign
+from stiffcal.errors import InputError, no_progress
+from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.store.provenance import IngestSettings
+from stiffcal.workflow.identify import identify_campaign
+from stiffcal.workflow.simulate import simulate_campaign
+from stiffcal.workflow.steps import RunContext
+from tests.limits.numbers import ROOMS, Number, numbers
+from tests.limits.page import Moved
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
+TRIED = ("demo", "hidden/02", "ipa-ur10", "joints/01", "joints/06")
+"""Sampled logs, a table of displacements, measured places, a clamped robot, friction."""
+RUNS = 3
+"""Of each campaign that lists its runs the first ones are kept: the logs of the others are like them."""
+FACTORS = (0.8, 1.2)
+
+
+def of_campaign(name: str, only: str = "") -> dict[str, tuple[Moved, Moved] | None]:
+    """Return by place how answers of one campaign move, smaller and larger; None of numbers that nothing asks for."""
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "campaign"
+        if (CAMPAIGNS / name / "simulate.toml").exists():
+            simulate_campaign(CAMPAIGNS / name, folder)
+        else:
+            shutil.copytree(CAMPAIGNS / name, folder, ignore=shutil.ignore_patterns("store"))
+        keep_runs(folder / "campaign.toml", RUNS)
+        reduced(folder)
+        before, asked = asked_by(lambda: reduced(folder))
+        first = identified(folder)
+        result: dict[str, tuple[Moved, Moved] | None] = {}
+        for number in numbers():
+            if only not in number.place:
+                continue
+            if number.name not in asked.get(number.module, ()) and not _asked_elsewhere(number, asked):
+                result[number.place] = None
+                continue
+            moved = []
+            for factor in FACTORS:
+                with varied(number, factor):
+                    after = reduced(folder)
+                    moved.append(Moved() if after == before else compared(first, identified(folder)))
+            result[number.place] = (moved[0], moved[1])
+            print(name, number.place, *moved, file=sys.stderr, flush=True)
+        return result
+
+
+def keep_runs(manifest: Path, count: int) -> None:
+    """Leave out all but the first runs that a manifest lists."""
+    head, *runs = manifest.read_text(encoding="utf-8").split("[[runs]]")
+    manifest.write_text("[[runs]]".join([head, *runs[:count]]), encoding="utf-8")
+
+
+def reduced(folder: Path) -> str:
+    """Return a digest of all that the reduction makes of a campaign's logs."""
+    try:
+        made = reduce_campaign(load_campaign(folder), no_progress)
+    except InputError as error:
+        return str(error)
+    tables = made.non_load.tables(IngestSettings(manifest={}, robot={}, revision=0))
+    kept = made.states, made.result, {key: table.to_pydict() for key, table in sorted(tables.items())}
+    return hashlib.sha256(pickle.dumps(kept, protocol=5)).hexdigest()
+
+
+def identified(folder: Path) -> IdentifyResult | str:
+    """Return the answer of ``identify`` with a new store; what is refused, where it is."""
+    store = folder.parent / "store"
+    shutil.rmtree(store, ignore_errors=True)
+    try:
+        return identify_campaign(folder, RunContext(store=str(store)))
+    except InputError as error:
+        return str(error)
+
+
+def compared(before: IdentifyResult | str, after: IdentifyResult | str) -> Moved:
+    """Return how an answer differs from the one before."""
+    if isinstance(before, str) or isinstance(after, str):
+        return Moved(refused=isinstance(after, str) and not isinstance(before, str), other=before != after)
+    old = {one.name: one for one in before.parameters}
+    shifts = []
+    for one in after.parameters:
+        was = old.get(one.name)
+        if was is not None and was.std and was.value is not None and one.value is not None:
+            shifts.append(abs(one.value - was.value) / was.std)
+    same_names = [one.name for one in before.parameters] == [one.name for one in after.parameters]
+    return Moved(
+        states=after.n_states - before.n_states,
+        sigma=max(shifts, default=0.0),
+        other=not same_names
+        or [(one.run, one.row) for one in before.rejected] != [(one.run, one.row) for one in after.rejected],
+    )
+
+
+def set_aside(answer: IdentifyResult) -> list[tuple[str, int]]:
+    """Return runs and rows of the states that were not used."""
+    return [(one.run, one.row) for one in answer.rejected]
+
+
+@contextmanager
+def varied(number: Number, factor: float) -> Iterator[None]:
+    """Change a number wherever it was imported to."""
+    value = number.times(factor)
+    places = [module for module in _package() if getattr(module, number.name, None) is number.value]
+    for module in places:
+        setattr(module, number.name, value)
+    _forget()
+    try:
+        yield
+    finally:
+        for module in places:
+            setattr(module, number.name, number.value)
+        _forget()
+
+
+def asked_by(work: Callable[[], Any]) -> tuple[Any, Mapping[str, set[str]]]:
+    """Return what a piece of work returns, and by module the names that its functions ask for."""
+    codes: set[tuple[str, CodeType]] = set()
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        name = frame.f_globals.get("__name__", "")
+        if event == "call" and name.startswith("stiffcal."):
+            codes.add((name, frame.f_code))
+
+    sys.setprofile(note)
+    try:
+        result = work()
+    finally:
+        sys.setprofile(None)
+    asked: dict[str, set[str]] = {}
+    for name, code in codes:
+        asked.setdefault(name, set()).update(code.co_names)
+    return result, asked
+
+
+def _asked_elsewhere(number: Number, asked: Mapping[str, set[str]]) -> bool:
+    """Return whether a module that imported a number has a function that asks for it."""
+    return any(
+        number.name in asked.get(module.__name__, ()) and getattr(module, number.name, None) is number.value
+        for module in _package()
+    )
+
+
+def _package() -> list[ModuleType]:
+    return [module for name, module in list(sys.modules.items()) if name.startswith("stiffcal.") and module is not None]
+
+
+def _forget() -> None:
+    """Forget what functions of these rooms keep of earlier calls."""
+    rooms = tuple(f"stiffcal.{room.removesuffix('.py').replace('/', '.')}" for room in ROOMS)
+    for module in _package():
+        for value in list(vars(module).values()) if module.__name__.startswith(rooms) else []:
+            clear = getattr(value, "cache_clear", None)
+            if clear is not None:
+                clear()
