@@ -51,7 +51,8 @@ def megabytes_in_use(folder: Path, pairs: int) -> float:
     """Return the most memory that was in use while a plan was made, with poses drawn in two goes as thousands are."""
     tracemalloc.start()
     with patch.object(candidates, "DRAWN_AT_ONCE", pairs // DIRECTIONS // 2 + 1):
-        plan_campaign(folder, request=PlanRequest(runs=24, criterion="determinant"))
+        plan = plan_campaign(folder, request=PlanRequest(runs=24, criterion="determinant"))
+    assert plan.candidates >= pairs, f"{plan.candidates} of {pairs} pairs were drawn"
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return most / 1e6
