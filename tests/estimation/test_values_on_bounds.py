@@ -79,7 +79,7 @@ def test_what_rests_on_a_value_at_its_limit_says_so(
 
 def test_the_page_says_that_a_value_rests_on_a_limit() -> None:
     (one,) = estimated_parameters([replace(identified_parameter(found(0.5 * UPPER)), rests_on=["a.b.c"])])
-    assert _value(one).rests_on == "a.b.c"
+    assert "a.b.c" in _value(one).text
 
 
 def test_what_is_absent_has_an_upper_limit() -> None:

@@ -46,7 +46,7 @@ def draw_calibration(place: Floats, before: Floats, after: Floats) -> Figure:
         axes.set_xlabel("distance from the base's z axis [m]")
         axes.set_aspect("equal", adjustable="datalim")
     bar = figure.colorbar(drawn, ax=list(panels), location="bottom", shrink=0.6, aspect=40, extend="both")
-    bar.ax.xaxis.set_major_formatter(lambda value, _: wording.digits(value, 1))
+    bar.ax.xaxis.set_major_formatter(lambda value, _: wording.significant(value, 1))
     bar.ax.xaxis.set_minor_formatter(lambda value, _: "")
     bar.set_label("distance [mm], logarithmic")
     bar.outline.set_linewidth(0.4)
