@@ -1,7 +1,7 @@
 """Numbers, places and lists as people read them, for every medium; what is not known is a dash, never a zero.
 
-Values come in SI units. Terminal, report, notebook and page write a number in one way; `S.digits` and `S.estimate` of
-view/words.js are `significant` and `estimate` once more, for what a page computes by itself (a test compares them).
+Values come in SI units. Tables and values of terminal, report, notebook and page write a number in one way; `S.digits`
+of view/words.js is `significant` once more, for what a page computes by itself (a test compares them).
 """
 
 from __future__ import annotations

@@ -118,7 +118,13 @@ class LeaveOut:
     def determined(self, number: int) -> Booleans:
         """Return (F,) whether an unknown is determined without each fold, whatever is left open of the others."""
         every = self._without(np.arange(len(self.folds)))
-        return np.array([_determines(reduced.factor, number) for reduced in every], dtype=np.bool_)
+        return np.array([_determined(reduced.factor)[number] for reduced in every], dtype=np.bool_)
+
+    @property
+    def all_determined(self) -> Booleans:
+        """(F, p) the same of all unknowns."""
+        every = self._without(np.arange(len(self.folds)))
+        return np.array([_determined(reduced.factor) for reduced in every], dtype=np.bool_)
 
     @cached_property
     def _whole(self) -> tuple[Reduced, Floats]:
@@ -232,8 +238,8 @@ def _solved(reduced: Reduced, lower: Floats, upper: Floats, length: Floats) -> F
     return reduced.solve_bounded(lower, upper, independent=True)[0]
 
 
-def _determines(factor: Floats, number: int) -> bool:
-    """Return whether a triangular factor (p, p) determines a parameter, whatever it leaves open of the others."""
+def _determined(factor: Floats) -> Booleans:
+    """Return (p,) which parameters a triangular factor (p, p) determines, whatever it leaves open of the others."""
     _, singular, directions = np.linalg.svd(factor / column_scale(factor))
-    left_open = directions[singular <= UNDETERMINED * singular[0], number]
-    return bool(np.sum(left_open**2) < UNDETERMINED)
+    left_open = directions[singular <= UNDETERMINED * singular[0]]
+    return np.asarray(np.sum(left_open**2, axis=0) < UNDETERMINED)

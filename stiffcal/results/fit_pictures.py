@@ -74,9 +74,10 @@ def influence_picture(names: Sequence[str], runs: Sequence[str], changes: Floats
 
     Parameters
     ----------
-    names : of p parameters. runs : of F runs. changes : (F, p) in standard uncertainties of the fit with all runs.
+    names : of p parameters. runs : of F runs.
+    changes : (F, p) in standard uncertainties of the fit with all runs, NaN where the other runs do not determine it.
     """
-    largest = np.abs(changes).max(axis=0, initial=0.0)
+    largest = np.nan_to_num(np.abs(changes)).max(axis=0, initial=0.0)
     leading = np.argsort(-largest, kind="stable")[:MOST_PARAMETERS]
     x = np.arange(len(runs), dtype=np.float64)
     series: list[Series] = [
@@ -85,11 +86,14 @@ def influence_picture(names: Sequence[str], runs: Sequence[str], changes: Floats
     for k in np.setdiff1d(np.arange(len(names)), leading):
         series.append(Marks(x, changes[:, k], "o", "quiet", size=2.0))
     series += [Marks(x, changes[:, k], str(i), i, label=names[k]) for i, k in enumerate(leading)]
+    alone = np.flatnonzero(np.isnan(changes).any(axis=1))
+    if alone.size:
+        series.append(Marks(x[alone], np.zeros(alone.size), "x", "model", size=6.0, label="determines a value alone"))
     few = len(runs) <= MOST_NAMES
     panel = Panel(
         "", "run that is left out" if few else f"run that is left out, counted: {runs[0]} … {runs[-1]}",
         "change of the value, standard uncertainties", tuple(series), x_names=tuple(runs) if few else (),
-        has_zero_lines=True,
+        has_zero_lines=True, empty="" if names else "the model has no free parameter",
     )  # fmt: skip
     return Picture((panel,), 1, HEIGHT_MM)
 

@@ -182,11 +182,14 @@ def estimates_without_each(fit: Fit, fold: Integers, name: str) -> Floats:
 def changes_without_each(fit: Fit, fold: Integers) -> Floats:
     """Return (F, p) how far the free parameters of a fit move without each fold, in the order of its rows' unknowns.
 
+    NaN where the other folds do not determine a parameter.
+
     Parameters
     ----------
     fit : the full fit. fold : (n,) fold numbers; states of a run share one.
     """
-    return _leave_out(fit, fold)[1].steps
+    problem = _leave_out(fit, fold)[1]
+    return np.where(problem.all_determined, problem.steps, np.nan)
 
 
 def _leave_out(fit: Fit, fold: Integers) -> tuple[LoadRows, LeaveOut]:

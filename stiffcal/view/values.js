@@ -18,12 +18,7 @@
   function change(a, b) {
     if (!a || !b || !a.value || b.value === null) return "–";
     const percent = 100 * (b.value / a.value - 1);
-    if (Math.abs(percent) >= 1000) return `${percent > 0 ? "+" : ""}${S.digits(percent)} %`;
-    return `${percent
-      .toFixed(1)
-      .replace(/^-0\.0$/, "0.0")
-      .replace(/^(?=[1-9]|0\.[1-9])/, "+")
-      .replace("-", "−")} %`;
+    return `${percent > 0 ? "+" : ""}${S.digits(percent)} %`;
   }
 
   /** Names of the parameters that stand on this part of the page: what only readings of another kind show stands on theirs. */

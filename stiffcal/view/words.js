@@ -21,10 +21,14 @@
   /** A quantity with its unit, as axes and tables name it. @param {{label: string, unit: string}} quantity */
   S.withUnit = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
   /** A count, in groups of three digits. @param {number} n */
-  S.count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
+  S.count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, "\u202f");
   /** A length. @param {number|null} metres */
   S.length = (metres) => inUnit(metres, S.units.length);
-  const inUnit = (value, { factor, unit }) => (Number.isFinite(value ?? NaN) ? `${S.digits(factor * value)} ${unit}` : "–");
+  const inUnit = function (value, { factor, unit }) {
+    if (!Number.isFinite(value ?? NaN)) return "–";
+    const isRounding = factor > 1 && value !== 0 && Math.abs(value) < 1e-9;
+    return isRounding ? `below 1 n${unit.slice(1)}` : `${S.digits(factor * value)} ${unit}`;
+  };
   /** An angle. @param {number|null} radians */
   S.angle = (radians) => inUnit(radians, S.units.angle);
   /** A size in the measure of the campaign. @param {number|null} value SI */

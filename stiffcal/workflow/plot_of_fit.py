@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.identification.row_layout import MEASURES
 from stiffcal.kinds.presentation import Picture
 from stiffcal.results.fit_pictures import (
     correlation_picture,
@@ -32,7 +33,14 @@ OF_FIT = {
     "history": "errors of all fits of the history",
 }
 """What can be drawn of a fit, in words."""
-_ROTATIONS = 3
+MEASURES_IN_WORDS = {
+    "translation": "displacements and gauges",
+    "rotation": "rotations",
+    "length": "rods",
+    "motor_angle": "angles of clamped motors",
+}
+LEAST_FREE = 1e-3
+"""Share of a reading's variance that its run's constant leaves, below which it shows no noise: as of a run of one."""
 
 
 def picture_of_fit(of: str, data: Ingested, context: RunContext) -> Picture:
@@ -54,7 +62,8 @@ def picture_of_fit(of: str, data: Ingested, context: RunContext) -> Picture:
         return _history(data)
     if of == "correlation":
         names = identified.free_parameters
-        return correlation_picture(names, np.array(identified.covariance, dtype=np.float64).reshape(len(names), -1))
+        covariance = np.array(identified.covariance, dtype=np.float64)
+        return correlation_picture(names, covariance.reshape(len(names), len(names)))
     fit = fit or fit_now(data, identified.loss, context)
     if fit is None:
         mend = "choose correlation or history"
@@ -70,18 +79,24 @@ def residuals_in_noises(fit: Fit) -> dict[str, Floats]:
     Where the noise is not known, in those of what is left itself.
     """
     rows = fit.linearised()
-    white = np.where(rows.mask, rows.white[-1].reshape(rows.measured.shape), np.nan)
+    # a run's constant is taken out of its readings, and a part of their variance with it
+    free = np.sqrt(np.where(rows.space.free > LEAST_FREE, rows.space.free, np.nan))
+    white = np.where(rows.mask, rows.white[-1].reshape(rows.measured.shape), np.nan) / free
     if fit.noise is None:
         white = white / np.sqrt(np.nanmean(white**2))
-    kinds = {"displacements": white[:_ROTATIONS], "turns": white[_ROTATIONS : 2 * _ROTATIONS]}
-    if len(white) > 2 * _ROTATIONS:
-        kinds["further readings"] = white[2 * _ROTATIONS :]
-    return {name: part[np.isfinite(part)] for name, part in kinds.items() if np.isfinite(part).any()}
+    found = {}
+    for measure, kinds in MEASURES.items():
+        part = white[np.isin(fit.data.layout.kind, kinds)]
+        if np.isfinite(part).any():
+            found[MEASURES_IN_WORDS[measure]] = part[np.isfinite(part)]
+    return found
 
 
 def _influence(fit: Fit) -> Picture:
     from stiffcal.validation.heldout import changes_without_each
 
+    if not fit.free_names:
+        return influence_picture([], [], np.zeros((0, 0)))
     numbers, fold = np.unique(fit.data.run, return_inverse=True)
     names = fit.linearised().unknowns.names
     own = [names.index(name) for name in fit.free_names]
@@ -90,12 +105,14 @@ def _influence(fit: Fit) -> Picture:
 
 
 def _history(data: Ingested) -> Picture:
+    from stiffcal.report.figures.ladder import SCALES, leading_component
+
     fits = stored_fits(data.store)
-    torque = any(fit.heldout_rms is not None and fit.heldout_rms.torque is not None for fit in fits)
-    unit, factor = ("N·m", 1.0) if torque else ("mm", 1e3)
+    measure = leading_component(fits) or "translation"
+    unit, factor, _ = SCALES[measure]
 
     def sizes(errors: list[Rms | None]) -> Floats:
-        values = (None if rms is None else rms.torque if torque else rms.translation for rms in errors)
+        values = (None if rms is None else getattr(rms, measure) for rms in errors)
         return np.array([np.nan if value is None else factor * value for value in values])
 
     return history_picture(

@@ -28,12 +28,12 @@ def outside(values: np.ndarray) -> float:
     return float(np.mean((drawn.y < band.low) | (drawn.y > band.high)))
 
 
-@pytest.mark.parametrize("n", [40, 3000])
-def test_a_normal_sample_lies_in_the_band_and_heavy_tails_do_not(n: int) -> None:
+def test_a_normal_sample_lies_in_the_band_and_heavy_tails_do_not() -> None:
     draw = np.random.default_rng(5)
-    shares = [outside(draw.normal(size=n)) for _ in range(40)]
-    # each point lies outside in 5 of 100; neighbours move together, so that the mean of 40 samples scatters by 1.5
-    assert np.mean(shares) == pytest.approx(0.05, abs=0.045)
+    shares = [outside(draw.normal(size=60)) for _ in range(600)]
+    # each point lies outside in 5 of 100; neighbours move together, so that samples scatter by more than their points
+    assert np.mean(shares) == pytest.approx(0.05, abs=4.0 * float(np.std(shares)) / 600**0.5)
+    assert np.std(shares) < 0.12
     assert np.mean([outside(1.3 * draw.normal(size=3000)) for _ in range(3)]) > 0.5
     assert np.mean([outside(draw.standard_t(2, size=3000)) for _ in range(3)]) > 0.1
 
@@ -41,9 +41,11 @@ def test_a_normal_sample_lies_in_the_band_and_heavy_tails_do_not(n: int) -> None
 def test_each_run_has_its_change_of_each_parameter() -> None:
     changes = np.random.default_rng(1).normal(size=(5, MOST_PARAMETERS + 2))
     changes[2, 3] = -40.0
+    changes[4, 0] = np.nan
     names = [f"p{k}" for k in range(changes.shape[1])]
     panel = influence_picture(names, [f"run{k}" for k in range(5)], changes).panels[0]
     labels = {one.label: one for one in marks_of(panel) if one.label}
+    assert labels.pop("determines a value alone").x.tolist() == [4.0]
     assert len(labels) == MOST_PARAMETERS
     assert next(iter(labels)) == "p3"
     assert labels["p3"].y[2] == -40.0

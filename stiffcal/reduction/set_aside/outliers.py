@@ -35,7 +35,7 @@ def reject_outliers(states: LoadStates) -> LoadStates:
 
     Examples
     --------
-    See ``tests/reduction/test_screening.py``.
+    See ``tests/reduction/test_outliers.py``.
     """
     reasons = outlier_readings(states)
     if not reasons:

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
     from stiffcal.measurements.rms import Rms
     from stiffcal.model.summary import ModelSummary
-    from stiffcal.results.history_results import HistoryEntry
+    from stiffcal.results.history_results import HistoryEntry, StoredFit
 
 _LABEL_WIDTH = 46
 # Unit, factor and name of each measure of an error.
-_SCALES = {
+SCALES = {
     "translation": ("mm", 1e3, "translation error, rms length"),
     "rotation": ("mrad", 1e3, "rotation error, rms length"),
     "motor_angle": ("mrad", 1e3, "error of clamped motors' angles, rms"),
@@ -80,7 +80,7 @@ def fill_ladder(
     axes : the panel. rungs : from the top down. floor : the noise, m or rad; None where it cannot be judged.
     component : as for `draw_ladder`. label_size : letters in a line of a rung's label, and lines at most.
     """
-    unit, factor, title = _SCALES[component]
+    unit, factor, title = SCALES[component]
     axes.set_xscale("log")
     _draw_steps(axes, rungs, factor)
     above: float | None = None
@@ -108,7 +108,7 @@ def label_lines(label: str, size: tuple[int, int]) -> list[str]:
     return textwrap.wrap(label, width, max_lines=most_lines, placeholder=" …", break_on_hyphens=False) or [""]
 
 
-def leading_component(fits: Sequence[HistoryEntry]) -> str | None:
+def leading_component(fits: Sequence[HistoryEntry | StoredFit]) -> str | None:
     """Return the measure that a ladder is drawn of first: the tool's place, clamped motors, torques; None for none."""
     return next(
         (
