@@ -33,6 +33,7 @@ ACROSS_ROOMS = {
     "fuzz": "spoils inputs",
     "independent": "tests against engines from outside",
     "laboratory": "builds robots, states and campaigns for all tests",
+    "limits": "varies the numbers that decide in the reduction",
     "long_campaigns": "measures campaigns of thousands of runs",
     "next_steps": "follows what answers propose as the next step, until it ends",
     "python": "`import stiffcal` as scripts, notebooks and plugins use it",

@@ -36,7 +36,7 @@ COMMANDS = {
     "compare": "Compare two campaigns of one robot.",
     "trend": "Track one robot over many campaigns.",
     "history": "List every fit: model, error in held-out data, noise.",
-    "plot": "Draw load against deformation, or the residual.",
+    "plot": "Draw load against deformation, the residual, or what a fit's statistics hang on.",
     "report": "Write the report as a PDF (DIR/report.pdf).",
     "view": "Write one HTML file for a browser (DIR/view.html).",
     "run": "Check, ingest, identify, validate, diagnose, report and view in one go.",

@@ -20,8 +20,8 @@ the campaign in which they move most.
 
 {moving} of {total} numbers move an answer, {still} are asked for and move none,
 {unasked} are asked for by none of these logs: most of them distinguish a mistake from what is right, and these logs
-have none. What a number rests on stands at it in the code. Varied are numbers with a name of their own: literals inside functions, as
-shares of a window, are not, so that this is no proof of robustness.
+have none. What a number rests on stands at it in the code. Varied are numbers with a name of their own:
+literals inside functions, as shares of a window, are not, so that this is no proof of robustness.
 
 """
 FOOT = """

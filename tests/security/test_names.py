@@ -111,7 +111,15 @@ def test_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         {"kind": "items", "texts": names},
         {"kind": "subheading", "text": RUNS[1]},
         {"kind": "facts", "rows": [[name, name] for name in names], "before_picture": False},
-        {"kind": "table", "columns": columns, "rows": [[name, name] for name in names], "caption": RUNS[0]},
+        {
+            "kind": "table",
+            "columns": columns,
+            "rows": [[name, name] for name in names],
+            "doubtful": [[1, 1]],
+            "caption": RUNS[0],
+        },
+        {"kind": "verdict", "level": "ok", "text": RUNS[1]},
+        {"kind": "numbers", "numbers": [[RUNS[2], JOINTS[0]], [RUNS[0], JOINTS[1]]]},
     ]
     sections = [{"title": JOINTS[4], "blocks": blocks}]
     head = {
