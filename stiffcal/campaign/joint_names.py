@@ -25,7 +25,8 @@ _NAMED = (("shoulderpan", "shoulderlift", "elbow", "wrist1", "wrist2", "wrist3")
 def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
     """Return the names that are numbered from 1 or 0 without a gap, three or more, with a stem that means joints.
 
-    Also those of the arms in `_NAMED`, in the order of the arm: messages list them by the alphabet.
+    Also those of the arms in `_NAMED`, in the order of the arm: messages list them by the alphabet. Joints that are
+    letters are all large or all small.
 
     Examples
     --------
@@ -34,25 +35,43 @@ def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
     >>> numbered_joints([f"Joint {k} {what}" for k in (1, 2, 3) for what in ("torque", "angle")])
     ('Joint 1 angle', 'Joint 2 angle', 'Joint 3 angle')
     """
-    named: dict[str, str] = {}
+    named: dict[str, list[str]] = {}
     groups: dict[tuple[str, str], dict[int, str]] = {}
     for name in names:
         if len(name) > _LONGEST_NAME:
             continue
         bare = _AT_ITS_END.sub("", _AT_ITS_BEGIN.sub("", _joint_name(name)))
-        named.setdefault(bare.replace("joint", ""), name)
+        named.setdefault(bare.replace("joint", ""), []).append(name)
         match = re.fullmatch(r"(\D*)0*(\d+)(\D*)", _joint_name(name))
         if match is not None:
             groups.setdefault((match[1], match[3]), {})[int(match[2])] = name
     for arm in _NAMED:
-        if all(joint in named for joint in arm):
-            return tuple(named[joint] for joint in arm)
+        if all(joint in named for joint in arm) and (found := _alike(arm, named)):
+            return found
     ranked = [(_rank_of_joints(*key), group) for key, group in groups.items() if _are_joints(group)]
     known = [(rank, number) for number, (rank, _) in enumerate(ranked) if rank is not None]
     if not known:
         return ()
     group = ranked[min(known)[1]][1]
     return tuple(group[number] for number in sorted(group))
+
+
+def _alike(arm: Sequence[str], named: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """Return the names of an arm's joints, base to tip; of letters in one case with the same about them: t may be time.
+
+    Parameters
+    ----------
+    named : by joint, in small letters, the names that may be it, one at least.
+    """
+    if any(len(joint) > 1 for joint in arm):
+        return tuple(named[joint][0] for joint in arm)
+    for first in named[arm[0]]:
+        for place, letter in enumerate(first):
+            case = str.upper if letter.isupper() else str.lower
+            own = tuple(f"{first[:place]}{case(joint)}{first[place + 1 :]}" for joint in arm)
+            if all(name in named[joint] for name, joint in zip(own, arm, strict=True)):
+                return own
+    return ()
 
 
 def _joint_name(name: str) -> str:

@@ -166,7 +166,7 @@ def _covariate(state: Linearised, placed_effect: PlacedEffect) -> tuple[Floats, 
     """Return the effect's own covariate: values, label, unit; an empty label where it names none.
 
     The last is True where it is the length of something with components: the values are then how far the load changes
-    it, with the sign of its part along the line in which most of these changes lie.
+    it, with the sign of its part along the line in which most of these changes lie; NaN where a component is no number.
     """
     covariate = placed_effect.covariate(state.robot.chain, state.loads)
     if covariate is None or not np.isfinite(covariate.value).any():
@@ -177,9 +177,10 @@ def _covariate(state: Linearised, placed_effect: PlacedEffect) -> tuple[Floats, 
     assert under_weight is not None
     assert under_weight.parts is not None
     change = covariate.parts - under_weight.parts
-    main_line = np.linalg.eigh(change @ change.T)[1][:, -1]
+    known = np.isfinite(change).all(axis=0)
+    main_line = np.linalg.eigh(change[:, known] @ change[:, known].T)[1][:, -1]
     main_line *= np.sign(main_line[np.argmax(np.abs(main_line))])
-    size = np.linalg.norm(change, axis=0)
+    size = np.where(known, np.linalg.norm(change, axis=0), np.nan)
     return np.where(main_line @ change < 0.0, -size, size), f"{covariate.label} by the load", covariate.unit, True
 
 
@@ -188,14 +189,15 @@ def _by_response(added: Floats, rows: Integers, load: Floats) -> Floats:
 
     Responses, what the effect adds by unit of its load, differ with the levers of a pose: read along what is added,
     with no regard to its length, loads of one size would lie far apart. States with a short response, or hardly any
-    load, say little of it and are left out.
+    load, say little of it and are left out, as are those whose load is not known.
 
     Parameters
     ----------
-    added : (m, n) m and rad. rows : those that are read. load : (n,) with its sign.
+    added : (m, n) m and rad. rows : those that are read. load : (n,) with its sign; NaN: not known.
     """
     direction = np.full_like(added, np.nan)
-    loaded = np.abs(load) > SHORT_LEVER**2 * float(np.abs(load).max(initial=0.0))
+    size = np.nan_to_num(np.abs(load))
+    loaded = size > SHORT_LEVER**2 * float(size.max(initial=0.0))
     response = added[rows] / np.where(loaded, load, np.nan)
     squares = np.sum(response**2, axis=0)
     mean = float(np.sqrt(np.nanmean(squares))) if loaded.any() else 0.0

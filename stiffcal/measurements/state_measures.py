@@ -15,4 +15,5 @@ class StateMeasure(StrEnum):
     MOTOR_ANGLE = "motor_angle"
     """The angles of motors while a fixture holds the flange."""
     FRAME = "frame"
-    """The pose of an unloaded robot, from which frames are found; where it carries a load, displacements."""
+    """The pose of an unloaded robot, from which frames are found; where it carries a load that is large next to those
+    of load runs, displacements."""

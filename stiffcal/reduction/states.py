@@ -107,13 +107,19 @@ def load_states(raw_states: RawStates, manifest: Manifest, chain: Chain, setup: 
 
 
 def _loaded_all_the_same(states: LoadStates) -> LoadStates:
-    """Return the states with runs that were to be unloaded, and carry a load, as what they are: loads are checked."""
+    """Return the states with runs that were to be unloaded, and carry a load, as what they are: loads are checked.
+
+    A load is large next to those of load runs; where no run was to be loaded, what free ones read may be all noise.
+    """
     force, moment = (np.linalg.norm(states.wrench[:, part], axis=1) for part in (slice(3), slice(3, 6)))
-    load = force if force.any() else moment
+    load = force if np.nan_to_num(force).any() else moment
     most = np.zeros(len(states.runs))
-    np.maximum.at(most, states.run[states.used], load[states.used])
-    held = np.array([run.measures is StateMeasure.MOTOR_ANGLE for run in states.runs], dtype=np.bool_)
-    loaded = most > UNLOADED_SHARE * most[~held].max(initial=0.0)
+    np.fmax.at(most, states.run[states.used], load[states.used])
+    to_be_loaded = np.array([run.measures is StateMeasure.DISPLACEMENT for run in states.runs], dtype=np.bool_)
+    largest = most[to_be_loaded].max(initial=0.0)
+    if largest <= 0.0:
+        return states
+    loaded = most > UNLOADED_SHARE * largest
     runs = list(states.runs)
     for number in np.flatnonzero(loaded).tolist():
         if runs[number].measures is StateMeasure.FRAME:

@@ -81,6 +81,13 @@ def test_joints_by_other_names(header: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(np.degrees(table.joints), [[10, -70, 20, 15, 40, 10]])
 
 
+@pytest.mark.parametrize("header", ["t,S,L,U,R,B,T,Fz", "S,L,U,R,B,T,Fz,t"])
+def test_a_time_is_no_joint(header: str, tmp_path: Path) -> None:
+    cells = dict(zip("SLURBT", POSE.split(","), strict=True)) | {"Fz": "-300", "t": "7.5"}
+    table = read(tmp_path, header, ",".join(cells[name] for name in header.split(",")))
+    np.testing.assert_allclose(np.degrees(table.joints), [[10, -70, 20, 15, 40, 10]])
+
+
 def test_joints_called_like_axes_are_joints(tmp_path: Path) -> None:
     file = tmp_path / "poses.csv"
     file.write_text("X,Y,Z,Fz\n100,200,300,-10\n")

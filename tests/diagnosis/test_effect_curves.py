@@ -12,10 +12,12 @@ from stiffcal.diagnosis.effect_curves import EffectEvidence, evidence_for
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.identification.identify import Settings, fit_observations, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
+from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
+from stiffcal.model.effect_values import Covariate, NodeLoads
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
@@ -86,6 +88,28 @@ def test_a_moment_across_two_axes_is_drawn_as_a_line_with_a_sign() -> None:
     assert np.corrcoef(value, law)[0, 1] > 0.999
     assert np.mean(before * value > 0.0) > 0.7
     assert before @ value > 5.0 * abs(after @ value)
+
+
+def test_a_state_without_one_component_is_left_out_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its load is no number, so that nothing is read there; all others are drawn as before."""
+    whole, _ = evidence("bearing-tilt", Place("joints", (3,)))
+    missing = int(np.flatnonzero(np.isfinite(whole.before))[0])
+    own = PlacedEffect.covariate
+
+    def without_one(self: PlacedEffect, chain: Chain, loads: NodeLoads) -> Covariate | None:
+        covariate = own(self, chain, loads)
+        if covariate is None or covariate.parts is None:
+            return covariate
+        parts = covariate.parts.copy()
+        parts[1, missing] = np.nan
+        return Covariate.size_of(covariate.label, covariate.unit, parts)
+
+    monkeypatch.setattr(PlacedEffect, "covariate", without_one)
+    found, _ = evidence.__wrapped__("bearing-tilt", Place("joints", (3,)))
+    others = np.arange(len(whole.value)) != missing
+    assert np.isnan([found.value[missing], found.before[missing], found.law[missing]]).all()
+    np.testing.assert_allclose(found.value[others], whole.value[others], rtol=1e-9)
+    np.testing.assert_array_equal(np.isfinite(found.before[others]), np.isfinite(whole.before[others]))
 
 
 def test_runs_add_up() -> None:

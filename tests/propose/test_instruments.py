@@ -301,6 +301,18 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
         "utf-8",
         ANGLES,
     ),
+    "joints of Yaskawa behind a small t": (
+        lambda: "t;S - deg;L - deg;U - deg;R - deg;B - deg;T - deg\n" + lines_of(next_to(TIME, JOINTS), ";"),
+        "j.csv",
+        "utf-8",
+        ANGLES,
+    ),
+    "joints of Yaskawa before a small t": (
+        lambda: "S - deg;L - deg;U - deg;R - deg;B - deg;T - deg;t\n" + lines_of(next_to(JOINTS, TIME), ";"),
+        "j.csv",
+        "utf-8",
+        ANGLES,
+    ),
     "a force by its unit alone": (
         lambda: of_words("tiempo (s)", "síla X [N]", "síla Y [N]", "síla Z [N]"),
         "f.txt",

@@ -1,0 +1,27 @@
+"""Names of joints in the columns of a table: where they are letters, a time may be called like one of them."""
+
+from __future__ import annotations
+
+import pytest
+
+from stiffcal.campaign.joint_names import numbered_joints
+
+LETTERS = ("S", "L", "U", "R", "B", "T")
+SMALL = tuple(letter.lower() for letter in LETTERS)
+
+
+@pytest.mark.parametrize(
+    ("names", "joints"),
+    [
+        (("t", *LETTERS), LETTERS),
+        ((*LETTERS, "t"), LETTERS),
+        (("T", *SMALL), SMALL),
+        ((*SMALL, "T"), SMALL),
+        (("t", *LETTERS[:-1]), ()),
+        (("t", *(f"Joint{letter}" for letter in LETTERS)), tuple(f"Joint{letter}" for letter in LETTERS)),
+        (("t", *(f"{letter}角度" for letter in LETTERS)), tuple(f"{letter}角度" for letter in LETTERS)),
+        (("t", *(f"joint_{letter}_pos" for letter in SMALL)), tuple(f"joint_{letter}_pos" for letter in SMALL)),
+    ],
+)
+def test_letters_are_joints_in_one_case(names: tuple[str, ...], joints: tuple[str, ...]) -> None:
+    assert numbered_joints(names) == joints
