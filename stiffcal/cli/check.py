@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
@@ -18,6 +19,7 @@ from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, angle, length, significant
+from stiffcal.wording import count
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
@@ -177,21 +179,23 @@ def _moved(names: list[str], ranges: list[CheckedColumn]) -> str:
 
 
 def _show_runs(console: AnswerConsole, runs: list[CheckedRun], details: bool, most: int = 15) -> None:
-    """Draw a row for each run; without details one for those of a kind and as many states."""
+    """Draw a row for each run; without details one for neighbours of a kind and as many states."""
     if not runs:
         return
     table = plain_table("run", "experiment", "states>", "set aside>", "largest force [N]>")
-    alike: dict[tuple[str, str, str, str], list[CheckedRun]] = {}
-    for run in runs:
-        count = f"{run.n_readings} readings" if run.n_readings else str(run.n_states)
-        key = run.experiment, count, str(len(run.set_aside)), run.id if details else ""
-        alike.setdefault(key, []).append(run)
-    for key, same in list(alike.items())[:most]:
-        name = same[0].id if len(same) == 1 else f"{same[0].id} … {same[-1].id}: {len(same)} runs"
+
+    def cells(run: CheckedRun) -> tuple[str, str, str, str]:
+        size = f"{run.n_readings} readings" if run.n_readings else str(run.n_states)
+        return run.experiment, size, str(len(run.set_aside)), run.id if details else ""
+
+    alike = [(key, list(same)) for key, same in itertools.groupby(runs, cells)]
+    for key, same in alike[:most]:
+        few = ", ".join(run.id for run in same)
+        name = few if len(same) < 3 else f"{same[0].id} … {same[-1].id}: {len(same)} runs"
         table.add_row(name, *key[:3], _range([run.largest_force_N for run in same], 3))
     console.print(table)
     if len(alike) > most:
-        console.print(f"  and {len(alike) - most} more{' runs' * details} (all in --json)")
+        console.print(f"  and {count(sum(len(same) for _, same in alike[most:]), 'more run')} (all in --json)")
     for line in [f"run {run.id}, {line}" for run in runs for line in run.set_aside][:most]:
         console.print(f"set aside: {line}", soft_wrap=True)
 

@@ -14,7 +14,7 @@ from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK
 from stiffcal.cli.improve_dialog import ImproveDialog
-from stiffcal.cli.ladder_bars import WIDEST_LADDER, LiveLadder, ladder_lines, rungs_of, step_words
+from stiffcal.cli.ladder_bars import WIDEST_LADDER, LiveLadder, drawn_measure, ladder_lines, rungs_of, step_words
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Overwrite, StoreAt
 from stiffcal.cli.registration import show_registration
@@ -110,15 +110,28 @@ def _step_shown(answer: Answer, at_terminal: bool) -> Callable[[ImproveStep], No
 def gain_in_words(steps: Sequence[ImproveStep]) -> str:
     """Return what was added and by how much the error has fallen; "" where nothing was added, or it has not."""
     first, last = steps[0], steps[-1]
-    added = [f"{step.effect} ({places(step.where)})" for step in steps if step.action == "add"]
-    before, after = (dict(step.heldout_rms.items()) if step.heldout_rms else {} for step in (first, last))
-    measured = [(value, after.get(name)) for name, value in before.items() if value is not None]
-    if not added or not any(now is not None and now < value for value, now in measured):
+    added = _still_added(steps)
+    if not added or first.heldout_rms is None or last.heldout_rms is None:
         return ""
-    return (
-        f"Added {listing(added)}: the error in {held_out(last.scheme)} decreased from {deviation(first.heldout_rms)} "
-        f"to {deviation(last.heldout_rms)} rms."
-    )
+    before, after = (dict(rms.items()) for rms in (first.heldout_rms, last.heldout_rms))
+    # an error may fall in one measure and rise in another: the one that is drawn decides, and those that fell are named
+    fallen = [name for name, now in after.items() if now is not None and now < (before.get(name) or 0.0)]
+    if drawn_measure([first.heldout_rms, last.heldout_rms]) not in fallen:
+        return ""
+    start, end = (deviation({name: rms[name] for name in fallen}) for rms in (before, after))
+    return f"Added {listing(added)}: the error in {held_out(last.scheme)} decreased from {start} to {end} rms."
+
+
+def _still_added(steps: Sequence[ImproveStep]) -> list[str]:
+    """Return what was added and not taken out again, with its place."""
+    added: list[str] = []
+    for step in steps:
+        name = f"{step.effect} ({places(step.where)})"
+        if step.action == "add":
+            added.append(name)
+        elif step.action == "remove" and name in added:
+            added.remove(name)
+    return added
 
 
 def print_step(answer: Answer, step: ImproveStep) -> None:

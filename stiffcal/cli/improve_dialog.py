@@ -100,7 +100,9 @@ def _proposal_lines(proposal: EffectProposal) -> list[str]:
         reason = (finding.evidence.seen if finding.evidence is not None else "") or finding.why
         lines += [f"  reason: {reason}"] if reason else []
         before, after = deviation(finding.heldout_rms_before), deviation(finding.heldout_rms_after)
-        lines.append(f"  expected error in held-out poses: {before} now, {after} with it{_explained(finding)}")
+        lines.append(
+            f"  expected error in held-out poses: {before} now, {after} with it{_explained(proposal, finding)}"
+        )
     from stiffcal.diagnosis.results import ProposedEffect
 
     alike = []
@@ -126,10 +128,9 @@ def _alike(of: ProposedEffect, effect: LookAlike) -> str:
     return _named(effect) if p is None else f"{_named(effect)} {probability_in_words(p)}"
 
 
-def _explained(finding: Finding) -> str:
-    if finding.explains is None:
-        return ""
-    return f" ({explained_in_words(finding.explains)} of the avoidable error)"
+def _explained(proposal: EffectProposal, finding: Finding) -> str:
+    explained = proposal.diagnosed.explained_by(finding)
+    return "" if explained is None else f" ({explained_in_words(explained)} of the avoidable error)"
 
 
 def _detail_lines(proposal: EffectProposal) -> list[str]:

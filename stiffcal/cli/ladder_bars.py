@@ -95,7 +95,7 @@ def ladder_lines(rungs: Sequence[LadderLine], scheme: str | None, width: int) ->
 def _bars(rungs: Sequence[LadderLine], room: int) -> list[str]:
     """Return a bar for each rung, all on one scale from zero to the largest error of a model."""
     models = [rung.rms for rung in rungs if rung.is_model and rung.rms is not None]
-    measure = next((name for name in MEASURES if models and all(_size(rms, name) is not None for rms in models)), None)
+    measure = drawn_measure(models)
     scale = 0.0 if measure is None else max(_size(rms, measure) or 0.0 for rms in models)
     if measure is None or not scale > 0.0:
         return [""] * len(rungs)
@@ -112,6 +112,11 @@ def _bars(rungs: Sequence[LadderLine], room: int) -> list[str]:
         else:
             bars.append(bar(room * size / scale, at, room, NOISE if rung is rungs[-1] else ""))
     return bars
+
+
+def drawn_measure(models: Sequence[Rms]) -> str | None:
+    """Return the measure by which the errors of models are compared; None where none is known of all of them."""
+    return next((name for name in MEASURES if models and all(_size(rms, name) is not None for rms in models)), None)
 
 
 def _size(rms: Rms | None, measure: str) -> float | None:

@@ -90,7 +90,7 @@ def predict(
             raise _both("--poses")
         if pose is None and force is not None:
             raise _no_pose()
-        one = None if pose is None else OneLoad(pose, force or OneLoad.force)
+        one = None if pose is None else OneLoad(pose, OneLoad.force if force is None else force)
         result = predict_campaign(folder, context, poses=one or poses, load_path=path, output=output)
         then = NextLine(command_line("export", folder, "-o", "model.json", store=store))
         answer.give(result, show_prediction, then)

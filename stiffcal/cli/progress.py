@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import sys
 import threading
-import time
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.log import is_verbose, record
 from stiffcal.escapes.terminal import escaped
-from stiffcal.wording import seconds_left
+from stiffcal.wording import TimeLeft
 
 if TYPE_CHECKING:
     import rich.progress
     from rich.console import RenderableType
 
-PATIENCE_S = 1.0
+BAR_AFTER_S = 1.0
 """How long nothing is shown: what ends sooner needs no bar, and a terminal should not flicker."""
 
 
@@ -40,7 +39,7 @@ class ProgressBar:
         self._task: rich.progress.TaskID | None = None
         self._timer: threading.Timer | None = None
         self._last = ""
-        self._began, self._share = time.monotonic(), 0.0
+        self._time_left = TimeLeft()
 
     def __call__(self, text: str, fraction: float | None = None) -> None:
         """Show what is being done and how much of it is."""
@@ -54,14 +53,12 @@ class ProgressBar:
             self._prepare(text)
         if self._bar is None or self._task is None:
             return
-        if fraction is None:
+        share = None if fraction is None else min(max(fraction, 0.0), 1.0)
+        self._time_left.reached(share)
+        if share is None:
             self._bar.update(self._task, description=text, total=None, left="")
         else:
-            share = min(max(fraction, 0.0), 1.0)
-            if share < self._share:  # another step of the chain begins
-                self._began = time.monotonic()
-            self._share = share
-            left = seconds_left(time.monotonic() - self._began, share)
+            left = self._time_left.in_words(share)
             self._bar.update(self._task, description=text, total=1.0, completed=share, left=left)
 
     @property
@@ -82,7 +79,7 @@ class ProgressBar:
         self._bar = ToppedProgress(*columns, console=Console(stderr=True), transient=True)
         self._bar.above = self.above
         self._task = self._bar.add_task(text, total=None, left="")
-        self._timer = threading.Timer(PATIENCE_S, self._bar.start)
+        self._timer = threading.Timer(BAR_AFTER_S, self._bar.start)
         self._timer.daemon = True
         self._timer.start()
 

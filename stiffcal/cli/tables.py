@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.wording import places
 from stiffcal.printed_units import printed_unit
+from stiffcal.results.value_words import on_limits
 from stiffcal.wording import estimate, listing
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def _not_firm(parameter: IdentifiedParameter) -> str:
     if parameter.at_bound:
         return "  at the limit of its range"
     if parameter.rests_on:
-        return f"  with {listing(parameter.rests_on)} at its limit"
+        return f"  {on_limits(parameter.rests_on)}"
     return "  not significant (below 3σ)" if parameter.above_noise is False else ""
 
 

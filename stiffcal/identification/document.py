@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,17 @@ def resting_on_limits(fit: Fit) -> dict[str, list[str]]:
         own = [other for other, share in shares.items() if share >= HALF * (std[k] * std[places[other]]) ** 2 > 0.0]
         found |= {name: own} if own else {}
     return found
+
+
+def rest_in_words(names: Sequence[str]) -> str:
+    """Return that others hold for a value at a limit alone, to append to it; "" where there are none.
+
+    Examples
+    --------
+    >>> rest_in_words(["a"]), rest_in_words(["a", "b"])
+    (', and a holds for that value alone', ', and a and b hold for that value alone')
+    """
+    return f", and {listing(names)} {'holds' if len(names) == 1 else 'hold'} for that value alone" if names else ""
 
 
 def included_by_convention(fit: Fit) -> dict[str, list[str]]:
@@ -223,8 +235,7 @@ def fit_warnings(fit: Fit) -> list[str]:
             continue
         if parameter.at_bound:
             resting = [name for name, limits in resting_on_limits(fit).items() if parameter.name in limits]
-            held = f", and {listing(resting)} hold for that value alone" if resting else ""
-            texts.append(f"{parameter.name} is at the limit of its range{held}")
+            texts.append(f"{parameter.name} is at the limit of its range{rest_in_words(resting)}")
         elif parameter.poorly_known:
             share_percent = 100.0 * NORMAL_95 * (parameter.std or 0.0) / abs(parameter.value or 1.0)
             texts.append(f"{parameter.name} is poorly determined: ± {share_percent:.0f} %")

@@ -147,6 +147,6 @@ class _Models:
         return fit_observations(self.problem, robot, replace(self.settings, fixed=fixed))
 
     def scan(self, fit: Fit, candidates: Sequence[Candidate] = (), progress: Progress = no_progress) -> LoadScan:
-        """Return a model's errors in poses left out, with each candidate, of which `progress` hears, as an addition."""
+        """Return a model's errors in poses left out, with each candidate as an addition; `progress` gets the share."""
         scan = scan_candidates(fit, candidates, None, self.geometry, progress)
         return held_to_places(scan, ReferencePlaces.of(self.states, fit)) if candidates else scan

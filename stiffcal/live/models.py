@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from stiffcal.live.choice import ModelChoice, model_of_choice, placed_name
 from stiffcal.live.forecasts import Forecasts
 from stiffcal.store.trial import TrialResults
 from stiffcal.view.content import ViewContent, ViewForecast, ViewLive, ViewModel
-from stiffcal.wording import seconds_left
+from stiffcal.wording import TimeLeft
 from stiffcal.workflow.diagnose import current_diagnosis, diagnose_campaign, keep_diagnosis
 from stiffcal.workflow.edit_model import edit_model
 from stiffcal.workflow.identify import up_to_date_fit
@@ -95,7 +94,7 @@ class LiveModels:
         self._earlier: EarlierVerdict | None = None
         self._text = self._text_now()
         self._doing: tuple[str | None, int, str, float | None] = (None, 0, "", None)
-        self._began, self._share = time.monotonic(), 0.0
+        self._time_left = TimeLeft()
 
     def doing(self, page: str) -> tuple[str, float | None, str]:
         """Return what is done of what a page asked for last, the share, and in words how long it still takes.
@@ -111,7 +110,7 @@ class LiveModels:
             return OF_ANOTHER_PAGE, None, ""
         if serial != self._latest.get(page):
             return "", None, ""
-        return text, share, seconds_left(time.monotonic() - self._began, share)
+        return text, share, self._time_left.in_words(share)
 
     def content(self, choice: ModelChoice, page: str | None = None) -> ViewContent:
         """Return all that the page shows of a model: fitted, and judged in held-out data.
@@ -266,14 +265,12 @@ class LiveModels:
 
         def progress(text: str, share: float | None = None) -> None:
             check()
-            if (share or 0.0) < self._share:  # another step begins
-                self._began = time.monotonic()
-            self._share = share or 0.0
+            self._time_left.reached(share)
             self._doing = (page, serial, text, share)
 
         with self._lock:
             check()
-            self._began, self._share = time.monotonic(), 0.0
+            self._time_left = TimeLeft()
             try:
                 return run(progress)
             finally:

@@ -222,7 +222,10 @@ class ModelDiagnosis(CampaignAnswer):
     @property
     def ranking(self) -> pd.DataFrame:
         """The effects that were tried, the best next step first; errors in held-out poses in m."""
-        return frame_of_rows((_finding(finding) for finding in self.result.findings), ("effect", "place"))
+        return frame_of_rows(
+            (_finding(finding, self.result.explained_by(finding)) for finding in self.result.findings),
+            ("effect", "place"),
+        )
 
     @property
     def missing(self) -> pd.DataFrame:
@@ -278,13 +281,13 @@ class ModelDiagnosis(CampaignAnswer):
         return self.summary()
 
 
-def _finding(finding: Finding) -> dict[str, str | float | None]:
+def _finding(finding: Finding, explained: float | None) -> dict[str, str | float | None]:
     before, after = finding.heldout_rms_before, finding.heldout_rms_after
     return {
         "effect": finding.effect,
         "place": place_label(finding.where),
         "verdict": finding.verdict,
-        "explains": finding.explains,
+        "explains": explained,
         "probability": finding.probability,
         "confidence": finding.confidence,
         "p_value": finding.p_value,

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stiffcal.wording import DASH, estimate
+from stiffcal.wording import DASH, estimate, listing
 
 if TYPE_CHECKING:
     from stiffcal.identification.before_after import EstimatedValue
@@ -22,3 +23,14 @@ def value_in_model(value: EstimatedValue | None, factor: float = 1.0) -> str:
         return "not in the model"
     text = estimate(value.value, value.interval, factor, value.at_bound)
     return "not identified" if text == DASH else text
+
+
+def on_limits(names: Sequence[str]) -> str:
+    """Return that a value holds for others at the limit of their range alone, as a remark on it.
+
+    Examples
+    --------
+    >>> on_limits(["backlash.j4.width"]), on_limits(["a", "b"])
+    ('with backlash.j4.width at its limit', 'with a and b at their limits')
+    """
+    return f"with {listing(names)} at {'its limit' if len(names) == 1 else 'their limits'}"

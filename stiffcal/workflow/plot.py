@@ -64,11 +64,15 @@ def plot_campaign(
     """
     context = context or RunContext()
     file = chosen_output(output, Path(folder) / PLOT_FILE, PLOT, context.overwrite)
-    data = up_to_date_states(folder, context)
     if of is not None:
+        from stiffcal.workflow.plot_of_fit import check_picture
+
+        check_picture(of)
         if run is not None or against is not None:
             mend = "leave --run and --against out"
             raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--of", "it is of the whole fit", mend)
+    data = up_to_date_states(folder, context)
+    if of is not None:
         return _of_fit(of, data, context, file)
     names = [info.name for info in data.states.runs]
     if against is None:

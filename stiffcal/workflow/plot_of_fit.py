@@ -43,6 +43,13 @@ LEAST_FREE = 1e-3
 """Share of a reading's variance that its run's constant leaves, below which it shows no noise: as of a run of one."""
 
 
+def check_picture(of: str) -> None:
+    """Refuse a word that is no key of `OF_FIT`; raises `InputError`."""
+    if of not in OF_FIT:
+        mend = f"choose {', '.join(OF_FIT)}"
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--of", f"unknown picture {of}", mend)
+
+
 def picture_of_fit(of: str, data: Ingested, context: RunContext) -> Picture:
     """Return a picture of the present fit.
 
@@ -54,9 +61,7 @@ def picture_of_fit(of: str, data: Ingested, context: RunContext) -> Picture:
     ------
     InputError : there is no such picture, or the campaign holds no load states or places.
     """
-    if of not in OF_FIT:
-        mend = f"choose {', '.join(OF_FIT)}"
-        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--of", f"unknown picture {of}", mend)
+    check_picture(of)
     identified, fit = up_to_date_fit_at_hand(data, context)
     if of == "history":
         return _history(data)

@@ -93,7 +93,8 @@ def predict_campaign(
         code = FaultCode.OPTION_MISSING if poses is None else FaultCode.OPTION_CONFLICT
         reason = "nothing to predict is stated" if poses is None else "more than one thing to predict is given"
         mend = "give one of --pose A1,A2,… --force Fx,Fy,Fz, --poses FILE and --load-path F;F"
-        raise InputError.at(code, "command line", "--poses", reason, mend)
+        place = "--pose" if isinstance(poses, OneLoad) else "--poses"
+        raise InputError.at(code, "command line", place, reason, mend)
     if output is not None:
         check_output(output, PREDICTION, context.overwrite)
     campaign = load_campaign(Path(folder), check_files=False)

@@ -27,10 +27,9 @@ from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
 from stiffcal.printed_units import printed_unit
 from stiffcal.reduction.motion import gauge_directions
-from stiffcal.results.value_words import value_in_model
+from stiffcal.results.value_words import on_limits, value_in_model
 from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained
-from stiffcal.wording import listing
 from stiffcal.workflow.diagnose import diagnosis_key
 from stiffcal.workflow.history import stored_fits
 from stiffcal.workflow.refits_of_joints import is_of_one_joint, of_all_joints
@@ -189,9 +188,7 @@ def _in_words(fit: StoredFit) -> str:
 def _value(entry: EstimatedParameter) -> ViewValue:
     value = EstimatedValue(value=entry.value, interval=entry.interval, at_bound=entry.at_bound)
     shown = _printed(entry.name, value, *printed_unit(entry.unit, entry.drift_follows))
-    return (
-        replace(shown, text=f"{shown.text}, with {listing(entry.rests_on)} at its limit") if entry.rests_on else shown
-    )
+    return replace(shown, text=f"{shown.text}, {on_limits(entry.rests_on)}") if entry.rests_on else shown
 
 
 def _printed(name: str, value: EstimatedValue, unit: str, factor: float) -> ViewValue:

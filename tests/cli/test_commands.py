@@ -49,6 +49,12 @@ def test_help_of_each_command_shows_an_example_that_it_understands(
         assert folder is None or (ROOT / folder).is_dir()
 
 
+def test_an_empty_force_is_no_load_of_zero(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    document, code = document_of(capsys, "predict", campaign, "--pose", "0,-70,20,0,30,0", "--force", "")
+    assert code == 2
+    assert "--force" in json.dumps(document)
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_list_of_commands_says_what_the_help_says(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     run(name, "--help")

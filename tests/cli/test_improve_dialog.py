@@ -45,7 +45,7 @@ def proposal(change: str = "add") -> Any:
     return SimpleNamespace(
         change=change,
         effect=effect,
-        diagnosed=SimpleNamespace(findings=findings, finding_of=finding_of),
+        diagnosed=SimpleNamespace(findings=findings, finding_of=finding_of, explained_by=lambda one: 0.97),
     )
 
 
@@ -67,7 +67,7 @@ def test_a_word_or_its_first_letter_decides(typed: str, decision: str) -> None:
 
 def test_the_reason_the_expected_error_and_the_look_alikes_come_first() -> None:
     _, text = decide("y")
-    for shown in ("backlash (joint 4)", "REASON", "0.133 mm", "0.0310 mm", "98 %", "bearing-tilt (joint 4) 20 %"):
+    for shown in ("backlash (joint 4)", "REASON", "0.133 mm", "0.0310 mm", "97 %", "bearing-tilt (joint 4) 20 %"):
         assert shown in text
     assert "probability: 60 %, not certain, of it or a look-alike 80 %" in text
     assert "MEANS" not in text
@@ -107,3 +107,31 @@ def test_what_was_gained_stands_apart_from_the_verdict_on_the_rest(before: float
         ImproveStep(action="add", effect="backlash", where=JOINT, heldout_rms=Rms(after, None), noise=None),
     ]
     assert ("backlash" in gain_in_words(steps)) == says
+
+
+def _step(action: Any, effect: str | None, error: Rms) -> ImproveStep:
+    return ImproveStep(action=action, effect=effect, where=JOINT if effect else Where(), heldout_rms=error, noise=None)
+
+
+def test_what_was_taken_out_again_is_no_gain() -> None:
+    start, lower = Rms(1.2e-4, None), Rms(3e-5, None)
+    steps = [_step("start", None, start), _step("add", "backlash", lower), _step("add", "creep", lower)]
+    gain = gain_in_words([*steps, _step("remove", "backlash", lower)])
+    assert "creep" in gain
+    assert "backlash" not in gain
+    assert gain_in_words([*steps[:2], _step("remove", "backlash", lower)]) == ""
+    back = [*steps, _step("remove", "backlash", lower), _step("add", "backlash", lower)]
+    assert "backlash" in gain_in_words(back)
+
+
+@pytest.mark.parametrize(
+    ("after", "shown"),
+    [
+        (Rms(1.3e-4, 1e-4), None),
+        (Rms(3e-5, 3e-4), "from 0.120 mm to 0.0300 mm"),
+        (Rms(3e-5, 1e-4), "from 0.120 mm, 0.200 mrad to 0.0300 mm, 0.100 mrad"),
+    ],
+)
+def test_the_leading_measure_decides_what_was_gained(after: Rms, shown: str | None) -> None:
+    gain = gain_in_words([_step("start", None, Rms(1.2e-4, 2e-4)), _step("add", "backlash", after)])
+    assert gain == "" if shown is None else shown in gain

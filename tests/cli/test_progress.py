@@ -6,6 +6,7 @@ import pytest
 
 from stiffcal.cli import progress
 from stiffcal.cli.progress import ProgressBar
+from stiffcal.wording import TimeLeft
 
 
 def test_quick_things_draw_nothing(capsys: pytest.CaptureFixture[str]) -> None:
@@ -16,13 +17,15 @@ def test_quick_things_draw_nothing(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_slow_things_draw_a_bar(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(progress, "PATIENCE_S", 0.01)
+    monkeypatch.setattr(progress, "BAR_AFTER_S", 0.01)
     monkeypatch.setenv("FORCE_COLOR", "1")
     bar = ProgressBar(terminal=True)
-    bar("reading the force log", 0.25)
+    now = 0.0
+    bar._time_left = TimeLeft(clock=lambda: now)
+    bar("reading the force log", 0.0)
     assert bar._timer is not None
     bar._timer.join()  # it ends when the bar is on the screen
-    bar._began -= 60.0
+    now = 60.0
     bar("reading the force log", 0.5)
     bar.stop()
     reported = capsys.readouterr()

@@ -43,16 +43,28 @@ def test_columns_that_did_not_move_are_named() -> None:
     assert _moved(["Fz"], COLUMNS[4:]) == "no"
 
 
-def test_runs_that_are_alike_are_one_row() -> None:
+def _run_rows(states: list[int], details: bool = False) -> list[str]:
     runs = [
         CheckedRun(
             id=f"pose{k}", experiment="load", n_states=n, largest_force_N=100.0 * k, set_aside=[], clock_ahead_s={}
         )
-        for k, n in ((1, 97), (2, 97), (3, 96))
+        for k, n in enumerate(states, 1)
     ]
-    for details, count in ((False, 2), (True, 3)):
-        console, stream = _console()
-        _show_runs(console, runs, details=details)
-        rows = [line for line in stream.getvalue().splitlines() if line.startswith("pose")]
-        assert len(rows) == count
-    assert "100 … 200" not in stream.getvalue()
+    console, stream = _console()
+    _show_runs(console, runs, details=details)
+    return [line for line in stream.getvalue().splitlines() if line.startswith("pose")]
+
+
+def test_runs_that_are_alike_are_one_row() -> None:
+    rows = _run_rows([97, 97, 96])
+    assert [row.partition("  ")[0] for row in rows] == ["pose1, pose2", "pose3"]
+    assert "100.0 … 200.0" in rows[0] or "100 … 200" in rows[0]
+    assert [row.partition("  ")[0] for row in _run_rows([97, 97, 97])] == ["pose1 … pose3: 3 runs"]
+    rows = _run_rows([97, 97, 96], details=True)
+    assert [row.split()[0] for row in rows] == ["pose1", "pose2", "pose3"]
+    assert not any("…" in row for row in rows)
+
+
+def test_a_row_holds_neighbours_alone() -> None:
+    rows = _run_rows([97, 96, 97])
+    assert [row.split()[0] for row in rows] == ["pose1", "pose2", "pose3"]

@@ -16,7 +16,7 @@ from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.refit_values import _at_bound, _interval
 from stiffcal.estimation.parameters import Parameter, reported_parameters
 from stiffcal.identification.before_after import estimated_parameters
-from stiffcal.identification.document import identified_parameter, resting_on_limits
+from stiffcal.identification.document import identified_parameter, rest_in_words, resting_on_limits
 from stiffcal.kinds.friction.documents import _identified
 from stiffcal.kinds.friction.page import _value_cell
 from stiffcal.kinds.presentation import Interval
@@ -75,6 +75,13 @@ def test_what_rests_on_a_value_at_its_limit_says_so(
     )
     assert resting_on_limits(fit).get("joint-compliance.j1.c") == resting
     assert WIDTH not in resting_on_limits(fit)
+
+
+@pytest.mark.parametrize(("names", "verb"), [([], ""), (["a"], " holds "), (["a", "b"], " hold ")])
+def test_the_warning_agrees_with_how_many_values_rest_on_a_limit(names: list[str], verb: str) -> None:
+    text = rest_in_words(names)
+    assert bool(text) == bool(names)
+    assert verb in text
 
 
 def test_the_page_says_that_a_value_rests_on_a_limit() -> None:

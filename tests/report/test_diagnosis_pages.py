@@ -27,6 +27,7 @@ from stiffcal.diagnosis.results import (
 from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.summary import EffectAt, EffectInModel, ModelSummary, Where
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
@@ -44,6 +45,7 @@ from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.figures.evidence import draw_evidence
 from stiffcal.report.figures.ladder import ladder_rungs
 from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking, summary
+from stiffcal.report.sections.stiffness import short_stiffness_table
 from stiffcal.results.history_results import HistoryEntry
 from tests.laboratory.report_content import made_up_content
 
@@ -332,6 +334,50 @@ def test_values_that_a_missing_effect_shifts_are_grey_with_the_value_after() -> 
     assert table.doubtful == ((row, 2),)
     assert "3.00" in table.rows[row][3]
     assert first_page(content())[TableBlock].doubtful == ()
+
+
+@pytest.mark.parametrize(
+    ("after", "fixed", "listed", "cell"),
+    [
+        (EstimatedValue(value=2.0e5, interval=[1.9e5, 2.1e5]), False, True, "stays within ±"),
+        (EstimatedValue(value=None, interval=None), False, True, "not identified"),
+        (EstimatedValue(value=None, interval=[4.0e4, None]), False, True, "above 4.00·10⁴"),
+        (None, False, True, "not in the model"),
+        (EstimatedValue(value=2.0e5, interval=None), True, True, ""),
+        (EstimatedValue(value=2.0e5, interval=[1.9e5, 2.1e5]), False, False, ""),
+    ],
+)
+def test_a_value_stays_within_only_where_it_is_known_before_and_after(
+    after: EstimatedValue | None, fixed: bool, listed: bool, cell: str
+) -> None:
+    made = content()
+    fit = made.identify
+    assert fit is not None
+    springs = [one for one in fit.parameters if one.is_compliance][:2]
+    spring = replace(springs[0], fixed=fixed)
+    before = EstimatedValue(value=2.0e5, interval=[1.8e5, 2.2e5])
+    other = BeforeAfter(
+        name=springs[1].name, effect=spring.effect, where=springs[1].where, unit="N·m/rad", before=before,
+        after=before, relative=0.0, outside_interval=False,
+    )  # fmt: skip
+    change = replace(other, name=spring.name, where=spring.where, after=after, relative=None)
+    table = short_stiffness_table(
+        [spring, springs[1]], frozenset(), made.joint_names, changes=[*[change] * listed, other]
+    )
+    assert table is not None
+    assert [row[3] for row in table.rows] == [cell, "stays within ±"]
+    assert table.doubtful == ()
+
+
+def test_the_errors_on_the_first_page_are_all_named_as_errors() -> None:
+    def names(of: ReportContent) -> list[str]:
+        return [name for name, _ in first_page(of)[NumbersBlock].numbers]
+
+    good = diagnosed(adequate=True, missing=[], summary="Nothing is missing.")
+    assert all(name.startswith("error ") for name in names(content())[:2])
+    assert names(replace(content(), diagnose=good))[0] == "error without a model"
+    runs = tuple(replace(run, measures=StateMeasure.PLACE) for run in content().runs)
+    assert names(replace(content(), diagnose=good, runs=runs))[0] == "error of the nominal robot"
 
 
 def test_one_number_stands_for_what_the_missing_effect_explains() -> None:

@@ -16,6 +16,7 @@ import pandas as pd
 import pytest
 
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.workflow import fitted_robot
 from stiffcal.workflow.export import export_campaign
@@ -135,6 +136,15 @@ def test_plots(campaign: Path, run: str | None, against: str | None, drawn: str)
 def test_plots_that_cannot_be(campaign: Path, run: str | None, against: str | None, message: str) -> None:
     with pytest.raises(InputError, match=message):
         plot_campaign(campaign, output=campaign / "plot.svg", run=run, against=against)
+
+
+def test_a_wrong_picture_is_refused_before_anything_is_read(campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stiffcal.workflow.plot.up_to_date_states", lambda *given: pytest.fail("the logs were read"))
+    for of, run in (("moon", None), ("normal", "pose1")):
+        with pytest.raises(InputError) as refused:
+            plot_campaign(campaign, output=campaign / "plot.svg", of=of, run=run)
+        assert refused.value.code is FaultCode.OPTION_INVALID
+        assert refused.value.place == "--of"
 
 
 def test_a_clamped_run_is_torque_over_angle(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.workflow.history import read_history
-from stiffcal.workflow.predict import LoadPathRequest, predict_campaign
+from stiffcal.workflow.predict import LoadPathRequest, OneLoad, predict_campaign
 from stiffcal.workflow.report_content import report_content
 from stiffcal.workflow.steps import RunContext, open_store, stored_fit, up_to_date_states
 from stiffcal.workflow.validate import up_to_date_validation
@@ -143,6 +143,24 @@ def test_output_is_a_table_with_units(campaign: Path) -> None:
 def test_faulty_load_paths(campaign: Path, wish: LoadPathRequest, message: str) -> None:
     with pytest.raises(InputError, match=message):
         predict_campaign(campaign, load_path=wish)
+
+
+@pytest.mark.parametrize(
+    ("poses", "path", "place", "code"),
+    [
+        (OneLoad(POSE), True, "--pose", FaultCode.OPTION_CONFLICT),
+        (Path("poses.csv"), True, "--poses", FaultCode.OPTION_CONFLICT),
+        (None, False, "--poses", FaultCode.OPTION_MISSING),
+        (OneLoad(POSE, ""), False, "--force", FaultCode.OPTION_INVALID),
+    ],
+)
+def test_faults_of_what_is_requested_name_its_option(
+    campaign: Path, poses: Path | OneLoad | None, path: bool, place: str, code: FaultCode
+) -> None:
+    wish = LoadPathRequest("0,0,0;0,0,-100", POSE) if path else None
+    with pytest.raises(InputError) as refused:
+        predict_campaign(campaign, poses=poses, load_path=wish)
+    assert (refused.value.place, refused.value.code) == (place, code)
 
 
 def test_units_in_brackets_and_decimal_commas(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from stiffcal.identification.before_after import BeforeAfter
+from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.printed_units import printed_unit
@@ -14,7 +14,7 @@ from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, Sub
 from stiffcal.report.content import ReportContent
 from stiffcal.report.estimates import STIFFNESS_UNITS, parameter_text, stiffness_text
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.results.value_words import value_in_model
+from stiffcal.results.value_words import on_limits, value_in_model
 
 ORDER, IN_SHORT = 30, True
 _TITLE = "Stiffness"
@@ -72,9 +72,8 @@ def short_stiffness_table(
     rows = tuple(_short_row(spring, joint_names, unclaimed) for spring in shown)
     if not rows:
         return None
-    moved = {change.name: change for change in changes if change.outside_interval and change.after is not None}
     if changes:
-        return _with_values_after(shown, rows, moved, len(springs) - len(shown))
+        return _with_values_after(shown, rows, {change.name: change for change in changes}, len(springs) - len(shown))
     columns = (
         TableColumn("place", align="left"),
         TableColumn("effect", align="left"),
@@ -90,7 +89,7 @@ def short_stiffness_table(
 def _with_values_after(
     springs: Sequence[IdentifiedParameter],
     rows: Sequence[tuple[str, ...]],
-    moved: Mapping[str, BeforeAfter],
+    changes: Mapping[str, BeforeAfter],
     more: int,
 ) -> TableBlock:
     """Return the first page's table where an effect is missing: what that shifts has its value after, too."""
@@ -102,18 +101,35 @@ def _with_values_after(
         TableColumn("unit", align="left"),
         TableColumn("remark", align="left", width=1.0),
     )
+    moved = {name: one for name, one in changes.items() if one.outside_interval and one.after is not None}
     made: list[tuple[str, ...]] = []
     for spring, (where, effect, text, unit, remark) in zip(springs, rows, strict=True):
-        change = moved.get(spring.name)
-        after = "" if change is None else value_in_model(change.after, printed_unit(change.unit)[1])
-        relative = None if change is None else change.relative
+        relative = moved[spring.name].relative if spring.name in moved else None
         sign = "+" if (relative or 0.0) > 0.0 else ""
         shifted = "" if relative is None else f"changes by {sign}{wording.share(relative)}"
-        made.append((where, effect, text, after or "stays within ±", unit, remark or shifted))
+        after = _value_after(spring, changes.get(spring.name))
+        made.append((where, effect, text, after, unit, remark or shifted))
     caption = "Stiffness, ± 95 %. Grey: shifted by what the model lacks, not to be used; next to it the value with it."
     caption += f" {more} more under “{_TITLE}”." if more > 0 else ""
     doubtful = tuple((k, 2) for k, spring in enumerate(springs) if spring.name in moved)
     return replace(_without_empty_remarks(columns, made, caption), doubtful=doubtful)
+
+
+def _value_after(spring: IdentifiedParameter, change: BeforeAfter | None) -> str:
+    """Return a spring's value with what is missing; "" of what is not fitted, or where nothing is known of a change."""
+    if change is None or (spring.fixed and change.after is not None):
+        return ""
+    if not change.outside_interval and _has_interval(change.before) and _is_known(change.after):
+        return "stays within ±"
+    return value_in_model(change.after, printed_unit(change.unit)[1])
+
+
+def _is_known(value: EstimatedValue | None) -> bool:
+    return value is not None and value.value is not None and not value.at_bound
+
+
+def _has_interval(value: EstimatedValue | None) -> bool:
+    return value is not None and _is_known(value) and value.interval is not None
 
 
 def _short_row(spring: IdentifiedParameter, joint_names: tuple[str, ...], unclaimed: frozenset[int]) -> tuple[str, ...]:
@@ -182,7 +198,7 @@ def _verdict(parameter: IdentifiedParameter) -> str:
     if parameter.at_bound:
         return "at the limit of its range"
     if parameter.rests_on:
-        return f"with {wording.listing(parameter.rests_on)} at its limit"
+        return on_limits(parameter.rests_on)
     if parameter.above_noise is False:
         return "not significant (below 3σ)"
     return ""

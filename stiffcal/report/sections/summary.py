@@ -128,7 +128,7 @@ def _numbers(content: ReportContent) -> tuple[tuple[str, str], ...]:
     if validation is None:
         return ()
     left_out = content.held_out
-    nominal = "nominal robot" if content.absolute_alone else "without a model"
+    nominal = "of the nominal robot" if content.absolute_alone else "without a model"
     before: tuple[str, Rms | None] = (f"error {nominal}", validation.zero_model)
     after: tuple[str, Rms | None] = (f"error in {left_out}", validation.rms)
     added = _last_change(content)
@@ -136,7 +136,7 @@ def _numbers(content: ReportContent) -> tuple[tuple[str, str], ...]:
         judged = diagnosis.as_validated
         with_missing = diagnosis.heldout_rms_with_missing if judged is None else judged.with_missing
         rms = diagnosis.rms if judged is None else judged.rms
-        before, after = (f"error in {left_out}", rms), ("with what is missing", with_missing)
+        before, after = (f"error in {left_out}", rms), ("error with what is missing", with_missing)
     elif added is not None:
         before = ("error before the change", added[1])
     noise = content.known_noise
