@@ -45,11 +45,20 @@ def mistakes_and_settings(
         yield from (_of_change(mistake, change) for mistake, change in state_changes(ground))
 
 
-def state_changes(ground: GroundOfStates) -> Iterator[tuple[StateMistake, StateChange]]:
-    """Give what each mistake of load states may have done to the readings; places show none of them."""
+def state_changes(
+    ground: GroundOfStates, *, inside_runs_alone: bool = False
+) -> Iterator[tuple[StateMistake, StateChange]]:
+    """Give what each mistake of load states may have done to the readings; places show none of them.
+
+    Parameters
+    ----------
+    inside_runs_alone : no search for mistakes of whole runs, which takes the square of their number.
+    """
     if ground.space.data.absolute.all():
         return
     for mistake in mistakes_of(StateMistake):
+        if inside_runs_alone and not mistake.inside_a_run:
+            continue
         yield from ((mistake, change) for change in mistake.changes(ground.left))
 
 

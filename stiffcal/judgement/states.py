@@ -223,8 +223,8 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         usual = range(len(columns) + len(off))
         off += [
             (Off(change.runs[0]), off_columns(change.rows), change.log_share)
-            for mistake, change in state_changes(ground)
-            if mistake.inside_a_run and Off(change.runs[0]) in aside
+            for _, change in state_changes(ground, inside_runs_alone=True)
+            if Off(change.runs[0]) in aside
         ]
         evidence = ground.evidence([*columns, *(rows for _, rows, _ in off)])
         log_odds = dict[Off, float]()

@@ -157,8 +157,8 @@ def _with_suspects(
     ]
     diagnosis = replace(diagnosis, suspects=suspects, suspects_not_checked=misplaced.not_checked)
     left_out = [_place_of(suspect, data.states) for suspect in suspects if suspect.between is None]
-    if misplaced.shorter_side is not None:
-        left_out.append(f"{int(misplaced.shorter_side.sum())} rows before or after a move of the base")
+    if misplaced.moved is not None and misplaced.shorter_side is not None:
+        left_out.append(misplaced.moved[0].rows_in_words(int(misplaced.shorter_side.sum())))
     if not left_out:
         return diagnosis
     everything = diagnose_now(data, loss, replace(context, progress=no_progress), doubt=False)

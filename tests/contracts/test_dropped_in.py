@@ -33,7 +33,8 @@ from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.mistake import Mistake
 from stiffcal.mistakes.references.kinematics import check_kinematics
 from stiffcal.mistakes.rods.mistake import RodMistake
-from stiffcal.mistakes.runs.mistake import RunMistake
+from stiffcal.mistakes.runs.mistake import RunMistake, RunRead
+from stiffcal.mistakes.states.exchanges import Exchange
 from stiffcal.mistakes.states.mistake import LeftOfStates, StateMistake
 from stiffcal.report import building, sections
 from stiffcal.report.sections import all_sections
@@ -265,18 +266,39 @@ class AsRead:
         return stack.reshape(len(stack), -1)
 
 
-@pytest.mark.usefixtures("mistake")
-def test_a_new_mistake_of_states_is_weighed_next_to_effects() -> None:
-    pulled = np.arange(24.0).reshape(6, 4)
+def two_runs(pulled: Floats, residual: Floats) -> Any:
+    """Return what mistakes of states ask for: two runs of two states, whose forces move the target as they are."""
     left = LeftOfStates(
-        residual=np.zeros((3, 4)), scale=np.ones((3, 4)), space=AsRead(), run=np.array([0, 0, 1, 1]),
+        residual=np.tile(residual, (3, 1)), scale=np.ones((3, 4)), space=AsRead(), run=np.array([0, 0, 1, 1]),
         absolute=np.zeros(4, dtype=np.bool_), wrench=pulled, response=np.repeat(np.eye(6)[:3, :, None], 4, axis=2),
         swept=frozenset(), has_constants=False, step=None, n_runs=2,
     )  # fmt: skip
-    ground: Any = SimpleNamespace(space=SimpleNamespace(data=left), left=left)
+    return SimpleNamespace(space=SimpleNamespace(data=left), left=left)
+
+
+@pytest.mark.usefixtures("mistake")
+def test_a_new_mistake_of_states_is_weighed_next_to_effects() -> None:
+    pulled = np.arange(24.0).reshape(6, 4)
+    ground = two_runs(pulled, np.zeros(4))
     found = [change for mistake, change in state_changes(ground) if mistake.name == "backward-pull"]
     assert [change.runs for change in found] == [(0,), (1,)]
     np.testing.assert_array_equal(found[1].rows.reshape(3, 4), -2.0 * pulled[:3] * [0, 0, 1, 1])
+
+
+def test_a_new_exchange_has_its_share_of_all_that_may_be_exchanged() -> None:
+    states = draw_faulty(np.random.default_rng(20261122), "pairs", "").states
+    read = RunRead(states, states.members(), 4, load_campaign(folder_of("01")).chain)
+    ground = two_runs(np.arange(24.0).reshape(6, 4), np.array([1.0, 1.0, -1.0, -1.0]))
+
+    def shares() -> tuple[set[float], float]:
+        pairs = {change.log_share for mistake, change in state_changes(ground) if isinstance(mistake, Exchange)}
+        return pairs, replace(read).mix_up_penalty(5)
+
+    (before,), penalty = shares()
+    with dropped_in("exchanged_mistakes"):
+        (after,), with_it = shares()
+    assert before - after == pytest.approx(np.log(4.0 / 3.0))
+    assert with_it - penalty == pytest.approx(2.0 * np.log(4.0 / 3.0))
 
 
 def test_a_mistake_that_lacks_a_method_is_refused_before_any_data_are_read() -> None:

@@ -102,8 +102,7 @@ def compared(before: IdentifyResult | str, after: IdentifyResult | str) -> Moved
     return Moved(
         states=after.n_states - before.n_states,
         sigma=max(shifts, default=0.0),
-        other=not same_names
-        or [(one.run, one.row) for one in before.rejected] != [(one.run, one.row) for one in after.rejected],
+        other=not same_names or set_aside(before) != set_aside(after),
     )
 
 

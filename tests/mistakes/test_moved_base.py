@@ -177,7 +177,8 @@ def test_a_move_is_found_next_to_an_error_of_the_model() -> None:
         assert move.standard_errors > 5.0
 
 
-def test_the_diagnosis_judges_the_longer_side(tmp_path: Path) -> None:
+def test_the_diagnosis_judges_the_longer_side(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module.MovedBase, "rows_in_words", lambda _, count: f"<{count}>", raising=False)
     folder = Path(shutil.copytree(CAMPAIGN, tmp_path / "moved", ignore=shutil.ignore_patterns("store")))
     file = folder / "raw" / "poses.csv"
     head, *rows = file.read_text(encoding="utf-8").splitlines()
@@ -197,6 +198,8 @@ def test_the_diagnosis_judges_the_longer_side(tmp_path: Path) -> None:
     assert diagnosis.with_suspects.missing == []
     assert diagnosis.with_suspects.unexplained
     assert diagnosis.unexplained is False
+    # what is left out is called as the mistake says
+    assert f"<{len(rows) - ROW}>" in diagnosis.summary
 
 
 def test_all_rows_are_allowed_for() -> None:

@@ -75,3 +75,7 @@ class PlacesMistake(ABC):
         ----------
         moved : as it was found. rows : the two rows between which it happened and the likeliest, in words.
         """
+
+    @abstractmethod
+    def rows_in_words(self, count: int) -> str:
+        """Return so many rows on one side of it, which are left out, as they are listed."""

@@ -13,6 +13,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.runs.time_order import TimeOrder
 from stiffcal.mistakes.suspect_kinds import SuspectKind
 
@@ -87,7 +88,12 @@ class RunRead:
 
     def mix_up_penalty(self, other: int) -> float:
         """Return the penalty of readings that are another run's: what follows each other is mixed up more often."""
-        return self._order.mix_up_penalty(self.run, other, len(self.comparable))
+        return self._order.mix_up_penalty(self.run, other, len(self.comparable), self._n_things)
+
+    @cached_property
+    def _n_things(self) -> int:
+        """Of a run, how many may be another one's."""
+        return sum(mistake.of_two_runs for mistake in mistakes_of(RunMistake))
 
     def name_of(self, other: int) -> str:
         """Return the name of another run."""

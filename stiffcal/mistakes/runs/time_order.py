@@ -14,8 +14,6 @@ from stiffcal.measurements.load_states import LoadStates
 
 # Files and rows are mixed up with those before and after them about as often as with all others together.
 SHARE_OF_NEIGHBOURS = 0.5
-# What is mixed up: angles, loads or places.
-THINGS_MIXED_UP = 3
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,7 @@ class TimeOrder:
         rank[order] = np.arange(len(members))
         return cls(rank, first)
 
-    def mix_up_penalty(self, run: int, other: int, n_choices: int) -> float:
+    def mix_up_penalty(self, run: int, other: int, n_choices: int, n_things: int) -> float:
         """Return −2 log of the prior probability that a run has what belongs to another one.
 
         It is added to the squared misfit, which is −2 log of the likelihood.
@@ -51,11 +49,12 @@ class TimeOrder:
         ----------
         run, other : the two runs, from 0.
         n_choices : how many runs it could be, the two neighbours in time included.
+        n_things : how many things of a run could be mixed up: its angles, its loads, its places.
         """
         are_neighbours = abs(int(self.rank[run]) - int(self.rank[other])) == 1
         n_not_neighbours = max(n_choices - 2, 1)
         prior = SHARE_OF_NEIGHBOURS / 2.0 if are_neighbours else (1.0 - SHARE_OF_NEIGHBOURS) / n_not_neighbours
-        return 2.0 * log(THINGS_MIXED_UP / prior)
+        return 2.0 * log(n_things / prior)
 
     def out_of_order(self, most: int) -> dict[int, tuple[int | None, int | None]]:
         """Return the few runs that stand elsewhere in the campaign than in time, with those before and after in time.

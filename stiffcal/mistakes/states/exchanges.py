@@ -17,13 +17,12 @@ from typing import ClassVar
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.states.mistake import LeftOfStates, StateChange, StateMistake
 
 EXCHANGES_KEPT = 3
 """Pairs of exchanged runs of each kind that are compared with all else; a number of the computation, which
 `python -m tests.calibration numbers` doubles."""
-PARTS = 3
-"""What may be exchanged of two runs: angles, loads or places."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,8 @@ class Exchange(StateMistake):
         if left.absolute.all():
             return
         runs = RunResponses.of(left)
-        gain, share = self._gains(left, runs), -float(np.log(PARTS * max(left.n_runs - 1, 1)))
+        n_parts = len(mistakes_of(Exchange))
+        gain, share = self._gains(left, runs), -float(np.log(n_parts * max(left.n_runs - 1, 1)))
         for place in np.argsort(-gain, axis=None, kind="stable")[:EXCHANGES_KEPT]:
             i, j = (int(k) for k in np.unravel_index(place, gain.shape))
             if gain[i, j] > 0.0:

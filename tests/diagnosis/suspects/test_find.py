@@ -231,7 +231,7 @@ def test_runs_next_to_each_other_in_time_are_mixed_up_first() -> None:
     assert np.array_equal(ranked.rank, order)
     near = int(np.flatnonzero(np.abs(order - order[0]) == 1)[0])
     far = int(np.flatnonzero(np.abs(order - order[0]) > 1)[0])
-    assert ranked.mix_up_penalty(0, near, 23) < ranked.mix_up_penalty(0, far, 23)
+    assert ranked.mix_up_penalty(0, near, 23, 3) < ranked.mix_up_penalty(0, far, 23, 3)
     # where every run's clock starts at zero, the order of the campaign counts
     restarting = TimeOrder.of(replace(states, time=(np.arange(len(states)) % 3).astype(float)), states.members())
     assert np.array_equal(restarting.rank, np.arange(24))

@@ -18,6 +18,7 @@ PACKAGES = {
     "readers": "stiffcal.readers",
     "effects": "stiffcal.effects",
     "mistakes": "stiffcal.mistakes.catalogue",
+    "exchanged_mistakes": "stiffcal.mistakes.catalogue",
     "unfinished_mistakes": "stiffcal.mistakes.catalogue",
     "effect_kinds": "stiffcal.effects",
     "kinds": "stiffcal.kinds",

@@ -119,6 +119,10 @@ class MovedBase(PlacesMistake):
         )
         return f"{displaced}, {moved.standard_errors:.2g} standard errors", likely
 
+    def rows_in_words(self, count: int) -> str:
+        """Return the rows on one side of the move."""
+        return f"{count} rows before or after a move of the base"
+
 
 def _log_mean(logs: Floats) -> float:
     """Return the logarithm of the mean of what these are the logarithms of."""
