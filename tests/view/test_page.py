@@ -116,7 +116,7 @@ def test_absolute_places_are_judged_states_and_their_frames_are_parameters(numbe
         rms = float(np.sqrt(np.nanmean(np.sum(residual**2, axis=1))))
         assert rms == pytest.approx(model["heldout_rms"]["translation"], rel=0.02)
     units = {value["name"]: value["unit"] for value in candidates[0]["values"]}
-    assert (units["frame.tracker.x"], units["frame.tracker.rx"]) == ("m", "rad")
+    assert (units["frame.tracker.x"], units["frame.tracker.rx"]) == ("mm", "mrad")
     # what rounding leaves of a torque that no weight makes is nothing that a residual may follow
     torques = [v for v in document["variables"] if v["name"].startswith("torque")]
     assert torques
