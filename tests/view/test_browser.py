@@ -470,7 +470,7 @@ def test_a_page_of_20_000_states(browser: Any, content: Any, tmp_path: Path) -> 
         page, complaints = opened(browser, file)
         ready.append(int(page.evaluate("document.body.dataset.ready")))
         assert complaints == []
-        assert "shown 5 000 of 20 000" in page.locator("#count").inner_text().replace("\u00a0", " ")
+        assert "shown 5 000 of 20 000" in page.locator("#count").inner_text().replace("\u202f", " ")
         page.context.close()
     assert min(ready) <= 3000
 
