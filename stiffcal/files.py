@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import stat
 import sys
 from collections.abc import Iterator
@@ -258,6 +259,11 @@ def temporary_name(ending: str = "") -> str:
     import secrets  # brings OpenSSL along, which commands that only read do without
 
     return f".stiffcal-{secrets.token_hex(8)}{ending}"
+
+
+def holds_something(folder: Path) -> bool:
+    """Return whether anything is in a folder but temporary files, which a killed process leaves."""
+    return any(re.match(r"\.stiffcal-[0-9a-f]{16}(\.|$)", path.name) is None for path in folder.iterdir())
 
 
 @contextmanager

@@ -31,7 +31,7 @@ from stiffcal.campaign.toml_reading import parse_for_editing, toml_text
 from stiffcal.documents import Document
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import check_regular
+from stiffcal.files import check_regular, holds_something
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.simulation.controller import compensated
@@ -220,7 +220,7 @@ def _check_out(out: Path, source: Path) -> None:
         return
     if not out.is_dir():
         raise InputError.at(FaultCode.FILE_KIND, str(out), "", "this is a file", "use a folder that does not exist yet")
-    if any(out.iterdir()) and not (out / TRUTH_FILE).exists():
+    if holds_something(out) and not (out / TRUTH_FILE).exists():
         raise InputError.at(
             FaultCode.FILE_EXISTS, str(out), "", "the folder is not empty", "use a folder that does not exist yet"
         )
@@ -243,7 +243,7 @@ def _check_goals(out: Path, campaign: Campaign, logs: Sequence[str], *, overwrit
 def _only_whole(out: Path) -> Iterator[None]:
     """Make the folder; take away what was written into an empty one where not all of it can be."""
     exists = out.exists()
-    empty = not exists or not any(out.iterdir())
+    empty = not exists or not holds_something(out)
     out.mkdir(parents=True, exist_ok=True)
     try:
         yield

@@ -19,6 +19,7 @@ from stiffcal.campaign.toml_reading import parse_for_editing, toml_text
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode
+from stiffcal.files import holds_something
 from stiffcal.log_columns import single_character
 from stiffcal.workflow.plan_sheet import write_sheet
 
@@ -56,7 +57,7 @@ def write_planned_campaign(folder: Path, campaign: Campaign, plan: PlanResult, f
     """
     import tomlkit
 
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    if folder.exists() and (not folder.is_dir() or holds_something(folder)):
         mend = "use a folder that does not exist yet"
         raise InputError.at(FaultCode.FILE_EXISTS, str(folder), "", "the folder is not empty", mend)
     manifest = _without_head(toml_text(campaign.folder / MANIFEST_FILE, MANIFEST_FILE))

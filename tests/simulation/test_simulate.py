@@ -13,6 +13,7 @@ import pytest
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
+from stiffcal.files import temporary_name
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, vector_from_rotation
@@ -374,3 +375,11 @@ def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not empty"):
         simulate_campaign(campaign, settings, tmp_path / "out")
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
+
+
+def test_a_folder_in_which_a_process_was_killed_before_its_first_file_is_used(tmp_path: Path) -> None:
+    campaign, settings = write_folder(tmp_path / "source", FRAMES + TABLE, SETTINGS + POSES)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / temporary_name(".json")).write_text("{", encoding="utf-8")
+    simulate_campaign(campaign, settings, tmp_path / "out")
+    assert (tmp_path / "out" / "truth.json").exists()
