@@ -13,8 +13,8 @@ import pytest
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
-from stiffcal.files import temporary_name
 from stiffcal.fault_codes import FaultCode
+from stiffcal.files import temporary_name
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, vector_from_rotation
 from stiffcal.model.equilibrium import solve_balance
