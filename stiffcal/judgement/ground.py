@@ -17,6 +17,7 @@ from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.lingering_noise import LingeringNoise
 from stiffcal.judgement.numbers import ALL_SHAPES, ALONE, SIZE_WEIGHTS, SIZES
 from stiffcal.judgement.priors import UsualSizes
 from stiffcal.judgement.shared import Shared
@@ -56,6 +57,8 @@ class Ground(ABC):
     """Runs that answer their loads in ways of their own."""
     of_time: Discrepancy
     """Runs that wander."""
+    lingering: LingeringNoise | None
+    """Noise of which some is left in the next reading; None where readings are means of several."""
     louder: LouderRun | None
     """The run that may be louder than the others."""
     noise: NoiseScale
@@ -76,7 +79,7 @@ class Ground(ABC):
     @property
     def of_noise(self) -> list[int]:
         """Positions in the grid of discrepancies at which no pose has a way of its own: all that is left is noise."""
-        return [0, *self.shared.numbers_of(self.alike)]
+        return [0, *self.shared.numbers_of(self.lingering), *self.shared.numbers_of(self.alike)]
 
     @abstractmethod
     def runs_off(self) -> Iterator[OffRun]:

@@ -13,7 +13,8 @@ from stiffcal.diagnosis.drift import Drift, drift_of
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.estimation.bins import Bins
 from stiffcal.identification.regressors import Regressor, RegressorMaker
-from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun
+from stiffcal.judgement.covariance_kind import CovarianceKind
+from stiffcal.judgement.discrepancy import Discrepancy, OffRun
 from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.ground import CheckKind, Ground
 from stiffcal.judgement.numbers import OF_LOADS, OF_TIME, WAVES
@@ -135,13 +136,13 @@ class GroundOfRows(Ground):
         space = WeightedRows(RowData(course.group), sigma)
         columns = space.rows(np.array(shared).reshape(-1, 1, len(sigma)))
         of_poses, of_time = _of_passes(space, course), _of_time(space, course)
-        kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_poses, OF_LOADS), (of_time, OF_TIME)]
+        kinds: list[tuple[CovarianceKind, float]] = [(of_poses, OF_LOADS), (of_time, OF_TIME)]
         prior = np.zeros((0, len(columns) + 1))
         residual = bins.means(_without_constants(fit))[None]
         scale = NoiseScale(float(len(sigma) - len(columns)), 0.0)
         return cls(
             MeansMaker(fit.maker, bins), space, Shared(columns, prior, kinds), residual, present, {}, of_poses,
-            of_time, None, scale, course,
+            of_time, None, None, scale, course,
         )  # fmt: skip
 
     @property

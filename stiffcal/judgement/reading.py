@@ -19,8 +19,8 @@ from stiffcal.judgement.numbers import (
     DOUBT,
     FIRM,
     LEAST_LIKELY,
-    LINGERING_NOISE,
     NAMED,
+    SCATTERS,
     SHARED,
     SHOWS,
     STILL_FIRM,
@@ -299,16 +299,16 @@ def _share(judged: Judged, signal: _Signal, other: int) -> float:
 def _left(judged: Judged, size: float) -> float:
     """Return the probability that poses answer in ways of their own, or wander, by a size and more, in noises.
 
-    A size below half of the noise is as good as nothing. A wander that has died away within some readings is noise that
-    lingers (air, a filter), unless it is larger than the noise: a law that turns with the load's cycle reads like it.
+    The size is the rms over all readings, as that of an effect; what shows less than half of the noise is as good as
+    nothing, of the scatter between absolute places what shows less than the noise.
     """
     ground, of_discrepancy = judged.ground, judged.weighed.of_discrepancy()
-    large = max(size, SHOWS) <= DISCREPANCIES
-    wanders = large & (judged.drift.drifts | (DISCREPANCIES > LINGERING_NOISE))
-    return sum(
-        float(of_discrepancy[ground.shared.numbers_of(one)][counted].sum())
-        for one, counted in ((ground.of_loads, large), (ground.of_time, wanders))
-    )
+    scatters = SCATTERS if ground.space.data.absolute.all() else SHOWS
+    found = 0.0
+    for one, least in ((ground.of_loads, scatters), (ground.of_time, SHOWS)):
+        shown = DISCREPANCIES * np.sqrt(one.variance.sum() / judged.weighed.evidence.noise.dof)
+        found += float(of_discrepancy[ground.shared.numbers_of(one)][shown >= max(size, least)].sum())
+    return found
 
 
 def _unlisted_in_place(

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stiffcal.judgement.covariance_kind import CovarianceKind
 from stiffcal.judgement.evidence import Key, MemberColumns, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
@@ -44,9 +45,10 @@ def _odds_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]
 
 
 def _discrepancy_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
-    """Vary how probable it is that poses answer in ways of their own, that they wander, and that sweeps err."""
+    """Vary how probable each discrepancy is, and each way in which noise errs together."""
     ground = judged.ground
-    for kind in (ground.of_loads, ground.of_time, *([ground.alike] if ground.alike is not None else [])):
+    kinds: list[CovarianceKind | None] = [ground.of_loads, ground.of_time, ground.lingering, ground.alike]
+    for kind in filter(None, kinds):
         log = {}
         for key, values in judged.weighed.by_discrepancy.items():
             changed = values.copy()

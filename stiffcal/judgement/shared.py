@@ -10,7 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
+from stiffcal.judgement.covariance_kind import CovarianceKind
+from stiffcal.judgement.discrepancy import Discrepancy
 from stiffcal.judgement.numbers import NO_DISCREPANCY, ROUNDING
 
 
@@ -22,7 +23,7 @@ class Shared:
     """(p, r) whitened."""
     prior: Floats
     """(o, p + 1) rows of what is known of them before; last what they should be."""
-    kinds: Sequence[tuple[Discrepancy | LouderRun, float]]
+    kinds: Sequence[tuple[CovarianceKind, float]]
     """Of discrepancies, each with how probable it is."""
     lasting: Discrepancy | None = None
     """What is in every run whatever the discrepancy, of one noise; None: nothing."""
@@ -39,12 +40,22 @@ class Shared:
         The first is none; its kind is −1.
         """
         found = [(-1, np.zeros(0), float(np.log(NO_DISCREPANCY)))]
-        for number, (discrepancy, probability) in enumerate(self.kinds):
+        for number, ((discrepancy, probability), weights) in enumerate(zip(self.kinds, self.weights, strict=True)):
             share = float(np.log(probability / len(discrepancy.sizes)))
-            for size in discrepancy.sizes:
-                density = share - 0.5 * discrepancy.log_determinant(size)
-                found.append((number, discrepancy.weights(size), density))
+            for size, own in zip(discrepancy.sizes, weights, strict=True):
+                found.append((number, own, share - 0.5 * discrepancy.log_determinant(size)))
         return found
+
+    @cached_property
+    def weights(self) -> list[Floats]:
+        """Per kind of discrepancy the weights (s, d) of its directions at each of its sizes."""
+        return [np.array([one.weights(size) for size in one.sizes]) for one, _ in self.kinds]
+
+    @cached_property
+    def at(self) -> list[slice]:
+        """Per kind of discrepancy the positions of its sizes in the grid."""
+        ends = np.cumsum([1, *(len(one.sizes) for one, _ in self.kinds)]).tolist()
+        return [slice(a, b) for a, b in pairwise(ends)]
 
     @cached_property
     def own(self) -> list[tuple[Floats, float]]:
@@ -77,9 +88,10 @@ class Shared:
         """Return (k, d) the parts of whitened rows (k, r) along what lasts in runs."""
         return np.zeros((len(rows), 0)) if self.lasting is None else self.lasting.along(rows)
 
-    def numbers_of(self, discrepancy: Discrepancy | LouderRun | None) -> list[int]:
+    def numbers_of(self, discrepancy: CovarianceKind | None) -> list[int]:
         """Return the positions in the grid of a kind of discrepancy, one for each of its sizes; none of none."""
-        return [t for t, (kind, *_) in enumerate(self.grid) if kind >= 0 and self.kinds[kind][0] is discrepancy]
+        of_kinds = zip(self.kinds, self.at, strict=True)
+        return [t for (one, _), at in of_kinds if one is discrepancy for t in range(at.start, at.stop)]
 
     @cached_property
     def bases(self) -> dict[int, Floats]:
@@ -158,9 +170,8 @@ class SplitRows:
     def times(self, other: SplitRows, shared: Shared) -> Floats:
         """Return (t, k, l) inner products with other rows."""
         plain = self.rows @ other.rows.T - (self.lasting * shared.of_lasting) @ other.lasting.T
-        found = np.empty((len(shared.grid), *plain.shape))
-        for t, (kind, weights, _) in enumerate(shared.grid):
-            found[t] = plain - self.common[t].T @ other.common[t]
-            if kind >= 0:
-                found[t] -= (self.along[kind] * weights) @ other.along[kind].T
+        found = plain - np.swapaxes(self.common, 1, 2) @ other.common
+        for weights, at, mine, theirs in zip(shared.weights, shared.at, self.along, other.along, strict=True):
+            for j, one in enumerate(theirs):
+                found[at, :, j] -= weights @ (mine * one).T
         return found

@@ -11,6 +11,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate, driven_joint_of_state, list_candidates
+from stiffcal.diagnosis.drift import walking_together
 from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces
 from stiffcal.diagnosis.suspects.influence import most_suspects
@@ -23,6 +24,7 @@ from stiffcal.identification.noise import Noise
 from stiffcal.identification.observation import Observations
 from stiffcal.identification.regressors import Linearised
 from stiffcal.identification.weights import residual_noise
+from stiffcal.judgement.covariance_kind import CovarianceKind
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
 from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_of, spring_symbol
@@ -31,9 +33,18 @@ from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
 from stiffcal.judgement.lasting_errors import lasting_errors, made_by
 from stiffcal.judgement.like_states import variance_of, with_noise_of_like_states
+from stiffcal.judgement.lingering_noise import LingeringNoise
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings, state_changes
-from stiffcal.judgement.numbers import ALIKE_IN_SWEEPS, ALONE, DOUBTED_RUN, OF_LOADS, OF_TIME, STATED_NOISE_DOF
+from stiffcal.judgement.numbers import (
+    ALIKE_IN_SWEEPS,
+    ALONE,
+    DOUBTED_RUN,
+    LINGERING,
+    OF_LOADS,
+    OF_TIME,
+    STATED_NOISE_DOF,
+)
 from stiffcal.judgement.priors import JOINT_SPRING, RobotScale, log_odds_of_doubt
 from stiffcal.judgement.reference_places import with_reference_places
 from stiffcal.judgement.rivals import with_rivals_refitted
@@ -303,15 +314,19 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         lasting = Discrepancy.of_lasting(space, of_runs, state.data.run) if len(of_runs) else None
         of_loads, of_time = Discrepancy.of_loads(space, lasting), Discrepancy.of_time(space, lasting)
         louder = LouderRun.of(space, space.rows(about.residual[None])[0], lasting) if self.doubt else None
-        kinds: list[tuple[Discrepancy | LouderRun, float]] = [(of_loads, OF_LOADS), (of_time, OF_TIME)]
+        lingering = LingeringNoise.of(space, walking_together(space.data), np.arange(space.data.n_states), lasting)
+        kinds: list[tuple[CovarianceKind, float]] = [
+            (of_loads, OF_LOADS), (of_time, OF_TIME), (lingering, LINGERING),
+        ]  # fmt: skip
         if louder is not None:
             kinds.append((louder, DOUBTED_RUN))
         if alike is not None:
             kinds.append((alike, ALIKE_IN_SWEEPS))
         shared = Shared(space.rows(columns), prior, kinds, lasting)
         return GroundOfStates(
-            state, space, shared, about.residual, present, derivative, of_loads, of_time, louder, scale, alike=alike
-        )
+            state, space, shared, about.residual, present, derivative, of_loads, of_time, lingering, louder, scale,
+            alike=alike,
+        )  # fmt: skip
 
 
 def without_members(robot: CompliantRobot, catalogue: Mapping[str, Effect]) -> CompliantRobot:

@@ -53,27 +53,29 @@ class Readings:
     ) -> Floats:
         """Return (t,) what the tails of the noise add to the log evidence of a set.
 
+        Of each kind of covariance they are those of its most probable size, where that is near the best of all.
+
         Parameters
         ----------
         inner : of members' columns. chosen : the set. scale : (t, q) the best sizes of its columns.
         by_discrepancy : (t,) log evidence of the set for normal noise.
         known : as of `stiffcal.judgement.evidence.NoiseScale`.
         """
-        best = int(np.argmax(by_discrepancy))
-        near = np.flatnonzero(by_discrepancy > by_discrepancy[best] - TAILS_WITHIN)
+        best = float(by_discrepancy.max())
+        stretches = [slice(0, 1), *self.shared.at]
+        tops = [at.start + int(np.argmax(by_discrepancy[at])) for at in stretches]
+        near = [k for k, top in enumerate(tops) if by_discrepancy[top] > best - TAILS_WITHIN]
         left, free = np.empty((2, len(near), len(self.residual)))
-        for k, t in enumerate(near.tolist()):
-            variance = self.shared.variance_of_noise(t)
-            left[k], free[k] = self.left(inner, chosen, scale[t], t)
-            left[k] *= np.sqrt(variance)
-            free[k] *= variance
+        for place, k in enumerate(near):
+            left[place], free[place] = self.left(inner, chosen, scale[tops[k]], tops[k])
         gains = log_gains(left, free, self.kind, known)
-        found = np.full(len(by_discrepancy), gains[near == best])
-        found[near] = gains
+        found = np.full(len(by_discrepancy), gains[[by_discrepancy[tops[k]] for k in near].index(best)])
+        for k, gain in zip(near, gains.tolist(), strict=True):
+            found[stretches[k]] = gain
         return found
 
     def left(self, inner: InnerProducts, chosen: Sequence[int], scale: Floats, number: int) -> tuple[Floats, Floats]:
-        """Return what a set leaves of the readings, (r,), and which share of each is free.
+        """Return what a set leaves of the readings, (r,), and which share of each is free, in its noise there.
 
         Parameters
         ----------
@@ -81,8 +83,9 @@ class Readings:
         number : of the discrepancy.
         """
         left, free = self._without_members(number)
+        variance = self.shared.variance_of_noise(number)
         if not len(chosen):
-            return left, free
+            return left * np.sqrt(variance), free * variance
         own = inner.of_set(chosen)
         gram = own.gram[number] * np.outer(scale, scale) + np.eye(len(scale))
         size = np.sqrt(np.diag(gram))
@@ -90,7 +93,8 @@ class Readings:
         unit[np.diag_indices(len(unit))] += ROUNDING
         inverse = np.linalg.inv(np.linalg.cholesky(unit)) * (scale / size)
         half = inverse @ np.concatenate([inner.reduced(i, number) for i in chosen])
-        return left - (inverse @ own.target[number]) @ half, free - np.einsum("qr,qr->r", half, half)
+        left, free = left - (inverse @ own.target[number]) @ half, free - np.einsum("qr,qr->r", half, half)
+        return left * np.sqrt(variance), free * variance
 
     def _without_members(self, number: int) -> tuple[Floats, Floats]:
         if number not in self.without_members:

@@ -62,13 +62,14 @@ COMPUTED: Mapping[str, Mapping[str, Any]] = {
     "UNLISTED_SIZES": {"UNLISTED_SIZES": _finer(numbers.UNLISTED_SIZES)},
     "RUN_SIZES": {"RUN_SIZES": _finer(numbers.RUN_SIZES)},
     "DISCREPANCIES": {"DISCREPANCIES": _finer(numbers.DISCREPANCIES)},
+    "LINGERS": {"LINGERS": _finer(numbers.LINGERS)},
 }  # fmt: skip
 """Numbers of the computation: by name the values with which each is doubled."""
 OURS = ("STILL", "INSTEAD", "RUNS_KEPT", "FAR", "SHOWS_ITS_NOISE", "KNOWN_IN_PLACES", "BEYOND_USUAL", "LEVER_OF_NODE")
 """Numbers that are neither a prior of the published table nor a limit of the answer; by them it is asked ×2 and ÷2 …"""
 PRIORS = (
     "SPRING", "EXPECTED_EFFECTS", "UNLISTED", "SETUP_MISTAKE", "CONTRADICTED", "DOUBTED_RUN", "DOUBTED_ROW",
-    "LEVER_OF_TOOL", "STATED_NOISE_DOF", "NORMAL", "ALONE", "BEND",
+    "LEVER_OF_TOOL", "STATED_NOISE_DOF", "NORMAL", "ALONE", "BEND", "LINGERING",
 )  # fmt: skip
 """… and of these."""
 

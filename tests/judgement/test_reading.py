@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stiffcal.judgement.evidence import Key
-from stiffcal.judgement.numbers import SHOWS
+from stiffcal.judgement.numbers import DISCREPANCIES, SCATTERS, SHOWS
 from stiffcal.judgement.reading import _left, _present, _shares
 
 
@@ -41,23 +41,28 @@ def test_what_may_be_there_besides_is_nothing_in_its_place() -> None:
     assert shares == pytest.approx({"backlash j1": 0.96, "encoder-drift j1": 0.14})
 
 
-@pytest.mark.parametrize("drifts", [False, True])
-def test_what_dies_away_within_some_readings_is_noise_unless_it_is_larger(drifts: bool) -> None:
-    """A compliance that waves as the load cycles left a curve of half its size certain, and nothing unexplained."""
-    of_loads, of_time = object(), object()
-    numbers = {id(of_loads): [1, 2, 3, 4, 5, 6], id(of_time): [7, 8, 9, 10, 11, 12]}
-    shared = SimpleNamespace(numbers_of=lambda one: numbers[id(one)])
+@pytest.mark.parametrize("absolute", [False, True])
+def test_a_discrepancy_shows_by_its_rms_over_all_readings(absolute: bool) -> None:
+    """Half of the noise and more, or as much as an effect; the scatter of absolute places from the noise on."""
+    size = SCATTERS if absolute else SHOWS
+    of_loads, of_time = (SimpleNamespace(variance=np.full(50, 0.5)) for _ in range(2))
+    where = {id(of_loads): 1, id(of_time): 1 + len(DISCREPANCIES)}
+    shared = SimpleNamespace(numbers_of=lambda one: [where[id(one)] + k for k in range(len(DISCREPANCIES))])
+    space = SimpleNamespace(data=SimpleNamespace(absolute=np.full(9, absolute)))
+    ground = SimpleNamespace(of_loads=of_loads, of_time=of_time, shared=shared, space=space)
+    noise = SimpleNamespace(noise=SimpleNamespace(dof=100.0))
 
-    def left(number: int, size: float) -> float:
-        ground = SimpleNamespace(of_loads=of_loads, of_time=of_time, shared=shared)
-        weighed = SimpleNamespace(of_discrepancy=lambda: np.eye(13)[number])
-        judged: Any = SimpleNamespace(ground=ground, weighed=weighed, drift=SimpleNamespace(drifts=drifts))
-        return _left(judged, size)
+    def left(one: SimpleNamespace, number: int, least: float) -> float:
+        of_discrepancy = np.eye(1 + 2 * len(DISCREPANCIES))[where[id(one)] + number]
+        weighed = SimpleNamespace(of_discrepancy=lambda: of_discrepancy, evidence=noise)
+        judged: Any = SimpleNamespace(ground=ground, weighed=weighed)
+        return _left(judged, least)
 
-    assert left(12, 1.06) == left(12, SHOWS) == 1.0
-    assert left(12, 10.0) == 0.0
-    assert left(10, 1.06) == left(10, SHOWS) == drifts
-    assert left(4, 1.06) == 1.0
+    for one, least in ((of_loads, size), (of_time, SHOWS)):
+        # of a hundred readings fifty directions are moved, by half the variance of the discrepancy
+        first = int(np.argmax(least <= DISCREPANCIES / 2.0))
+        assert [left(one, k, 0.0) for k in (first - 1, first)] == [0.0, 1.0]
+        assert left(one, first, 2.0 * DISCREPANCIES[first]) == 0.0
 
 
 def test_the_present_model_has_the_shapes_that_were_weighed() -> None:
