@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from stiffcal.diagnosis.drift import walking_together
 from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
 from stiffcal.estimation.decomposition import thin_svd
 from stiffcal.identification.projection import Projection
+from stiffcal.judgement.covariance_kind import weighed_products
 from stiffcal.judgement.like_states import sweeps_of
 from stiffcal.judgement.numbers import (
     DISCREPANCIES,
@@ -211,6 +213,15 @@ class Discrepancy:
             found[:, one.at] = np.swapaxes(np.swapaxes(rows[:, one.place], 0, 1) @ one.basis, 0, 1)
         return found
 
+    def products(self, rows: Floats, along: Floats, others: Floats, along_others: Floats, plain: Floats) -> Floats:
+        """Return (s, k, l) by how much inner products are less at each size; as of `CovarianceKind.products`."""
+        return weighed_products(self._weights, along, along_others)
+
+    @cached_property
+    def _weights(self) -> Floats:
+        """(s, d) of every size."""
+        return np.array([self.weights(size) for size in self.sizes])
+
     def taken_out(self, rows: Floats, weights: Floats, found: Floats | None = None) -> Floats:
         """Return rows (k, r) less their parts along the directions times weights (d,).
 
@@ -295,6 +306,15 @@ class LouderRun:
         """Return (k, d + q) whitened rows (k, r) in the run, and their parts along what lasts in it."""
         own = rows[:, self.place]
         return np.concatenate([own, own @ self.basis], axis=1)
+
+    def products(self, rows: Floats, along: Floats, others: Floats, along_others: Floats, plain: Floats) -> Floats:
+        """Return (s, k, l) by how much inner products are less at each size; as of `CovarianceKind.products`."""
+        return weighed_products(self._weights, along, along_others)
+
+    @cached_property
+    def _weights(self) -> Floats:
+        """(s, d + q) of every size."""
+        return np.array([self.weights(size) for size in self.sizes])
 
     def taken_out(self, rows: Floats, weights: Floats, found: Floats | None = None) -> Floats:
         """Return rows (k, r) less those of the run times weights (d + q,); parameters as of `Discrepancy.taken_out`."""

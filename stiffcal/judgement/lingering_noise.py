@@ -2,13 +2,19 @@
 
 Autoregressive of first order: of each reading's noise a share ρ is left in the next one of its run. Cosines over a run
 are its principal axes but for the ends, with the variances (1 − ρ²) / (1 + ρ² − 2 ρ cos ω) of one in the mean (Box and
-Jenkins 1970, spectrum of the first-order process). What lingers so repeats in no cycle, and between one reading and the
+Jenkins 1970, spectrum of the first-order process). Its inverse takes each reading and its two neighbours,
+
+    N⁻¹ = 1 + β (2 ρ − L),    β = ρ / (1 − ρ²),
+
+where L is the sum of a reading's neighbours, at the ends of a run one of them itself: of L the cosines have 2 cos ω. So
+one inner product with neighbours serves every ρ. What lingers so repeats in no cycle, and between one reading and the
 next at least (1 − ρ) / (1 + ρ) of its variance is left: a law, or a target that wanders, has neither.
+
+What lasts in every run as well is next to it: V = S⁻¹ N S⁻¹, S of `stiffcal.judgement.discrepancy`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -21,30 +27,19 @@ from stiffcal.judgement.space import Space
 
 
 @dataclass(frozen=True)
-class RunsOfLength:
-    """Runs of single components with as many readings."""
-
-    place: Integers
-    """(g, n) positions of their rows, in the order in which they were read."""
-    at: Integers
-    """(g, n) places of their cosines among all directions."""
-
-
-@dataclass(frozen=True)
 class LingeringNoise:
     """Noise of which a share is left in the next reading."""
 
-    runs: Sequence[RunsOfLength]
-    """All of them."""
-    n_rows: int
-    """Whitened rows of all."""
+    before: Integers
+    """(r,) position of the reading before each row's in its run; its own where none is."""
+    after: Integers
+    """(r,) of the one after it."""
+    lingers: Floats
+    """(r,) 1, or 0 for a reading alone in its run."""
     cosine: Floats
-    """(d,) of each direction's frequency; 0 where a constant of its run has taken it out."""
-    free: Floats
-    """(d,) 1, or 0 there."""
+    """(d,) of the frequencies of all runs, but of those that a constant of a run has taken out."""
     lasting: Discrepancy | None = None
-    """What is in each run as well: noise lingers next to it, in rows from which half of it is taken (S of
-    `stiffcal.judgement.discrepancy`)."""
+    """What is in each run as well."""
 
     @classmethod
     def of(cls, space: Space, group: Integers, order: Integers, lasting: Discrepancy | None = None) -> LingeringNoise:
@@ -53,115 +48,101 @@ class LingeringNoise:
         Parameters
         ----------
         group : (n,) number of what was read without a break. order : (n,) states in the order in which they were read.
-        lasting : a discrepancy of one noise that is there as well.
+        lasting : a discrepancy of one noise that is there as well; not in runs of one reading.
         """
-        n = space.free.shape[1]
-        places = [
-            component * n + states
-            for component, mask in enumerate(space.data.measured_mask)
-            for number in np.unique(group)
-            if len(states := order[mask[order] & (group[order] == number)]) > 1
-        ]
-        lengths = np.array([len(place) for place in places], dtype=np.int64)
-        runs, cosine, free = list[RunsOfLength](), [np.zeros(0)], [np.zeros(0)]
-        share, first = space.free.ravel(), 0
-        for length in np.unique(lengths).tolist():
-            place = np.array([place for place in places if len(place) == length])
-            taken = length - share[place].sum(axis=1) > 0.5
-            own = np.ones(place.shape)
-            own[taken, 0] = 0.0
-            runs.append(RunsOfLength(place, first + np.arange(place.size).reshape(place.shape)))
-            cosine.append(np.tile(np.cos(np.pi * np.arange(length) / length), len(place)))
-            free.append(own.ravel())
-            first += place.size
-        return cls(runs, space.free.size, np.concatenate(cosine), np.concatenate(free), lasting)
+        m, n = space.free.shape
+        share = space.free.ravel()
+        before, after, lingers, cosine = np.arange(m * n), np.arange(m * n), np.zeros(m * n), [np.zeros(0)]
+        for component, mask in enumerate(space.data.measured_mask):
+            for number in np.unique(group):
+                place = component * n + order[mask[order] & (group[order] == number)]
+                if len(place) < 2:
+                    continue
+                before[place[1:]], after[place[:-1]], lingers[place] = place[:-1], place[1:], 1.0
+                first = int(len(place) - share[place].sum() > 0.5)
+                cosine.append(np.cos(np.pi * np.arange(first, len(place)) / len(place)))
+        return cls(before, after, lingers, np.concatenate(cosine), lasting)
 
     @property
     def sizes(self) -> Floats:
         """Grid of the share that is left in the next reading."""
         return LINGERS
 
-    def along(self, rows: Floats) -> Floats:
-        """Return (k, d) the parts of whitened rows (k, r) along the directions."""
-        from scipy.fft import dct
+    def weights(self, size: float) -> Floats:
+        """Return 2 ρ β and β, where so much is left in the next reading."""
+        return np.array([2.0 * size, 1.0]) * size / (1.0 - size**2)
 
-        rows, found = self._next_to_lasting(rows), np.empty((len(rows), len(self.cosine)))
-        for one in self.runs:
-            found[:, one.at] = dct(rows[:, one.place], norm="ortho")
-        return found
+    def log_determinant(self, size: float) -> float:
+        """Return log |N|."""
+        return float(np.sum(np.log((1.0 - size**2) / (1.0 + size**2 - 2.0 * size * self.cosine))))
+
+    def along(self, rows: Floats) -> Floats:
+        """Return (k, r) S L S times whitened rows (k, r)."""
+        return self._next_to_lasting(self._neighbours(self._next_to_lasting(rows)))
+
+    def products(self, rows: Floats, along: Floats, others: Floats, along_others: Floats, plain: Floats) -> Floats:
+        """Return (s, k, l) by how much inner products are less at each size; as of `CovarianceKind.products`."""
+        alone = self.lingers == 0.0
+        lingering = plain - rows[:, alone] @ others[:, alone].T
+        own, neighbours = self._weights.T
+        return np.asarray(np.multiply.outer(neighbours, rows @ along_others.T) - np.multiply.outer(own, lingering))
 
     def taken_out(self, rows: Floats, weights: Floats, found: Floats | None = None) -> Floats:
-        """Return rows (k, r) less their parts along the directions times weights (d,).
+        """Return V⁻¹ times rows (k, r), of weights (2,).
 
         Parameters
         ----------
-        found : (k, r) in place of the rows themselves, from which the parts are taken, in place.
+        found : (k, r) rows from which what lasts was taken, that are changed in place.
         """
-        from scipy.fft import idct
-
-        along, parts = self.along(rows) * weights, np.zeros_like(rows)
-        for one in self.runs:
-            parts[:, one.place] = idct(along[:, one.at], norm="ortho")
         found = rows.copy() if found is None else found
-        found -= self._next_to_lasting(parts)
+        found += weights[0] * (found * self.lingers) - weights[1] * self.along(rows)
         return found
 
     def variance_of_noise(self, weights: Floats) -> Floats:
         """Return (r,) the variance of each row's noise next to all others of its run."""
-        return np.asarray(1.0 / (1.0 - self._share(weights)))
+        return np.asarray(1.0 / (1.0 + weights[0] * self.lingers - weights[1] * self._itself))
 
     def leverage(self, weights: Floats) -> Floats:
-        """Return (r,) the share of each row that lies along the directions, times weights (d,)."""
-        found = self._share(weights)
-        if self.lasting is None:
-            return found
-        # diag S M S, M of the noise alone, S = 1 − Y Yᵀ run by run: − 2 diag Y Yᵀ M + diag Y (Yᵀ M Y) Yᵀ
-        number, half = self._lasting_by_row
-        whitened = replace(self, lasting=None)
-        moved = half - whitened.taken_out(half, weights)
-        found -= 2.0 * np.sum(half * moved, axis=0)
-        for first in half:
-            for second, there in zip(half, moved, strict=True):
-                found += first * second * np.bincount(number, first * there, minlength=1)[number]
-        return found
+        """Return (r,) the share of each row that lies along what lingers, of weights (2,)."""
+        return np.asarray(weights[1] * self._diagonal[1] - weights[0] * self._diagonal[0])
 
     @cached_property
-    def _lasting_by_row(self) -> tuple[Integers, Floats]:
-        """Per row the number of its run (r,), and what is taken from it there: Y (q, r) of `leverage`."""
-        assert self.lasting is not None
+    def _weights(self) -> Floats:
+        """(s, 2) of every size."""
+        return np.array([self.weights(size) for size in self.sizes])
+
+    @property
+    def _itself(self) -> Floats:
+        """(r,) how often a reading is its own neighbour: the diagonal of L."""
+        here = np.arange(len(self.before))
+        return np.asarray(self.lingers * ((self.before == here) + 1.0 * (self.after == here)))
+
+    @cached_property
+    def _diagonal(self) -> tuple[Floats, Floats]:
+        """(r,) the diagonals of S S and of S L S where noise lingers, S = 1 − Y Yᵀ run by run."""
+        if self.lasting is None:
+            return self.lingers, self._itself
         roots = 1.0 - 1.0 / np.sqrt(1.0 + self.lasting.variance)
         of_run = replace(self.lasting, variance=roots).of_run
-        number = np.zeros(self.n_rows, dtype=np.int64)
-        half = np.zeros((max(len(root) for _, _, root in of_run), self.n_rows))
+        number = np.zeros(len(self.before), dtype=np.int64)
+        # the directions of different runs have no rows in common: as many rows as a run has directions hold all
+        half = np.zeros((max(len(root) for _, _, root in of_run), len(self.before)))
         for k, (place, basis, root) in enumerate(of_run, start=1):
             number[place] = k
             half[: len(root), place] = (basis * np.sqrt(root)).T
-        return number, half
+        moved = self._neighbours(half)
+        found = self._itself - 2.0 * np.sum(half * moved, axis=0)
+        for first in half:
+            for second, there in zip(half, moved, strict=True):
+                found += first * second * np.bincount(number, first * there)[number]
+        return self.lingers * (1.0 - self.lasting.leverage(self.lasting.weights(1.0))), found
 
-    def _share(self, weights: Floats) -> Floats:
-        """Return (r,) the share of each row along the cosines, times weights (d,)."""
-        found = np.zeros(self.n_rows)
-        for one in self.runs:
-            length = one.place.shape[1]
-            wave = np.cos(np.pi * np.outer(np.arange(length), np.arange(length) + 0.5) / length)
-            wave *= np.sqrt(np.where(np.arange(length) == 0, 1.0, 2.0) / length)[:, None]
-            found[one.place] = weights[one.at] @ wave**2
-        return found
+    def _neighbours(self, rows: Floats) -> Floats:
+        """Return L times rows (k, r)."""
+        return np.asarray((rows[:, self.before] + rows[:, self.after]) * self.lingers)
 
     def _next_to_lasting(self, rows: Floats) -> Floats:
         """Return rows (k, r) from which half of what lasts in runs is taken: S times them."""
         if self.lasting is None:
             return rows
         return self.lasting.taken_out(rows, 1.0 - 1.0 / np.sqrt(1.0 + self.lasting.variance))
-
-    def weights(self, size: float) -> Floats:
-        """Return (d,) 1 − 1 / variance, where so much is left in the next reading."""
-        return np.asarray(1.0 - np.exp(-self._log_variance(size)))
-
-    def log_determinant(self, size: float) -> float:
-        """Return log |V|."""
-        return float(np.sum(self._log_variance(size)))
-
-    def _log_variance(self, left: float) -> Floats:
-        """Return (d,) the logarithm of the variance along each direction."""
-        return np.asarray(self.free * np.log((1.0 - left**2) / (1.0 + left**2 - 2.0 * left * self.cosine)))

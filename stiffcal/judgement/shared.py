@@ -35,21 +35,17 @@ class Shared:
 
     @cached_property
     def grid(self) -> list[tuple[int, Floats, float]]:
-        """Per discrepancy its kind, the weights (d,) of its directions, and a logarithm: its share, and −½ log |V|.
+        """Per discrepancy its kind, its weights (w,), and a logarithm: its share, and −½ log |V|.
 
         The first is none; its kind is −1.
         """
         found = [(-1, np.zeros(0), float(np.log(NO_DISCREPANCY)))]
-        for number, ((discrepancy, probability), weights) in enumerate(zip(self.kinds, self.weights, strict=True)):
+        for number, (discrepancy, probability) in enumerate(self.kinds):
             share = float(np.log(probability / len(discrepancy.sizes)))
-            for size, own in zip(discrepancy.sizes, weights, strict=True):
-                found.append((number, own, share - 0.5 * discrepancy.log_determinant(size)))
+            for size in discrepancy.sizes:
+                density = share - 0.5 * discrepancy.log_determinant(size)
+                found.append((number, discrepancy.weights(size), density))
         return found
-
-    @cached_property
-    def weights(self) -> list[Floats]:
-        """Per kind of discrepancy the weights (s, d) of its directions at each of its sizes."""
-        return [np.array([one.weights(size) for size in one.sizes]) for one, _ in self.kinds]
 
     @cached_property
     def at(self) -> list[slice]:
@@ -62,16 +58,29 @@ class Shared:
         """Per discrepancy L⁻¹ (p, p), L Lᵀ the columns' inner products, and log |L|."""
         known = self.prior[:, :-1]
         lasting = self.columns_along_lasting
-        plain = self.columns @ self.columns.T - (lasting * self.of_lasting) @ lasting.T + known.T @ known
+        plain = self.columns @ self.columns.T - (lasting * self.of_lasting) @ lasting.T
         found = []
-        for kind, weights, _ in self.grid:
-            inner = plain if kind < 0 else plain - (self.along[kind] * weights) @ self.along[kind].T
+        for inner in self.products(self.columns, self.along, self.columns, self.along, plain) + known.T @ known:
             size = np.sqrt(np.maximum(np.diag(inner), 1e-300))
             unit = inner / np.outer(size, size)
             unit[np.diag_indices(len(unit))] += ROUNDING
             factor = np.linalg.cholesky(unit)
             determinant = float(np.sum(np.log(np.diag(factor))) + np.sum(np.log(size)))
             found.append((np.linalg.inv(factor) / size, determinant))
+        return found
+
+    def products(
+        self,
+        rows: Floats,
+        along: Sequence[Floats],
+        others: Floats,
+        along_others: Sequence[Floats],
+        plain: Floats,
+    ) -> Floats:
+        """Return (t, k, l) inner products of rows under V⁻¹; parameters as of `CovarianceKind.products`."""
+        found = np.repeat(plain[None], len(self.grid), axis=0)
+        for (kind, _), at, mine, theirs in zip(self.kinds, self.at, along, along_others, strict=True):
+            found[at] -= kind.products(rows, mine, others, theirs, plain)
         return found
 
     @cached_property
@@ -151,14 +160,12 @@ class SplitRows:
         wanted : whether they are the readings: what shared columns should be counts then too.
         """
         lasting = shared.along_lasting(rows)
-        across = shared.columns @ rows.T - (shared.columns_along_lasting * shared.of_lasting) @ lasting.T
+        plain = shared.columns @ rows.T - (shared.columns_along_lasting * shared.of_lasting) @ lasting.T
+        along = [discrepancy.along(rows) for discrepancy, _ in shared.kinds]
+        across = shared.products(shared.columns, shared.along, rows, along, plain)
         if wanted:
             across += (shared.prior[:, :-1].T @ shared.prior[:, -1])[:, None]
-        along = [discrepancy.along(rows) for discrepancy, _ in shared.kinds]
-        common = np.empty((len(shared.grid), *across.shape))
-        for t, ((kind, weights, _), (inverse, _)) in enumerate(zip(shared.grid, shared.own, strict=True)):
-            cross = across if kind < 0 else across - (shared.along[kind] * weights) @ along[kind].T
-            common[t] = inverse @ cross
+        common = np.array([inverse @ cross for (inverse, _), cross in zip(shared.own, across, strict=True)])
         return cls(rows, along, lasting, common)
 
     def split(self, at: Sequence[int]) -> Iterator[SplitRows]:
@@ -170,8 +177,5 @@ class SplitRows:
     def times(self, other: SplitRows, shared: Shared) -> Floats:
         """Return (t, k, l) inner products with other rows."""
         plain = self.rows @ other.rows.T - (self.lasting * shared.of_lasting) @ other.lasting.T
-        found = plain - np.swapaxes(self.common, 1, 2) @ other.common
-        for weights, at, mine, theirs in zip(shared.weights, shared.at, self.along, other.along, strict=True):
-            for j, one in enumerate(theirs):
-                found[at, :, j] -= weights @ (mine * one).T
-        return found
+        found = shared.products(self.rows, self.along, other.rows, other.along, plain)
+        return found - np.swapaxes(self.common, 1, 2) @ other.common

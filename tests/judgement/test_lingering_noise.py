@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.fft import dct
 from scipy.linalg import toeplitz
 from scipy.stats import multivariate_normal
 
@@ -28,15 +29,25 @@ def log_density(noise: LingeringNoise, left: float, rows: Floats) -> float:
     return float(-0.5 * noise.log_determinant(left) - 0.5 * rows @ inverse)
 
 
-@pytest.mark.parametrize("left", LINGERS)
-def test_the_inverse_is_that_of_the_covariance_along_the_directions(left: float) -> None:
-    noise = of_one_joint()
+@pytest.mark.parametrize("number", range(len(LINGERS)))
+def test_the_inverse_is_that_of_the_covariance_along_cosines(number: int) -> None:
+    """A reading alone in its run, the last, scatters as any other."""
+    group = np.repeat([0, 1, 2], [20, 39, 1])
+    space = WeightedRows(RowData(group), np.ones(N))
+    noise, left, unit = LingeringNoise.of(space, group, np.arange(N)), LINGERS[number], np.eye(N)
+    covariance = np.eye(N)
+    for own in (slice(0, 20), slice(20, 59)):
+        n = own.stop - own.start
+        waves = dct(np.eye(n), norm="ortho", axis=0)
+        variance = (1.0 - left**2) / (1.0 + left**2 - 2.0 * left * np.cos(np.pi * np.arange(n) / n))
+        covariance[own, own] = (waves.T * variance) @ waves
     weights = noise.weights(left)
-    inverse = noise.taken_out(np.eye(N), weights)
+    inverse = noise.taken_out(unit, weights)
+    assert inverse @ covariance == pytest.approx(np.eye(N), abs=1e-9)
     assert np.linalg.slogdet(inverse)[1] == pytest.approx(-noise.log_determinant(left))
     assert noise.leverage(weights) == pytest.approx(1.0 - np.diag(inverse))
-    along = noise.along(np.eye(N))
-    assert (along * weights) @ along.T == pytest.approx(np.eye(N) - inverse)
+    along = noise.along(unit)
+    assert noise.products(unit, along, unit, along, unit)[number] == pytest.approx(np.eye(N) - inverse)
 
 
 def test_next_to_what_lasts_in_runs_the_covariance_is_that_of_both() -> None:
@@ -90,5 +101,5 @@ def test_what_a_constant_has_taken_out_is_in_no_direction() -> None:
     noise = LingeringNoise.of(
         Centred(RowData(np.zeros(N, dtype=np.int64)), np.ones(N)), np.zeros(N, dtype=np.int64), np.arange(N)
     )
-    assert noise.weights(0.6)[0] == 0.0
-    assert of_one_joint().weights(0.6)[0] == pytest.approx(1.0 - 0.4 / 1.6)
+    assert len(noise.cosine) == N - 1
+    assert len(of_one_joint().cosine) == N
