@@ -79,19 +79,20 @@ TAILS = np.array([10.0, 5.0, 3.0])
 """… and degrees of freedom of the t distribution that they have else, each alike."""
 LEAST_WORTH = 0.01
 """What a plain square is worth of one of normal noise, where its variance is infinite."""
-DISCREPANCIES = np.geomspace(0.05, 9.0, 21)
-"""Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform) …
+DISCREPANCIES = np.geomspace(0.17, 8.0, 16)
+"""Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform): middles of what lies between 0.15 and
+9. Less shows nowhere; of sizes from 0.05 on it is a fifth, which counts as none.
 
 A size that moves readings along k directions is known to 1 / √(2 k) of itself. On a grid four times as coarse a wander
 of 1.9 noises lay between 1.1 and 3.2, by which a linear drift gained five nats; this one moves the evidence of a wander
 by less than a quarter of one.
 """
-NO_DISCREPANCY, OF_LOADS, OF_TIME = 0.5, 0.35, 0.15
+NO_DISCREPANCY, OF_LOADS, OF_TIME = 0.6, 0.28, 0.12
 """… and how probable it is that there is none, that poses answer their loads in ways of their own, that they wander."""
 LINGERS = np.array([0.2, 0.35, 0.5, 0.6, 0.7])
 """Grid of the share of a reading's noise that is left in the next, each alike: of 0.7 a twentieth is left after eight
 readings …"""
-LINGERING = 0.15
+LINGERING = 0.12
 """… and how probable it is that noise lingers: as `OF_TIME`. Ours."""
 SHOWS_ITS_NOISE = 50.0
 """Readings of a run, its constants taken out, that show its noise to a tenth: from so many on it may be louder.
@@ -230,7 +231,7 @@ NUMBERS_AT_ONCE = 1 << 20
 """Of columns that are reduced together: 8 MB."""
 MOST_KEPT = 1 << 21
 """Numbers of reduced columns that are kept for sets to come: 16 MB."""
-ALIKE_IN_SWEEPS = 0.35
+ALIKE_IN_SWEEPS = 0.28
 """How probable it is that the states of a sweep err alike wherever the motor stands alike: as `OF_LOADS`. Ours."""
 PASS = 3
 """States in one sense that are at least a pass of a sweep; fewer are the motor's noise where it turns. Ours."""

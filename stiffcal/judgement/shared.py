@@ -69,6 +69,11 @@ class Shared:
             found.append((np.linalg.inv(factor) / size, determinant))
         return found
 
+    @cached_property
+    def inverses(self) -> Floats:
+        """(t, p, p) of `own`."""
+        return np.array([inverse for inverse, _ in self.own])
+
     def products(
         self,
         rows: Floats,
@@ -165,8 +170,7 @@ class SplitRows:
         across = shared.products(shared.columns, shared.along, rows, along, plain)
         if wanted:
             across += (shared.prior[:, :-1].T @ shared.prior[:, -1])[:, None]
-        common = np.array([inverse @ cross for (inverse, _), cross in zip(shared.own, across, strict=True)])
-        return cls(rows, along, lasting, common)
+        return cls(rows, along, lasting, shared.inverses @ across)
 
     def split(self, at: Sequence[int]) -> Iterator[SplitRows]:
         """Give the parts of the rows between each two positions."""
