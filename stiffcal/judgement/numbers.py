@@ -80,8 +80,8 @@ TAILS = np.array([10.0, 5.0, 3.0])
 LEAST_WORTH = 0.01
 """What a plain square is worth of one of normal noise, where its variance is infinite."""
 DISCREPANCIES = np.geomspace(0.17, 8.0, 16)
-"""Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform): middles of what lies between 0.15 and
-9. Less shows nowhere; of sizes from 0.05 on it is a fifth, which counts as none.
+"""Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform): middles of what lies between 0.15
+and 9. Less shows nowhere; of sizes from 0.05 on it is a fifth, which counts as none.
 
 A size that moves readings along k directions is known to 1 / √(2 k) of itself. On a grid four times as coarse a wander
 of 1.9 noises lay between 1.1 and 3.2, by which a linear drift gained five nats; this one moves the evidence of a wander
