@@ -38,6 +38,10 @@ READ_AS = {
 
 
 MOST_FILES = 20
+REPORT_ASKED = (
+    "whose robot is it? Page 1 of the report states serial_number, site, operator, measured, temperature and "
+    "instruments of [report] in campaign.toml; an empty [report] ends this question"
+)
 
 
 def check(
@@ -109,6 +113,8 @@ def show_check(console: AnswerConsole, result: CheckResult, details: bool = Fals
         text = ", ".join(f"{name} {significant(value)}" for name, value in values)
         where = f"observability indices of the {indices.n_parameters} parameters in these {indices.n_poses} poses"
         console.print(f"{where}, larger is better: {text}", soft_wrap=True)
+    if result.ready and not result.states_report and console.is_terminal:
+        console.print(REPORT_ASKED)
 
 
 def _to_do(result: CheckResult) -> str:

@@ -133,9 +133,8 @@ def write_template(folder: Path, kind: str, *, overwrite: bool = False) -> list[
 
 
 def template_manifest(kind: str) -> str:
-    """Return the commented campaign.toml of a kind that there is, with what page 1 of the report states."""
-    own = (_templates()[kind] / MANIFEST_FILE).read_text(encoding="utf-8")
-    return f"{own.rstrip()}\n\n{(_HERE / 'template_files' / 'report.toml').read_text(encoding='utf-8')}"
+    """Return the commented campaign.toml of a kind that there is."""
+    return (_templates()[kind] / MANIFEST_FILE).read_text(encoding="utf-8")
 
 
 def write_folder(
@@ -146,7 +145,7 @@ def write_folder(
     Parameters
     ----------
     folder : the campaign folder.
-    texts : file name to contents.
+    texts : file name to contents; campaign.toml gets, as comments, what page 1 of the report states.
     copies : file name to the file that is copied there.
     overwrite : also over files that are there.
 
@@ -155,6 +154,8 @@ def write_folder(
     InputError
         One of the files is there already with another content, or cannot be written; then nothing is written.
     """
+    keys_of_report = (_HERE / "template_files" / "report.toml").read_text(encoding="utf-8")
+    texts = {**texts, MANIFEST_FILE: f"{texts[MANIFEST_FILE].rstrip()}\n\n{keys_of_report}"}
     for name, text in texts.items():
         if (folder / name).exists() and not overwrite and not _holds(folder / name, text):
             mend = "choose another folder, move that file, or add --overwrite"

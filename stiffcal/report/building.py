@@ -143,36 +143,25 @@ def lay_out(content: ReportContent, is_short: bool = False) -> list[ReportSectio
 
 
 def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress) -> list[dict[str, Any]]:
-    """Turn sections into what the template reads, drawing each picture into `folder`.
-
-    What opens a section stays on the page of what follows, so that no heading ends a page with it alone.
-    """
+    """Turn sections into what the template reads, drawing each picture into `folder`."""
     pictures: list[Picture] = []
     data = []
     for section in sections:
         blocks = []
-        for number, block in enumerate(section.blocks):
+        for block in section.blocks:
             if isinstance(block, PictureBlock):
-                name = f"figure-{len(pictures) + 1:03d}.svg"
+                number = len(pictures)
+                name = f"figure-{number + 1:03d}.svg"
                 pictures.append((f"drawing: {section.title}", block.draw, folder / name))
-                blocks.append({"kind": "picture", "file": name, "caption": block.caption})
+                blocks.append({"kind": "picture", "file": name, "number": number, "caption": block.caption})
             else:
-                following = section.blocks[number + 1 :]
-                opens = number == 0 and bool(following) and isinstance(following[0], SubheadingBlock)
-                blocks.append(_block_data(block, opens or _is_before_picture(following)))
+                blocks.append(_block_data(block))
         data.append({"title": section.title, "blocks": blocks})
     draw_pictures(pictures, progress)
     return data
 
 
-def _is_before_picture(following: Sequence[Block]) -> bool:
-    """Return whether a picture or a table follows, or facts with a picture: what stands above stays on its page."""
-    after_facts = following[1:] if following and isinstance(following[0], Facts) else following
-    is_before_table = bool(following) and isinstance(following[0], TableBlock)
-    return is_before_table or (bool(after_facts) and isinstance(after_facts[0], PictureBlock))
-
-
-def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:
+def _block_data(block: Block) -> dict[str, Any]:
     kinds = {
         Paragraph: "paragraph",
         VerdictBlock: "verdict",
@@ -182,4 +171,4 @@ def _block_data(block: Block, before_picture: bool) -> dict[str, Any]:
         Facts: "facts",
         TableBlock: "table",
     }
-    return {"kind": kinds[type(block)], "before_picture": before_picture, **asdict(block)}
+    return {"kind": kinds[type(block)], **asdict(block)}

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from stiffcal.errors import Progress
 from stiffcal.report.drawing_library import drawing_library
 from stiffcal.report.figures.canvas import save_figure
+from stiffcal.report.kept_pictures import KeptPictures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,22 +27,31 @@ Picture = tuple[str, Callable[[], "Figure"], Path]
 
 
 def draw_pictures(pictures: Sequence[Picture], progress: Progress) -> None:
-    """Draw pictures to files.
+    """Draw pictures to files; those that were drawn before are taken as they were.
 
     Parameters
     ----------
     pictures : what to draw, and where to.
     progress : receives each picture's name.
     """
+    kept = KeptPictures()
+    left = []
+    for name, draw, file in pictures:
+        key = kept.key(draw)
+        if not kept.write(key, file):
+            left.append((name, draw, file, key))
+    if not left:
+        return
     # Loaded first: the search for unused objects then leaves out what the library is made of.
     drawing_library()
     import matplotlib.backends.backend_svg
     import matplotlib.figure  # noqa: F401
 
     with _rarely_collecting():
-        for number, (name, draw, file) in enumerate(pictures):
-            progress(name, 0.9 * number / len(pictures))
+        for number, (name, draw, file, key) in enumerate(left):
+            progress(name, 0.9 * number / len(left))
             save_figure(draw(), file, text_as_shapes=False)
+            kept.keep(key, file)
 
 
 @contextmanager

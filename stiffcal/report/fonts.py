@@ -12,11 +12,11 @@ import logging
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache, partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.escapes.typst_text import escaped
-from stiffcal.report.drawing_library import drawing_library
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,13 +30,24 @@ FONT_FILES = (
     "DejaVuSansMono.ttf",
 )
 _PLAIN_END = 0x250  # Latin letters with their accents: DejaVu has all of them
+KNOWN = frozenset("–—‘’“”…′″−≈≤≥≠√∞∥→←↑↓ΔΣΩαβγδεζηθικλμνξπρστυφχψω⁰⁴⁵⁶⁷⁸⁹⁻₀₁₂₃₄₅₆₇₈₉\u2009\u200a\u200b\u200c\u202f")
+"""Letters of sentences and formulas that DejaVu has: no font is read for them."""
 _ENDINGS = {".ttf", ".otf", ".ttc"}
 
 
 def own_fonts() -> list[Path]:
     """Return the files of the fonts that every report has."""
-    folder = Path(drawing_library().get_data_path()) / "fonts" / "ttf"
+    # found without loading matplotlib, which takes as long as to set a page
+    found = find_spec("matplotlib")
+    if found is None or found.origin is None:
+        raise ModuleNotFoundError("matplotlib", name="matplotlib")
+    folder = Path(found.origin).parent / "mpl-data" / "fonts" / "ttf"
     return [folder / name for name in FONT_FILES]
+
+
+def is_in_own_letters(text: str) -> bool:
+    """Return whether DejaVu has all letters of a text, and none was written out because no font has it."""
+    return not _unusual([text]) and "\\u" not in text and "\\U" not in text
 
 
 def further_fonts(texts: Iterable[str]) -> list[Path]:
@@ -131,7 +142,7 @@ def silence_font_notices() -> Iterator[None]:
 
 
 def _unusual(texts: Iterable[str]) -> frozenset[str]:
-    unusual = {c for text in texts if not text.isascii() for c in text if ord(c) >= _PLAIN_END}
+    unusual = {c for text in texts if not text.isascii() for c in text if ord(c) >= _PLAIN_END} - KNOWN
     return frozenset(c for c in unusual if ord(c) not in _own_letters()) if unusual else frozenset()
 
 

@@ -5,7 +5,9 @@ Other fonts are used only for letters that DejaVu lacks, see `stiffcal.report.fo
 
 from __future__ import annotations
 
+import json
 import shutil
+from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
@@ -13,6 +15,7 @@ from typing import Any
 
 from stiffcal.escapes.json_text import document_text
 from stiffcal.report.fonts import drawable_data, further_fonts, own_fonts, texts_of
+from stiffcal.report.page_filling import Layout, Setting, filled, layout_from
 
 _TEMPLATE = "report.typ"
 # typst keeps what it made of a document until so many others have been set without needing it.
@@ -35,8 +38,8 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
     import typst
 
     date = _parse_date(day)
-    stamped = pages | {"day": [date.year, date.month, date.day] if date else None}
-    (folder / "content.json").write_text(document_text(drawable_data(stamped), indent=None), encoding="utf-8")
+    stamped = drawable_data(pages | {"day": [date.year, date.month, date.day] if date else None})
+    (folder / "content.json").write_text(document_text(stamped, indent=None), encoding="utf-8")
     template = resources.files("stiffcal.report").joinpath("pages", _TEMPLATE).read_text(encoding="utf-8")
     (folder / _TEMPLATE).write_text(template, encoding="utf-8")
     fonts = folder / "fonts"
@@ -45,8 +48,19 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
         shutil.copyfile(font, fonts / font.name)
     only_these = typst.Fonts(include_system_fonts=False, include_embedded_fonts=False, font_paths=[str(fonts)])
     timestamp = date or datetime(1970, 1, 1, tzinfo=UTC)
+    place = {"input": str(folder / _TEMPLATE), "root": str(folder), "font_paths": only_these}
+
+    def write(setting: Setting) -> None:
+        (folder / "setting.json").write_text(document_text(asdict(setting), indent=None), encoding="utf-8")
+
+    def laid_out(setting: Setting) -> Layout:
+        write(setting)
+        return layout_from(json.loads(typst.query(selector="<layout>", field="value", one=True, **place)))
+
+    n_pictures = sum(block["kind"] == "picture" for section in pages["sections"] for block in section["blocks"])
     try:
-        return typst.compile(str(folder / _TEMPLATE), root=str(folder), font_paths=only_these, timestamp=timestamp)
+        write(filled(n_pictures, laid_out))
+        return typst.compile(timestamp=timestamp, **place)
     finally:
         _give_back_memory()
 

@@ -185,6 +185,7 @@ def check_loaded(
         proposals=propose_sources(campaign) or None,
         ready=not missing,
         missing=missing,
+        states_report="report" in campaign.manifest.model_fields_set,
     )
 
 

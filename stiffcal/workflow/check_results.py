@@ -153,3 +153,5 @@ class CheckResult(CommandResult):
     """Whether nothing is missing."""
     missing: list[str]
     """What is still to be measured or written."""
+    states_report: Annotated[bool, NOT_IN_DOCUMENT] = True
+    """Whether campaign.toml has a [report], be it an empty one."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from io import StringIO
 
-from stiffcal.cli.check import _moved, _show_ranges, _show_runs
+import pytest
+
+from stiffcal.cli.check import REPORT_ASKED, _moved, _show_ranges, _show_runs, show_check
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.workflow.check_results import CheckedColumn, CheckedRun, CheckedSource
+from stiffcal.workflow.check_results import CheckedColumn, CheckedRun, CheckedSource, CheckResult
 
 
 def _console() -> tuple[AnswerConsole, StringIO]:
@@ -68,3 +70,19 @@ def test_runs_that_are_alike_are_one_row() -> None:
 def test_a_row_holds_neighbours_alone() -> None:
     rows = _run_rows([97, 96, 97])
     assert [row.split()[0] for row in rows] == ["pose1", "pose2", "pose3"]
+
+
+@pytest.mark.parametrize(
+    ("states_report", "at_terminal", "asked"), [(False, True, True), (True, True, False), (False, False, False)]
+)
+def test_whose_robot_it_is_is_asked_until_the_campaign_has_a_report(
+    states_report: bool, at_terminal: bool, asked: bool
+) -> None:
+    stream = StringIO()
+    console = AnswerConsole(file=stream, width=300, force_terminal=at_terminal, color_system=None, markup=False)
+    result = CheckResult(
+        warnings=[], campaign="cell", sources=[], runs=[], kinematics=None, n_states=0, ready=True, missing=[],
+        states_report=states_report,
+    )  # fmt: skip
+    show_check(console, result)
+    assert (REPORT_ASKED in stream.getvalue()) is asked

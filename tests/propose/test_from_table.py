@@ -102,6 +102,7 @@ def test_simple_spreadsheet_in_at_most_fifteen_lines(tmp_path: Path) -> None:
     proposal = propose_campaign(tmp_path / "cell", [table(tmp_path, PLAIN)], robot="irb4400", tool=TOOL)
     lines = [line for line in proposal.manifest.splitlines() if line.strip()]
     assert len(lines) <= 15
+    assert "# serial_number" in (tmp_path / "cell" / "campaign.toml").read_text(encoding="utf-8")
     assert {path.name for path in proposal.files} == {"campaign.toml", "robot.toml", "table.csv"}
     campaign = load_campaign(tmp_path / "cell")
     held = campaign.manifest.sources["table"]

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,8 +16,10 @@ import numpy as np
 import pytest
 
 from stiffcal.compensation.predict_result import LoadPath
+from stiffcal.errors import no_progress
 from stiffcal.measurements.rms import Rms
 from stiffcal.report.content import ResidualCovariate
+from stiffcal.report.drawing import draw_pictures
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.calibration import draw_calibration
 from stiffcal.report.figures.evidence import draw_errors_by_run, draw_evidence
@@ -228,3 +231,34 @@ def test_distances_before_and_after_have_one_scale_of_colours() -> None:
     assert first.norm is second.norm
     low, high = first.get_clim()
     assert high > 50.0 * low
+
+
+def _counted(text: str) -> Figure:
+    DRAWN.append(text)
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    figure.text(0.5, 0.5, text)
+    return figure
+
+
+DRAWN: list[str] = []
+
+
+def test_a_picture_whose_content_was_drawn_before_is_not_drawn_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("STIFFCAL_STATE", str(tmp_path / "state"))
+    DRAWN.clear()
+    for name in ("first", "second"):
+        pictures = [("", partial(_counted, text), tmp_path / f"{name}-{k}.svg") for k, text in enumerate("ab")]
+        draw_pictures(pictures, no_progress)
+    assert DRAWN == ["a", "b"]
+    assert (tmp_path / "second-1.svg").read_bytes() == (tmp_path / "first-1.svg").read_bytes()
+    draw_pictures([("", partial(_counted, "c"), tmp_path / "other.svg")], no_progress)
+    assert DRAWN[-1] == "c"
+    # nothing is taken that is not whole
+    for kept in (tmp_path / "state" / "pictures").iterdir():
+        kept.write_bytes(kept.read_bytes()[:-8])
+    draw_pictures([("", partial(_counted, "c"), tmp_path / "other.svg")], no_progress)
+    assert DRAWN[-2:] == ["c", "c"]

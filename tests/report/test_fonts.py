@@ -76,3 +76,7 @@ def test_a_picture_takes_a_font_of_the_system(system: list[Path], tmp_path: Path
     figure.subplots().set_title(OF_STIX)
     canvas.save_figure(figure, tmp_path / "picture.svg", text_as_shapes=False)
     assert "STIXGeneral" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
+
+
+def test_letters_that_are_known_are_those_of_the_font() -> None:
+    assert {ord(letter) for letter in fonts.KNOWN} <= fonts._letters(fonts.own_fonts()[0])

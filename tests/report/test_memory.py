@@ -29,7 +29,7 @@ def set_report(folder, seed):
         svg = f'<svg xmlns="http://www.w3.org/2000/svg" width="400" height="400">{lines}</svg>'
         (folder / f"{number}.svg").write_text(svg, encoding="utf-8")
     head = dict.fromkeys(("title", "kind", "campaign", "maker", "logo"), "") | {"date": "", "has_contents": False}
-    blocks = [{"kind": "picture", "file": f"{number}.svg", "caption": ""} for number in range(len(ends))]
+    blocks = [{"kind": "picture", "file": f"{k}.svg", "number": k, "caption": ""} for k in range(len(ends))]
     assert set_pages({**head, "sections": [{"title": "", "blocks": blocks}]}, folder, "").startswith(b"%PDF")
 
 held = []

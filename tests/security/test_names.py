@@ -107,10 +107,10 @@ def test_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names = [*RUNS, *JOINTS, *NAMED.values(), "\x1b[31m", "a\u202eb", "\ud800"]
     columns = [{"title": "#x", "unit": "$", "align": "left", "width": 1.0, "mono": mono} for mono in (False, True)]
     blocks = [
-        {"kind": "paragraph", "tone": "plain", "text": "".join(names), "before_picture": False},
+        {"kind": "paragraph", "tone": "plain", "text": "".join(names)},
         {"kind": "items", "texts": names},
         {"kind": "subheading", "text": RUNS[1]},
-        {"kind": "facts", "rows": [[name, name] for name in names], "before_picture": False},
+        {"kind": "facts", "rows": [[name, name] for name in names]},
         {
             "kind": "table",
             "columns": columns,
