@@ -58,7 +58,7 @@ class RowScan(Scan):
 
     def mean_square(self) -> float:
         """Return the residuals' mean square, in the measure's unit."""
-        return float(np.sum(self.fit.residual**2))
+        return float(np.sum(self.residual**2))
 
 
 def scan_row_candidates(fit: RowFit, candidates: Sequence[Candidate], n_searches: int = 1) -> RowScan:
@@ -72,14 +72,14 @@ def scan_row_candidates(fit: RowFit, candidates: Sequence[Candidate], n_searches
     """
     space = RowProjection.of(fit)
     folds = members_of(fit.fold)
-    stack = np.concatenate([fit.columns, fit.residual[None]])[:, None]
-    ground = BaseRows.of(fit.maker, space, stack, folds, *fit.bounds, np.zeros((0, len(stack))))
-    dof = len(fit.residual) - space.n_constants
+    rows = fit.rows
+    ground = BaseRows.of(fit.maker, space, rows.stack, folds, *rows.steps_within, rows.prior)
+    dof = rows.residual.size - space.n_constants
     trials, n_tried = scan_rows(
         ground, candidates, try_one=lambda candidate: try_candidate(candidate, ground, MANY_ROW_SHAPES)
     )
     return RowScan(
         fit=fit, base=in_order(ground.base, ground.order), trials=trials, folds=tuple(folds), groups=ground.groups,
-        dof=dof, n_columns=len(fit.columns), n_tried=n_tried * n_searches, space=space, columns=fit.columns[:, None],
-        residual=fit.residual[None], bounds=fit.bounds, outside=ground.outside, ground=ground,
+        dof=dof, n_columns=len(rows.values), n_tried=n_tried * n_searches, space=space, columns=rows.derivative,
+        residual=rows.residual, bounds=rows.steps_within, outside=ground.outside, ground=ground,
     )  # fmt: skip

@@ -30,6 +30,7 @@ from stiffcal.ingest.run_readings import RunReadings
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mistakes.absolute.place_faults import place_faults
+from stiffcal.mistakes.clocks.found import clock_warnings
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.holds.finding import Holds, given_holds
 from stiffcal.reduction.loads.known_weights import weight_warnings
@@ -282,7 +283,7 @@ def _read_run(
             states=reduced.states,
             clocks=reduced.clocks,
             dropped=tuple(sum_up_dropped(reduced.dropped)),
-            warnings=reduced.warnings,
+            warnings=(*clock_warnings(run.id, reduced.courses), *reduced.warnings),
             passes=reduced.passes,
             blocks={},
         )

@@ -129,8 +129,8 @@ class GroundOfRows(Ground):
         own = {(placed.effect.name, placed.place) for placed in common.placed}
         present = tuple(one for one in fit.robot.placed if (one.effect.name, one.place) not in own)
         of_members = {one.parameter_name(spec.symbol) for one in present for spec in one.effect.parameters}
-        names = (*fit.names, *[""] * (len(fit.columns) - len(fit.names)))
-        shared = [bins.means(column) for name, column in zip(names, fit.columns, strict=True) if name not in of_members]
+        columns_of = zip(fit.rows.unknowns.names, fit.rows.derivative[:, 0], strict=True)
+        shared = [bins.means(column) for name, column in columns_of if name not in of_members]
         constants = np.unique(fit.constant[fit.constant >= 0])
         shared += [bins.means((fit.constant == number).astype(np.float64)) for number in constants]
         space = WeightedRows(RowData(course.group), sigma)
@@ -168,7 +168,7 @@ class GroundOfRows(Ground):
 
 def _without_constants(fit: RowFit) -> Floats:
     """Return (k,) what a fit leaves, its free constants taken out."""
-    left, weight = fit.residual.copy(), 1.0 / fit.sigma**2
+    left, weight = fit.rows.residual[0].copy(), 1.0 / fit.sigma**2
     for number in np.unique(fit.constant[fit.constant >= 0]):
         own = fit.constant == number
         left[own] -= np.sum(weight[own] * left[own]) / np.sum(weight[own])

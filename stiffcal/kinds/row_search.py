@@ -8,9 +8,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.parameters import Parameter
+from stiffcal.estimation.rows import Rows
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.identification.regressors import Regressor, RegressorMaker
 from stiffcal.identification.search_subject import SearchSubject
@@ -42,22 +44,18 @@ class RowCovariate:
 
 @dataclass(frozen=True)
 class RowFit:
-    """A model fitted to k rows, linear about the fit."""
+    """A model fitted to k rows."""
 
     robot: CompliantRobot
     """The model with the estimated values."""
+    rows: Rows
+    """About the estimates: the free parameters by their full names, then what else is fitted with them; of one
+    component of k rows, in the measure's unit, free constants not taken out.
+    """
     noise: RowNoise | None
     """None where the noise is not known; ``sigma`` is then the residuals' own size."""
     sigma: Floats
     """(k,) standard uncertainty of each row, in the measure's unit."""
-    columns: Floats
-    """(p, k) change of each row per unit of the free parameters, and of what else is fitted with them."""
-    names: tuple[str, ...]
-    """Full names of the free parameters, which are the first columns."""
-    bounds: tuple[Floats, Floats]
-    """(p,) lower and upper, how far these can go from where they are."""
-    residual: Floats
-    """(k,) measured minus predicted, free constants not taken out."""
     constant: Integers
     """(k,) number of the free constant that a row carries; −1 where it carries none."""
     fold: Integers
@@ -70,6 +68,12 @@ class RowFit:
     """What was found of each parameter …"""
     identified: tuple[IdentifiedParameter, ...]
     """… and as ``identify`` answers it."""
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Full names of the free parameters, which are the first unknowns."""
+        values = self.robot.values()
+        return tuple(name for name in self.rows.unknowns.names if name in values)
 
 
 @dataclass(frozen=True)

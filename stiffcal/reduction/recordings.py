@@ -16,7 +16,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.reduction.clocks.course import clock_courses
+from stiffcal.reduction.clocks.course import ClockCourse, clock_courses
 from stiffcal.reduction.clocks.offsets import SharedSignal, SourceClockOffset, align_clocks, moves
 from stiffcal.reduction.holds.finding import Holds, find_holds
 from stiffcal.reduction.holds.swept import find_sweeps, is_swept
@@ -51,6 +51,8 @@ class ReducedRun:
     """What the user ought to know."""
     passes: int = 0
     """Of a load that was swept: how often it went from one turning point to the next; 0 where it was held."""
+    courses: tuple[ClockCourse, ...] = ()
+    """How its clocks run against each other."""
 
 
 def shared_signal(source: str, blocks: Blocks) -> SharedSignal:
@@ -94,7 +96,8 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
             FaultCode.STATES_MISSING, f"run {run.id}", "", "no load state found: the load was never constant",
             'keep each load constant for a second or more, or write states = "….csv" with columns start, end',
         )  # fmt: skip
-    clocks, warnings = clock_courses(run.id, shared, clocks)
+    clocks, courses = clock_courses(shared, clocks, run.clock_ahead_s)
+    warnings: list[str] = []
     holds, brief = _with_brief_ones(holds)
     dropped = list(holds.dropped)
     keep = np.ones(len(holds), dtype=np.bool_)
@@ -128,7 +131,7 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     set_aside = [SetAside(SetAsideCode.HELD_BRIEFLY, f"dwell too short: {seconds:.2g} s") for seconds in lasted]
     states = replace(states, set_aside=[set_aside[k] if brief[k] else IN_USE for k in numbers])
     dropped = sorted(dropped, key=lambda stretch: stretch.start)
-    return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes)
+    return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes, tuple(courses))
 
 
 def _load_before_what_stands(shared: list[SharedSignal]) -> list[SharedSignal]:

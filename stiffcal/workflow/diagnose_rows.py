@@ -57,13 +57,13 @@ def diagnoses_of_rows(data: Ingested, context: RunContext) -> RowDiagnoses:
         fit = problem.fit(problem.robot)
         refused = too_few_folds(problem, fit)
         if refused is not None:
-            answers.parts.append(PartialDiagnosis(refused, (), len(fit.residual), problem.joints, problem.subject))
+            answers.parts.append(PartialDiagnosis(refused, (), fit.rows.residual.size, problem.joints, problem.subject))
             continue
         found = diagnose_rows(problem, catalogue, progress, sum(len(one.joints) for one in problems))
         result = row_diagnosis(found)
         sizes = tuple(one.group.size for one in found.found)
         answers.parts.append(
-            PartialDiagnosis(result, sizes, len(fit.residual), problem.joints, problem.subject, found.explained)
+            PartialDiagnosis(result, sizes, fit.rows.residual.size, problem.joints, problem.subject, found.explained)
         )
         refits = list(row_refits_of(found.first, found.last if found.found else None, problem, result))
         answers.refits += refits

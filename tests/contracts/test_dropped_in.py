@@ -29,6 +29,8 @@ from stiffcal.documents import document_of, result_of, schema_of
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.judgement.mistakes import state_changes
+from stiffcal.mistakes.clocks.found import clock_mistake
+from stiffcal.mistakes.clocks.mistake import ClockMistake
 from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.mistake import Mistake
 from stiffcal.mistakes.references.kinematics import check_kinematics
@@ -36,6 +38,7 @@ from stiffcal.mistakes.rods.mistake import RodMistake
 from stiffcal.mistakes.runs.mistake import RunMistake, RunRead
 from stiffcal.mistakes.states.exchanges import Exchange
 from stiffcal.mistakes.states.mistake import LeftOfStates, StateMistake
+from stiffcal.reduction.clocks.course import ClockCourse
 from stiffcal.report import building, sections
 from stiffcal.report.sections import all_sections
 from stiffcal.results.identify_result import IdentifyResult
@@ -301,12 +304,24 @@ def test_a_new_exchange_has_its_share_of_all_that_may_be_exchanged() -> None:
     assert with_it - penalty == pytest.approx(2.0 * np.log(4.0 / 3.0))
 
 
+def test_a_new_mistake_of_a_clock_is_named_where_it_explains_the_course() -> None:
+    offset = np.array([0.4, 0.4, 1.4, 0.4, 0.4, 0.4])
+    course = ClockCourse("tracker", "ft", 20.0 * np.arange(6.0), offset, np.full(6, 0.002))
+    assert clock_mistake(course) is None
+    with dropped_in("mistakes"):
+        found = clock_mistake(course)
+    assert found is not None
+    assert found.mistake is not None
+    assert (found.mistake.name, found.place) == ("hurried-piece", 2)
+
+
 def test_a_mistake_that_lacks_a_method_is_refused_before_any_data_are_read() -> None:
     with dropped_in("unfinished_mistakes"), pytest.raises(TypeError, match="Unfinished.*texts"):
         mistakes_of(RunMistake)
     assert RodMistake.__abstractmethods__ == {"trials", "sentence"}
     assert RunMistake.__abstractmethods__ == {"variants"}
     assert StateMistake.__abstractmethods__ == {"changes", "words"}
+    assert ClockMistake.__abstractmethods__ == {"trials", "sentence"}
 
 
 def test_without_its_file_the_mistake_is_not_known() -> None:

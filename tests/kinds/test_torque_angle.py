@@ -81,6 +81,14 @@ def test_slopes_are_those_of_the_torque(joint: int, number: int) -> None:
     assert np.sqrt(np.mean(error**2)) < 0.02 * float(np.abs(slopes).max())
 
 
+@pytest.mark.parametrize(("joint", "seed"), [(1, 102), (1, 107), (4, 107)])
+def test_of_eight_readings_a_sweep_the_play_comes_back(joint: int, seed: int) -> None:
+    """Starts that lie nearest to the branches as they are lead to seven times the misfit in these."""
+    law, noise = clamped_law(joint)
+    fit = fit_series(branches(law, noise, seed, n=8))
+    assert fit.law.width == pytest.approx(law.width, rel=0.03)
+
+
 def test_friction_without_play_is_no_play() -> None:
     law, noise = clamped_law(3, width=0.0, friction=12.0)
     data = branches(law, noise)

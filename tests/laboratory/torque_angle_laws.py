@@ -32,10 +32,10 @@ def clamped_law(joint: int, **changed: float) -> tuple[TorqueAngleLaw, float]:
     return replace(law, **changed), noise  # type: ignore[arg-type]
 
 
-def sweep(law: TorqueAngleLaw, noise: float, seed: int = 1, cycles: int = 3) -> tuple[Floats, ...]:
-    """Return angle, torque, half sweep and direction of readings as an encoder and a force sensor give them."""
+def sweep(law: TorqueAngleLaw, noise: float, seed: int = 1, cycles: int = 3, n: int = 300) -> tuple[Floats, ...]:
+    """Return angle, torque, half sweep and direction, as an encoder and a force sensor give them n times a sweep."""
     rng = np.random.default_rng(seed)
-    half, n = 0.5 * law.width, 300
+    half = 0.5 * law.width
     low, high = law.middle - half + law.reach[0], law.middle + half + law.reach[1]
     turns = np.array([low, high] * cycles + [low])
     angle = np.interp(np.arange(2 * cycles * n), np.arange(turns.size) * n, turns)
@@ -46,6 +46,6 @@ def sweep(law: TorqueAngleLaw, noise: float, seed: int = 1, cycles: int = 3) -> 
     return read, torque, number.astype(np.float64), up.astype(np.float64)
 
 
-def branches(law: TorqueAngleLaw, noise: float, seed: int = 1) -> Branches:
-    angle, torque, number, up = sweep(law, noise, seed)
+def branches(law: TorqueAngleLaw, noise: float, seed: int = 1, n: int = 300) -> Branches:
+    angle, torque, number, up = sweep(law, noise, seed, n=n)
     return average_branches(angle, torque, number.astype(np.int64), up.astype(np.bool_), 120)

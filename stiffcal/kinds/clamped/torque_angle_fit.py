@@ -14,19 +14,18 @@ from stiffcal.estimation.unknowns import Unknowns
 from stiffcal.fault_codes import FaultCode
 from stiffcal.kinds.clamped.branch_source import BranchSource
 from stiffcal.kinds.clamped.branches import Branches
+from stiffcal.kinds.clamped.play_starts import play_starts
 from stiffcal.kinds.clamped.torque_angle import TorqueAngleLaw, play_segment
 from stiffcal.uncertainty import NORMAL_95
 
-# Bands tried at first, as shares of the largest torque.
+# The band tried at first, as a share of the largest torque.
 _FIRST_BAND = 0.02
 # A crossing that takes more than this share of the torque is no play but a soft spring.
 _WIDEST_BAND = 0.12
-# Plays tried at first, as shares of half the range of angles; the fit goes on from the best of them.
-_STARTS = (0.0, 0.15, 0.3, 0.45, 0.65, 0.85)
-# The best few starts of either kind are followed: the play where the torque rises least, and where it crosses zero. Of
-# logs drawn by Table 2 of 004 one and none ended at 17 times the least misfit in 1 of 36, none and two at twice the
-# least in 2 of 36, three and none at ten times it in 3 of 288; all, six and five, take twice the time and end no lower.
-MOST_STARTS, AT_CROSSING = 3, 2
+# Places of the grid of `play_starts` from which the fit goes on, to the end each: the best of them counts. Of logs
+# drawn by Table 2 of 004 with 8 to 50 readings a sweep one is enough; of 5 or 6, hardly more than the law has numbers,
+# three still end in another minimum in one of five, with 1.3 times the least misfit at most.
+MOST_STARTS = 3
 # Squares by which a play has to explain more: three further parameters (width, band, zero) by chance gain 3 ± 2.4, and
 # misfits that are not noise some more.
 _NEEDS_PLAY = 30.0
@@ -173,15 +172,9 @@ def _fit(
     unit = replace(data, angle=(data.angle - centre) / angle_unit, torque=data.torque / torque_unit)
     scaled = _Scaled(unit, angle_unit, torque_unit, with_play, with_friction, with_lag, held)
     source, whole = _source(scaled)
-    shares = (_STARTS if with_play else _STARTS[:1]) if held is None else (held,)
     lower, upper = source.unknowns.lower + 1e-9, source.unknowns.upper - 1e-9
-    at_crossing = [share for share in shares if share > 0.0]
-    near = []
-    for places, crosses, most in ((shares, False, MOST_STARTS), (at_crossing, True, AT_CROSSING)):
-        starts = [np.clip(_start(scaled, share, crosses)[whole.free], lower, upper) for share in places]
-        starts.sort(key=source.misfit)
-        near += [settle(source, start, None, no_progress, near=True).values for start in starts[:most]]
-    best = settle(source, min(near, key=source.misfit), None, no_progress)
+    ends = [settle(source, np.clip(start[whole.free], lower, upper), None, no_progress) for start in _starts(scaled)]
+    best = min(ends, key=lambda end: source.misfit(end.values))
     fit = _to_si(scaled, source.law_at(best.values), centre)
     return replace(fit, settled=best.last_step is None, at_limit=_at_limit(source.unknowns, best.values))
 
@@ -241,39 +234,13 @@ def _source(scaled: _Scaled) -> tuple[BranchSource, _Whole]:
     return BranchSource(scaled.data, unknowns, lambda values: _law_of(scaled, whole(values)), slopes), whole
 
 
-def _start(scaled: _Scaled, share: float, crosses: bool) -> Floats:
-    """Return middle, width, log band, zero, friction, lag, drag, and Bernstein's three of the slope.
-
-    Parameters
-    ----------
-    share : of the play in the range. crosses : whether it is where the torque vanishes, else where it rises least: of
-        few readings none may lie in a play.
-    """
-    grid = np.linspace(scaled.data.angle.min(), scaled.data.angle.max(), 121)
-    sides = [_over(scaled, grid, direction) for direction in (True, False) if np.any(scaled.data.up == direction)]
-    middle_curve = np.mean(sides, axis=0)
-    friction = 0.5 * float(np.median(sides[0] - sides[-1])) if scaled.with_friction else 0.0
-    # the play is where the middle of the branches rises least over so long a window
-    count = min(max(round(share * (grid.size - 1)), 1), grid.size - 2)
-    rise = middle_curve[count:] - middle_curve[:-count]
-    at = int(np.argmin(np.abs(rise)))
-    if crosses or share == 0.0:
-        at = max(int(np.argmin(np.abs(middle_curve))) - (count // 2 if share > 0.0 else 0), 0)
-    width = 2.0 * share
-    middle = 0.5 * float(grid[at] + grid[min(at + count, grid.size - 1)]) if share > 0.0 else float(grid[at])
-    zero = float(np.mean(middle_curve[at : at + count + 1])) if share > 0.0 else 0.0
-    slope = max(float(middle_curve[-5:].mean() - middle_curve[:5].mean()) / max(2.0 - width, 0.1), 0.05)
-    return np.array(
-        [middle, width, np.log(_FIRST_BAND), zero, max(friction, 0.0), 0.0, 0.0, slope, slope, slope],
-        dtype=np.float64,
-    )
-
-
-def _over(scaled: _Scaled, grid: Floats, way: bool) -> Floats:
-    """Return one branch's torque over a grid of angles."""
-    members = np.flatnonzero(scaled.data.up == way)
-    order = members[np.argsort(scaled.data.angle[members])]
-    return np.asarray(np.interp(grid, scaled.data.angle[order], scaled.data.torque[order]))
+def _starts(scaled: _Scaled) -> Floats:
+    """Return (k, 10) middle, width, log band, zero, friction, lag, drag, and Bernstein's three of the slope."""
+    width = (None if scaled.held is None else 2.0 * scaled.held) if scaled.with_play else 0.0
+    free = {"with_zero": scaled.with_play, "with_friction": scaled.with_friction}
+    middle, play, zero, friction, *slopes = play_starts(scaled.data, width, **free, most=MOST_STARTS).T
+    none = np.zeros_like(middle)
+    return np.stack([middle, play, none + np.log(_FIRST_BAND), zero, friction, none, none, *slopes], axis=1)
 
 
 def _bounds(scaled: _Scaled) -> tuple[Floats, Floats]:

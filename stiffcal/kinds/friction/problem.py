@@ -81,17 +81,13 @@ class FrictionProblem(RowProblem):
     def fit(self, robot: CompliantRobot) -> RowFit:
         """Fit a model to the rows."""
         fit = PartFit.of(self._rows, robot.placed, self._chain, self._fixed)
-        rows = fit.linearised()
         known = bool(fit.source.noise_known.all())
         identified = [one for joint in fit.joints for one in identified_friction(joint_fit(fit, joint))]
         return RowFit(
             robot=robot.with_values(fit.values),
+            rows=fit.linearised(),
             noise=RowNoise(float(fit.rows.noise_dof.min()), "neighbours") if known else None,
             sigma=fit.sigma,
-            columns=rows.derivative[:, 0],
-            names=fit.solved.unknowns.names,
-            bounds=rows.steps_within,
-            residual=rows.residual[0],
             constant=_constants(fit.rows),
             fold=fit.rows.piece,
             run=np.unique(fit.rows.run, return_inverse=True)[1].astype(np.int64),

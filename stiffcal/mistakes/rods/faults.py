@@ -20,6 +20,7 @@ from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
+from stiffcal.mistakes.deciding import DECISIVE
 from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
 from stiffcal.mistakes.rods.readings import RodReadings, centred_by_run, count_of, left_over, squares_left
@@ -32,9 +33,7 @@ TOLERATED, TOLERATED_BLINDLY = 0.10, 0.30
 # A fault is named when it takes away at least so much of the squared contradiction that is not noise (or of the whole,
 # where noise is not known) …
 EXPLAINED, EXPLAINED_BLINDLY = 0.75, 0.5
-# … and beats no fault by this much in Schwarz' criterion ("very strong": Kass and Raftery 1995). Faults closer to the
-# best than this are named together with it.
-DECISIVE = 10.0
+# … and beats no fault decisively; faults that it does not beat so are named together with it.
 # Of a link's rods: with more the others hold nothing.
 MOST_FAULTS = 3
 # What is left by less than this many times the noise is noise: of a dozen readings the rms is known to a fifth.

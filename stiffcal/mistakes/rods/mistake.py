@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
+from stiffcal.mistakes.deciding import schwarz
 from stiffcal.mistakes.rods.readings import RodReadings
 
 # m²: a tenth of a nanometre per rod, below what any gauge reads and above rounding.
@@ -29,8 +28,7 @@ class RodTrial:
 
     def score(self, count: int, sigma: float) -> float:
         """Return Schwarz' criterion of ``count`` readings; noise is the least that can be left."""
-        mean = max(self.squares / count, sigma**2, LEAST_MEAN_SQUARE)
-        return count * float(np.log(mean)) + self.numbers * float(np.log(count))
+        return schwarz(self.squares, count, self.numbers, max(sigma**2, LEAST_MEAN_SQUARE))
 
 
 class RodMistake(ABC):

@@ -1,60 +1,115 @@
-"""Clocks that do not run evenly relative to each other: a drift in parts per million, a jump in the middle of a run.
+"""How the clocks of a run's logs run relative to each other.
 
-One offset per run is what the states are made with. Here the run is cut into pieces, each aligned by itself, and what
-the offsets do from piece to piece is given, where it is more than their own uncertainty and matters to a hold. How fast
-a clock gains on the other, and how well that is known, stands next to its offset in any case.
+One offset per run is what the states are made with. Here the run is cut into pieces, each aligned by itself. How fast
+a clock gains on the other, and how well that is known, stands next to its offset; whether the course is one of a clock
+that is in order is judged by `stiffcal.mistakes.clocks`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.clocks.offsets import SharedSignal, SourceClockOffset, offset_near
-from stiffcal.uncertainty import NORMAL_95
+from stiffcal.reduction.clocks.offsets import SharedSignal, SourceClockOffset, offset_between, offset_near
 
 PIECES = 6  # of a log: two on either side of a step, and those it may lie in; each has to hold ramps of its own
 LEAST_PIECES = 4  # with an answer: a line and a step have three numbers, and one is left to contradict them
-# Holds are read from a few hundredths of their second after the ramp: less than this moves no reading out of its hold.
-MATTERS_S = 0.03
-SURE = 6.0  # standard uncertainties
-CLEARLY = 4.0  # times the squares left by a straight line that a step must save
+LEAST_READINGS, LEAST_OTHERS = 32, 16  # of a piece in the log of the load and in the other one: less is no ramp
+LEAST_STD_S = 1e-3  # of a piece's offset: what clocks of computers wander by within one
+NEAR = 0.5  # of a piece's length, by which its offset may differ from the run's: more is another load
+
+
+@dataclass(frozen=True)
+class ClockCourse:
+    """Where a clock stands against the first source's, in k pieces of a run."""
+
+    source: str
+    """Whose clock it is."""
+    against: str
+    """The source with which the pieces were aligned."""
+    time: Floats
+    """(k,) s, the middle of each piece, on the clock of ``against``."""
+    offset: Floats
+    """(k,) s that it shows more than the first source's clock."""
+    std: Floats
+    """(k,) s, standard uncertainties."""
+    stated: float | None = None
+    """s, what the manifest says of it; None where the offset is estimated."""
+
+    @property
+    def weight(self) -> Floats:
+        """(k,) 1/s²."""
+        return np.asarray(1.0 / np.maximum(self.std, LEAST_STD_S) ** 2)
+
+    @property
+    def lasts(self) -> float:
+        """How long the run lasts, s."""
+        return float(np.ptp(self.time)) * PIECES / (PIECES - 1)
+
+    @property
+    def rate(self) -> float:
+        """How much the clock gains, s per s."""
+        away = self._away
+        return float((self.weight * away) @ self.offset / (self.weight @ away**2))
+
+    @property
+    def rate_std(self) -> float:
+        """Its standard uncertainty, by the scatter about the line where that is more than the pieces'."""
+        left = self.misfit(self.offset - self.rate * self.time)
+        degrees = max(self.time.size - 2, 1)
+        return float(np.sqrt(max(left / degrees, 1.0) / (self.weight @ self._away**2)))
+
+    @property
+    def _away(self) -> Floats:
+        return self.time - np.average(self.time, weights=self.weight)
+
+    def misfit(self, offset: Floats, pieces: slice = slice(None)) -> float:
+        """Return the weighted squares about the mean of offsets (k,), of some of the pieces."""
+        weight, own = self.weight[pieces], offset[pieces]
+        return float(weight @ (own - np.average(own, weights=weight)) ** 2)
 
 
 def clock_courses(
-    run: str, shared: Sequence[SharedSignal], clocks: Mapping[str, SourceClockOffset]
-) -> tuple[dict[str, SourceClockOffset], list[str]]:
+    shared: Sequence[SharedSignal], clocks: Mapping[str, SourceClockOffset], stated: Mapping[str, float]
+) -> tuple[dict[str, SourceClockOffset], list[ClockCourse]]:
     """Find how the clocks run relative to that of the load.
 
     Parameters
     ----------
-    run : its name.
     shared : the signal of each device.
     clocks : source to the offset of the whole run.
+    stated : those of the manifest, s.
 
     Returns
     -------
-    The clocks, with their rates where these can be determined, and a line for every one that does not run evenly.
+    The clocks, with their rates where these can be determined, and the course of each that can be compared.
     """
     with_rates = dict(clocks)
     leading = next((signal for signal in shared if signal.leads and clocks[signal.source].value is not None), shared[0])
-    remarks: list[str] = []
+    courses: list[ClockCourse] = []
     for signal in shared:
-        leading_offset, signal_offset = clocks[leading.source].value, clocks[signal.source].value
-        if signal is leading or leading_offset is None or signal_offset is None or clocks[signal.source].reason:
+        leading_offset, clock = clocks[leading.source].value, clocks[signal.source]
+        is_stated = signal.source in stated
+        if signal is leading or leading_offset is None or clock.value is None or (clock.reason and not is_stated):
             continue
-        time, offset, std = _pieces(leading, signal, signal_offset - leading_offset)
-        if time.size >= LEAST_PIECES:
-            rate, rate_std, lines = _course(run, leading.source, signal.source, time, offset, std)
+        lag = offset_between(leading, signal).value if is_stated else clock.value - leading_offset
+        if lag is None:
+            continue
+        time, offset, std = _pieces(leading, signal, lag)
+        if time.size < LEAST_PIECES:
+            continue
+        value = stated.get(signal.source)
+        course = ClockCourse(signal.source, leading.source, time, offset + leading_offset, std, value)
+        courses.append(course)
+        if not is_stated:
             with_rates[signal.source] = replace(
-                clocks[signal.source], rate=rate, rate_std=rate_std, rate_against=leading.source
+                clock, rate=course.rate, rate_std=course.rate_std, rate_against=leading.source
             )
-            remarks += lines
-    return with_rates, remarks
+    return with_rates, courses
 
 
 def _pieces(first: SharedSignal, second: SharedSignal, lag: float) -> tuple[Floats, Floats, Floats]:
@@ -64,10 +119,10 @@ def _pieces(first: SharedSignal, second: SharedSignal, lag: float) -> tuple[Floa
     offsets = []
     for a, b in pairwise(edges):
         piece, second_piece = _cut(first, a, b), _cut(second, a + lag, b + lag)
-        if len(piece.time) < 32 or len(second_piece.time) < 16:
+        if len(piece.time) < LEAST_READINGS or len(second_piece.time) < LEAST_OTHERS:
             continue
         offset = offset_near(piece, second_piece, lag)
-        if offset.value is not None and offset.std is not None and abs(offset.value - lag) < 0.5 * (b - a):
+        if offset.value is not None and offset.std is not None and abs(offset.value - lag) < NEAR * (b - a):
             offsets.append((0.5 * (a + b), offset.value, offset.std))
     table = np.array(offsets).reshape(-1, 3)
     return table[:, 0], table[:, 1], table[:, 2]
@@ -76,42 +131,3 @@ def _pieces(first: SharedSignal, second: SharedSignal, lag: float) -> tuple[Floa
 def _cut(signal: SharedSignal, begin: float, end: float) -> SharedSignal:
     samples = slice(*np.searchsorted(signal.time, [begin, end]))
     return SharedSignal(signal.source, signal.time[samples], signal.values[samples], signal.leads)
-
-
-def _course(
-    run: str, leader: str, name: str, time: Floats, offset: Floats, std: Floats
-) -> tuple[float, float, list[str]]:
-    """Return the rate at which a clock gains on the other, its standard uncertainty, and a warning on it."""
-    weight = 1.0 / np.maximum(std, 1e-3) ** 2
-    about = np.average(time, weights=weight)
-    leverage = float(weight @ (time - about) ** 2)
-    slope = float((weight * (time - about)) @ offset) / leverage
-    left_line = _misfit(offset - slope * time, weight)
-    steps = [(_misfit(offset[:k], weight[:k]) + _misfit(offset[k:], weight[k:]), k) for k in range(1, time.size)]
-    left_step, k = min(steps)
-    before, after = (float(np.average(offset[p], weights=weight[p])) for p in (slice(k), slice(k, None)))
-    jump = after - before
-    spread = np.sqrt(1.0 / weight[:k].sum() + 1.0 / weight[k:].sum())
-    degrees = max(time.size - 2, 1)
-    slope_std = float(np.sqrt(max(left_line / degrees, 1.0) / leverage))
-    if abs(jump) > max(SURE * spread, MATTERS_S) and left_line > CLEARLY * max(left_step, degrees):
-        line = (
-            f"run {run}: the clock of {name} jumps by {jump:+.3f} s against {leader} between {time[k - 1]:.1f} s and "
-            f"{time[k]:.1f} s; one offset is used for the whole run: correct the times in a copy of the log, "
-            "or split the run there"
-        )
-        return slope, slope_std, [line]
-    span = float(np.ptp(time)) * PIECES / (PIECES - 1)
-    if abs(slope) > SURE * slope_std and abs(slope) * span > MATTERS_S:
-        line = (
-            f"run {run}: the clock of {name} gains {1e6 * slope:+.0f} ± {1e6 * NORMAL_95 * slope_std:.0f} ppm "
-            f"on {leader}, "
-            f"{1e3 * abs(slope) * span:.0f} ms over the run; one offset, that of its middle, is used: dwells shorter "
-            "than that are misread; correct the times in a copy of the log, or split the run"
-        )
-        return slope, slope_std, [line]
-    return slope, slope_std, []
-
-
-def _misfit(offset: Floats, weight: Floats) -> float:
-    return float(weight @ (offset - np.average(offset, weights=weight)) ** 2)

@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping
+from typing import Any
 
-from stiffcal.mistakes.runs.mistake import RunMistake, RunRead, Variant, is_same
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mistakes.runs.others import OthersReadings
 from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 
-class OthersAngles(RunMistake):
+class OthersAngles(OthersReadings):
     """The joint angles that belong to the run are another run's."""
 
     name = "others-angles"
     kind = SuspectKind.MISLABELLED
     rank = 30
-    of_two_runs = True
+    things = "joint angles"
+    mend = "the two are mixed up; correct the angles, or leave the run out"
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
-        """Yield the run with each other run's angles."""
-        for other in read.comparable:
-            joints = read.states.joints[read.members[other]]
-            if is_same(read.own.joints, joints):
-                continue
-            likely = (
-                f'the joint angles that belong here are those of run "{read.name_of(other)}": the two are mixed up; '
-                "correct the angles, or leave the run out"
-            )
-            yield Variant(likely, joints=joints, other=other, penalty=read.mix_up_penalty(other))
+    def readings(self, states: LoadStates) -> Mapping[str, Any]:
+        """Return the angles."""
+        return {"joints": states.joints}

@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping
+from typing import Any
 
-from stiffcal.mistakes.runs.mistake import RunMistake, RunRead, Variant, is_same
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mistakes.runs.others import OthersReadings
 from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 
-class OthersLoads(RunMistake):
+class OthersLoads(OthersReadings):
     """The loads that belong to the run are another run's."""
 
     name = "others-loads"
     kind = SuspectKind.EXCHANGED
     rank = 31
-    of_two_runs = True
+    things = "loads"
+    mend = "the force logs are interchanged; interchange them back"
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
-        """Yield the run with each other run's loads."""
-        for other in read.comparable:
-            wrench = read.states.wrench[read.members[other]]
-            if is_same(read.own.wrench, wrench):
-                continue
-            likely = (
-                f'the loads that belong here are those of run "{read.name_of(other)}": the force logs are '
-                "interchanged; interchange them back"
-            )
-            yield Variant(likely, wrench=wrench, other=other, penalty=read.mix_up_penalty(other))
+    def readings(self, states: LoadStates) -> Mapping[str, Any]:
+        """Return the loads."""
+        return {"wrench": states.wrench}

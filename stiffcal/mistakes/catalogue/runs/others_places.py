@@ -2,36 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from stiffcal.mistakes.runs.mistake import RunMistake, RunRead, Variant
+from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mistakes.runs.others import OthersReadings
 from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 
-class OthersPlaces(RunMistake):
+class OthersPlaces(OthersReadings):
     """The places or displacements that belong to the run are another run's."""
 
     name = "others-places"
     kind = SuspectKind.EXCHANGED
     rank = 32
-    of_two_runs = True
+    things = "places or displacements"
+    mend = "the tracker logs are interchanged; correct the file names"
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
-        """Yield the run with what was measured of each other run's target; NaN where that was set aside."""
-        for other in read.comparable:
-            theirs = read.states.select(read.members[other])
-            used = theirs.used[:, None, None]
-            likely = (
-                f'the places or displacements that belong here are those of run "{read.name_of(other)}": the tracker '
-                "logs are interchanged; correct the file names"
-            )
-            yield Variant(
-                likely,
-                position=np.where(used, theirs.position, np.nan),
-                rotation=np.where(used[..., None], theirs.rotation, np.nan),
-                deflection=np.where(used, theirs.deflection, np.nan),
-                other=other,
-                penalty=read.mix_up_penalty(other),
-            )
+    def readings(self, states: LoadStates) -> Mapping[str, Any]:
+        """Return what was measured of the target; NaN where that was set aside."""
+        used = states.used[:, None, None]
+        return {
+            "position": np.where(used, states.position, np.nan),
+            "rotation": np.where(used[..., None], states.rotation, np.nan),
+            "deflection": np.where(used, states.deflection, np.nan),
+        }

@@ -13,7 +13,11 @@ import pyarrow as pa
 from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
+from stiffcal.estimation.groups import GroupNoise
 from stiffcal.estimation.parameters import reported_parameters
+from stiffcal.estimation.rows import Rows
+from stiffcal.estimation.step import solve_step
+from stiffcal.estimation.unknowns import ParameterColumn, Unknowns, free_columns, with_estimates
 from stiffcal.identification.document import identified_parameter, model_summary
 from stiffcal.identification.regressors import Regressor
 from stiffcal.identification.search_subject import SearchSubject
@@ -123,25 +127,32 @@ class TurningProblem(RowProblem):
                 before, after = robot.placed[:number], robot.placed[number + 1 :]
                 shapes = self.shapes(placed.effect, placed.place)
                 tried = [replace(robot, placed=(*before, replace(placed, values=shape), *after)) for shape in shapes]
-                return min(map(self.fit, tried), key=lambda fit: float(np.sum(fit.residual**2)))
-        names: list[str] = []
-        columns: list[Floats] = []
-        for placed in robot.placed:
-            made = self.regressor(placed.effect, placed.place, placed.shape())
-            names += [placed.parameter_name(symbol) for symbol in made.symbols]
-            columns += [*made.columns[:, 0]]
-        stack, torque = np.array(columns).reshape(len(names), -1), self.rows[4]
-        covariance = np.linalg.pinv(stack @ stack.T) * SIGMA**2
-        values = covariance @ stack @ torque / SIGMA**2
-        fitted = robot.with_values(dict(zip(names, values.tolist(), strict=True)))
-        std = dict(zip(names, np.sqrt(np.diagonal(covariance)).tolist(), strict=True))
-        held = {placed.parameter_name(symbol) for placed in robot.placed for symbol in placed.shape()}
-        parameters = tuple(reported_parameters(fitted, std, NORMAL_95, frozenset(held)))
-        turn, free = self.rows[0].astype(np.int64), np.full(len(names), np.inf)
+                return min(map(self.fit, tried), key=lambda fit: float(np.sum(fit.rows.residual**2)))
+        held = frozenset(placed.parameter_name(symbol) for placed in robot.placed for symbol in placed.shape())
+        columns = free_columns(robot, held)
+        rows = self._about(robot, columns)
+        values, _ = solve_step(rows.reduced(), rows.unknowns, rows.values)
+        rows = replace(rows, values=values, predicted=np.einsum("p,pmk->mk", values, rows.derivative))
+        fitted = with_estimates(robot, columns, values)
+        spread = np.sqrt(np.diagonal(rows.reduced().covariance(np.ones(len(values), dtype=np.bool_))))
+        std = dict(zip(rows.unknowns.names, spread.tolist(), strict=True))
+        parameters = tuple(reported_parameters(fitted, std, NORMAL_95, held))
+        k, turn = self.rows.shape[1], self.rows[0].astype(np.int64)
         return RowFit(
-            fitted, RowNoise(len(torque), "manifest"), np.full(len(torque), SIGMA), stack, tuple(names), (-free, free),
-            torque - values @ stack, np.full(len(torque), -1), turn, turn, self, parameters,
-            tuple(map(identified_parameter, parameters)),
+            robot=fitted, rows=rows, noise=RowNoise(k, "manifest"), sigma=np.full(k, SIGMA), constant=np.full(k, -1),
+            fold=turn, run=turn, maker=self, parameters=parameters,
+            identified=tuple(map(identified_parameter, parameters)),
+        )  # fmt: skip
+
+    def _about(self, robot: CompliantRobot, columns: list[ParameterColumn]) -> Rows:
+        """Return the rows about amplitudes of nothing."""
+        made = [self.regressor(placed.effect, placed.place, placed.shape()) for placed in robot.placed]
+        slopes = [made[one.placed].columns[made[one.placed].symbols.index(one.symbol)] for one in columns]
+        p, measured = len(columns), self.rows[4][None]
+        noise = GroupNoise.independent(np.full_like(measured, SIGMA), self.rows[0].astype(np.int64))
+        return Rows(
+            Unknowns.of(robot, columns), np.zeros(p), np.array(slopes).reshape(p, *measured.shape),
+            np.zeros_like(measured), measured, np.ones(measured.shape, dtype=np.bool_), noise, np.zeros((0, p + 1)),
         )  # fmt: skip
 
     def places(self, effect: Effect) -> list[Place]:
@@ -193,9 +204,9 @@ class TurningKind(ExperimentKind):
             fit = problem.fit(problem.robot)
             return ExperimentFit(
                 name=TURNING, section=TurningSection(turns=len(np.unique(fit.run))), parameters=list(fit.identified),
-                effects=model_summary(fit.robot).effects, rms={"torque": float(np.sqrt(np.mean(fit.residual**2)))},
+                effects=model_summary(fit.robot).effects, rms={"torque": float(np.sqrt(np.mean(fit.rows.residual**2)))},
                 noise={"torque": SIGMA}, noise_source="manifest", n_runs=len(np.unique(fit.run)),
-                n_readings=len(fit.residual), free=list(fit.names),
+                n_readings=fit.rows.residual.size, free=list(fit.names),
                 covariance=np.diag([(one.std or 0.0) ** 2 for one in fit.parameters if one.name in fit.names]).tolist(),
             )  # fmt: skip
         return None
@@ -203,7 +214,7 @@ class TurningKind(ExperimentKind):
     def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
         """Say what the fit leaves: two parameters of hundreds of readings."""
         for problem in self.problems(data):
-            left = problem.fit(problem.robot).residual
+            left = problem.fit(problem.robot).rows.residual[0]
             rms: dict[str, float | None] = {"torque": float(np.sqrt(np.mean(left**2)))}
             return ExperimentValidation(
                 name=TURNING, scheme="none", rms=rms, max={"torque": float(np.abs(left).max())},
