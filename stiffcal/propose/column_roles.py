@@ -128,16 +128,10 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     matrix, place = transform or (_matrix([column for column in columns if column not in assigned], plain), None)
     assigned |= {column for role in (matrix, place) if role is not None for column in role.columns}
     sigma = sigma_columns({column: words_of(column.name)[0] for column in columns if column not in assigned})
-    free = [column for column in columns if column.values and column not in (assigned | set(sigma.values()))]
-    turned = quaternion or matrix
-    triples = _triples(free, turned.body if turned is not None else "")
-    triples |= {} if place is None else {Reading.POSITION: place}
-    targets = _targets(free, plain) if quaternion is None and "deflection" not in triples else ()
-    triples |= {"position": targets[0][1]} if targets else {}
-    if not triples.keys() & {"position", "deflection"} and (
-        only := single_target({column: plain[column.header] for column in free})
-    ):
-        triples["position"] = Role(only)
+    triples, targets = _measured(columns, assigned | set(sigma.values()), plain, quaternion, matrix, place)
+    if sigma and not triples.keys() & _MEASURED:  # of nothing: "ux" is a displacement
+        sigma = {}
+        triples, targets = _measured(columns, assigned, plain, quaternion, matrix, place)
     targets = tuple((name, _with_sigma(role, plain, sigma)) for name, role in targets)
     for signal in ("deflection", "position"):
         if signal in triples:
@@ -170,6 +164,28 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
         unused=tuple(column for column in columns if column not in used),
         **triples,
     )
+
+
+_MEASURED = frozenset((Reading.DEFLECTION, Reading.POSITION))
+
+
+def _measured(
+    columns: Sequence[SniffedColumn],
+    assigned: set[SniffedColumn],
+    plain: dict[str, str],
+    quaternion: Role | None,
+    matrix: Role | None,
+    place: Role | None,
+) -> tuple[dict[str, Role], tuple[tuple[str, Role], ...]]:
+    """Return the groups of three columns x, y and z, and the targets of which there are several."""
+    free = [column for column in columns if column.values and column not in assigned]
+    turned = quaternion or matrix
+    triples = _triples(free, turned.body if turned is not None else "")
+    triples |= {} if place is None else {Reading.POSITION: place}
+    targets = _targets(free, plain) if quaternion is None and Reading.DEFLECTION not in triples else ()
+    triples |= {Reading.POSITION: targets[0][1]} if targets else {}
+    only = () if triples.keys() & _MEASURED else single_target({column: plain[column.header] for column in free})
+    return triples | ({Reading.POSITION: Role(only)} if only else {}), targets
 
 
 def _targets(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[tuple[str, Role], ...]:

@@ -20,7 +20,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Role, Roles, recognise
-from stiffcal.propose.explained import explained
+from stiffcal.propose.explained import explained, is_strain, unused_in_words
 from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, Question
 from stiffcal.propose.other_tables import TEXT, tables_of
@@ -212,6 +212,8 @@ def _kinds(
         doubted = [column for column in table.columns if column.doubt is not None and not column.values]
         if doubted:
             why = f"column {doubted[0].header}: {doubted[0].doubt}"
+        elif any(map(is_strain, table.columns)):
+            why = "; ".join(unused_in_words(column for column in table.columns if is_strain(column)))
         elif table.left_out:
             why = f"{table.left_out[0][1]}: give each column a unique name, such as that of its tool in front"
         if unnamed:

@@ -576,6 +576,13 @@ def test_an_expanded_uncertainty_is_taken_with_its_factor(tmp_path: Path) -> Non
         assert np.allclose(readings(tmp_path, "log.csv", kind)[1]["sigma.position.tool"], 1.5e-5)
 
 
+def test_u_without_a_place_is_a_displacement(tmp_path: Path) -> None:
+    rows = lines_of(next_to(FORCE, PLACE / 1e4), ",")
+    kind = proposed(tmp_path, "log.csv", f"Fx,Fy,Fz,ux [mm],uy [mm],uz [mm]\n{rows}")
+    assert kind.roles.deflection is not None
+    assert len(kind.roles.deflection.columns) == 3
+
+
 def test_no_reading_by_ndi_is_a_gap(tmp_path: Path) -> None:
     rows = lines_of([*next_to(TIME, PLACE), [0.9, *["-3.697314E+28"] * 3]], ",")
     kind = proposed(tmp_path, "log.csv", f"t [s],Tx [mm],Ty [mm],Tz [mm]\n{rows}")
@@ -588,6 +595,7 @@ def test_no_reading_by_ndi_is_a_gap(tmp_path: Path) -> None:
         ("t,Fx,Fy,Fz\n" + "0.1,(1.5),(2.5),(3.5)\n" * 3, "(1.5)"),
         ("t,Fx,Fy,Fz\n" + '0.1,"1,23,456.7","1,23,456.7","1,23,456.7"\n' * 3, "1,23,456.7"),
         ("t,P 1,Tx,Ty,Tz,P 2,Tx,Ty,Tz\n" + "0.1,a,1,2,3,b,1,2,3\n" * 3, '"Tx"'),
+        ("t,Stab 1 [µε],Stab 2 [µε]\n" + "0.1,1,2\n" * 3, "--kind ids"),
         ("t,Fx 1,Fy 1,Fz 1,Fx 2,Fy 2,Fz 2\n" + "0.1,1,2,3,1,2,3\n" * 3, "no signal"),
     ],
 )
