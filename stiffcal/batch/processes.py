@@ -114,10 +114,11 @@ class _Pool:
     """Threads that each keep one worker process busy, and the queues between them and the caller."""
 
     def __init__(self, tasks: Sequence[BatchTask]) -> None:
-        self.waiting: queue.SimpleQueue[tuple[BatchTask, int]] = queue.SimpleQueue()
+        self.waiting: queue.SimpleQueue[tuple[BatchTask, tuple[str, ...]]] = queue.SimpleQueue()
+        """Each with how its processes were lost before."""
         self.outcomes: queue.SimpleQueue[CampaignOutcome | BaseException] = queue.SimpleQueue()
         for task in tasks:
-            self.waiting.put((task, 1))
+            self.waiting.put((task, ()))
         self._lock = threading.Lock()
         self._workers: set[WorkerProcess] = set()
         self._stopped = False
@@ -128,7 +129,7 @@ class _Pool:
         try:
             while not self._stopped:
                 try:
-                    task, attempt = self.waiting.get_nowait()
+                    task, lost = self.waiting.get_nowait()
                 except queue.Empty:
                     return
                 worker = worker or self._started()
@@ -137,22 +138,23 @@ class _Pool:
                 except WorkerLostError as error:
                     self._ended(worker)
                     worker = None
-                    self._again(task, attempt, error)
+                    self._again(task, lost, error)
                     continue
                 if (outcome.memory_bytes or 0) > LARGE_BYTES:
                     self._ended(worker)
                     worker = None
-                self.outcomes.put(outcome)
+                again = [f"{how}; it was tried once more, in another" for how in lost]
+                self.outcomes.put(replace(outcome, warnings=[*again, *outcome.warnings]))
         except BaseException as error:
             self.outcomes.put(error)
         finally:
             if worker is not None:
                 self._ended(worker)
 
-    def _again(self, task: BatchTask, attempt: int, error: WorkerLostError) -> None:
+    def _again(self, task: BatchTask, lost: tuple[str, ...], error: WorkerLostError) -> None:
         """Try a task once more, after all others; give it up when that ended in the same way, or in silence."""
-        if attempt < ATTEMPTS and not error.silent:
-            self.waiting.put((task, attempt + 1))
+        if len(lost) + 1 < ATTEMPTS and not error.silent:
+            self.waiting.put((task, (*lost, error.how)))
         else:
             self.outcomes.put(outcome_of_lost_worker(task, error))
 

@@ -32,6 +32,7 @@ MEASURED_AT = "headerstamp"
 TIMES = (
     *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
     *("uhrzeit", "heure", "hora", "ora", "timeofday"),
+    *("čas", "czas", "tid", "tijd", "aika", "ido", "sure", "zaman", "время", "χρονος"),
     *("laufzeit", "messzeit", "tempsecoule", "tiempotranscurrido", "tempotrascorso"),
     *("経過時間", "測定時間", "測定時刻", "测量时间", "采样时间", "采集时间"),
     *("temps", "tiempo", "tempo", "時間", "時刻", "日時", "时间", "시간", "일시", "epochtime", "systemtime", "ipoc"),
@@ -65,6 +66,7 @@ _BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\))
 _SEPARATED = re.compile(
     r"^(?P<name>.*?\S)(?:(?:\s*/\s*|\s+[-–]\s+)(?P<ratio>[^\s/]++)|(?:\s+in\s+|,\s*|(?P<loose>_|\s+))(?P<unit>[^\s_,]++))\s*+$"
 )
+_COVERAGE = re.compile(r"k ?= ?\d|\d\d ?%")
 # A tracked target, also one of several.
 _TARGET = re.compile(r"(led|marker|smr|reflector|reflektor|probe|tmac|tprobe|p|pt|point|punkt)\d*")
 _LEAST_AXIS_FIRST = 3
@@ -95,7 +97,8 @@ STEMS: Mapping[Reading, tuple[str, ...]] = MappingProxyType(
     {
         Reading.FORCE: (
             *("f", "force", "kraft", "load", "last", "effort", "charge", "fuerza", "carga", "forza", "carico"),
-            *("forca", "力", "荷重", "载荷"),
+            *("forca", "sila", "siła", "kracht", "voima", "ero", "kuvvet", "сила", "δυναμη"),
+            *("力", "荷重", "载荷"),
         ),
         Reading.MOMENT: (
             *("t", "m", "torque", "moment", "drehmoment", "tau", "mom", "couple", "momento", "coppia"),
@@ -126,6 +129,12 @@ WORDS_OF_SIGNS = tuple(
     word for words in (JOINT_STEMS, TIMES, *STEMS.values()) for word in words if word and word[0] >= "\u2e80"
 )
 """Those of them in Chinese, Japanese and Korean."""
+WORDS_OF_LETTERS = (
+    *("čas", "síla", "siła", "sił", "süre", "erő", "idő", "время", "сила", "kräfte", "größe", "prüf", "über", "für"),
+    *("déplacement", "écoulé", "numéro", "précision", "posición", "ángulo", "força", "posição", "läge", "mått"),
+    *("[°", "(°", "°c", "µm", "µε", "[µ", "(µ"),
+)
+"""Of tables in languages of Europe the words and units with a letter that no two code pages write with one byte."""
 _TRAVELS = frozenset(("weg", "deplacement", "desplazamiento", "spostamento", "deslocamento", "位移", "位移量"))
 """Words for a displacement under load that are as usual for how far an axis has moved."""
 _RAW = frozenset(("raw", "roh", "rohwert", "brut", "crudo", "grezzo", "bruto"))
@@ -190,8 +199,9 @@ def header_parts(header: str) -> ColumnHeader:
         return ColumnHeader(header, header)
     header = header.translate(_NARROW)
     bracketed = _BRACKETED.match(header)
-    if bracketed is not None and not (bracketed["a"] or bracketed["b"] or "").strip().isdigit():  # q[0] is a name
-        return ColumnHeader(bracketed["name"].strip(), (bracketed["a"] or bracketed["b"] or "").strip() or None)
+    within = (bracketed["a"] or bracketed["b"] or "").strip() if bracketed is not None else ""
+    if bracketed is not None and not within.isdigit() and not _COVERAGE.fullmatch(within):  # q[0] is a name
+        return ColumnHeader(bracketed["name"].strip(), within or None)
     separated = _SEPARATED.match(header)
     if separated is not None:
         written, name = separated["ratio"] or separated["unit"], separated["name"]
@@ -298,6 +308,7 @@ def component_of(name: str, written: str | None) -> Component | None:
         return None
     raw = RAW if _RAW & set(kept) else ""
     kept = [word for word in kept if word not in _BETWEEN and word not in _RAW]
+    kept = _without_channel(kept)
     for first in range(len(kept)):
         for stem, axis in _stems_and_axes("".join(kept[first:])):
             readings = _OPEN.get(stem) or tuple(
@@ -366,11 +377,27 @@ _OTHER_QUANTITIES = frozenset(
         *("gyro", "imu", "mag", "magnet", "magnetic", "angular", "linear", "rpy", "euler", "quat", "tilt", "gain"),
         *("error", "err", "std", "cmd", "command", "commanded", "soll", "setpoint", "desired", "residual", "quality"),
         *("offset", "bias", "voltage", "current", "temp", "temperature", "id", "rms"),
+        "cop",  # where on a force plate the load acts
         *("rist", "rsol"),  # RSI of KUKA: where the controller believes the tool to be, from its own joints
     )
 )
 
 
+_CHANNELS = frozenset(("ai", "ch", "chan", "channel", "kanal", "voie", "canal", "canale", "input", "eingang"))
+
+
+def _without_channel(words: list[str]) -> list[str]:
+    """Return the words of a name without those of an amplifier's channel or a sensor's type around one component.
+
+    A name has several words, one of which is a component written with its letter: "MX840_CH1 Fx", "Fx 9129AA".
+    """
+    named = [word for word in words if len(word) == 2 and word[0] in _LETTERS and word[1] in XYZ]
+    others = [word for word in words if word not in named]
+    is_channel = [word in _CHANNELS or any(map(str.isdigit, word)) for word in others]
+    return named if len(named) == 1 and all(is_channel) else words
+
+
+_LETTERS = "fmtd"
 _BETWEEN = frozenset(
     (
         *("in", "en", "along", "entlang", "selon", "suivant", "lungo", "nach"),

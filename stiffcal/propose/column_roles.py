@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from stiffcal.campaign.column_names import (
     DATES,
     FRACTIONS,
@@ -122,18 +124,14 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     joints = Role(tuple(joint_columns)) if joint_columns else None
     joints = joints or _joints([column for column in columns if column not in assigned])
     assigned |= set(joints.columns) if joints is not None else set()
-    matrix = _matrix([column for column in columns if column not in assigned], plain)
-    assigned |= set(matrix.columns) if matrix is not None else set()
+    transform = _transform([column for column in columns if column not in assigned], plain)
+    matrix, place = transform or (_matrix([column for column in columns if column not in assigned], plain), None)
+    assigned |= {column for role in (matrix, place) if role is not None for column in role.columns}
     sigma = sigma_columns({column: words_of(column.name)[0] for column in columns if column not in assigned})
-    free = [column for column in columns if column.values and column not in (assigned | set(sigma.values()))]
-    turned = quaternion or matrix
-    triples = _triples(free, turned.body if turned is not None else "")
-    targets = _targets(free, plain) if quaternion is None and "deflection" not in triples else ()
-    triples |= {"position": targets[0][1]} if targets else {}
-    if not triples.keys() & {"position", "deflection"} and (
-        only := single_target({column: plain[column.header] for column in free})
-    ):
-        triples["position"] = Role(only)
+    triples, targets = _measured(columns, assigned | set(sigma.values()), plain, quaternion, matrix, place)
+    if sigma and not triples.keys() & _MEASURED:  # of nothing: "ux" is a displacement
+        sigma = {}
+        triples, targets = _measured(columns, assigned, plain, quaternion, matrix, place)
     targets = tuple((name, _with_sigma(role, plain, sigma)) for name, role in targets)
     for signal in ("deflection", "position"):
         if signal in triples:
@@ -168,6 +166,28 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     )
 
 
+_MEASURED = frozenset((Reading.DEFLECTION, Reading.POSITION))
+
+
+def _measured(
+    columns: Sequence[SniffedColumn],
+    assigned: set[SniffedColumn],
+    plain: dict[str, str],
+    quaternion: Role | None,
+    matrix: Role | None,
+    place: Role | None,
+) -> tuple[dict[str, Role], tuple[tuple[str, Role], ...]]:
+    """Return the groups of three columns x, y and z, and the targets of which there are several."""
+    free = [column for column in columns if column.values and column not in assigned]
+    turned = quaternion or matrix
+    triples = _triples(free, turned.body if turned is not None else "")
+    triples |= {} if place is None else {Reading.POSITION: place}
+    targets = _targets(free, plain) if quaternion is None and Reading.DEFLECTION not in triples else ()
+    triples |= {Reading.POSITION: targets[0][1]} if targets else {}
+    only = () if triples.keys() & _MEASURED else single_target({column: plain[column.header] for column in free})
+    return triples | ({Reading.POSITION: Role(only)} if only else {}), targets
+
+
 def _targets(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[tuple[str, Role], ...]:
     """Return the targets of a table that measures several, each with its name; empty where it does not."""
     return tuple(
@@ -196,14 +216,19 @@ _Group = dict[int, tuple[SniffedColumn, Component]]
 def _triples(columns: list[SniffedColumn], body: str) -> dict[str, Role]:
     """Find the groups of three columns x, y and z; of several bodies that with an orientation, else the first."""
     groups: dict[tuple[object, ...], _Group] = {}
+    twice: set[tuple[object, ...]] = set()
     of_arrays = components_of_arrays([column.name for column in columns])
     for column in columns:
         found = component_of(of_arrays.get(column.name, column.name), column.unit)
         if found is not None:
             key = (found.reading, found.stem, found.places, found.body, found.doubt)
-            groups.setdefault(key, {})[found.axis] = column, found
+            if found.axis in groups.setdefault(key, {}):
+                twice.add(key)  # of which of them the other two axes are is not known
+            groups[key][found.axis] = column, found
     complete = [
-        (group[0][1].reading, group) for group in groups.values() if len(group) == 3 and not _only_travels(group)
+        (group[0][1].reading, group)
+        for key, group in groups.items()
+        if len(group) == 3 and key not in twice and not _only_travels(group)
     ]
     of_reading: dict[Reading, list[Role]] = {}
     for reading, group in sorted(complete, key=_order):
@@ -273,7 +298,8 @@ def _quaternion(columns: tuple[SniffedColumn, ...], plain: dict[str, str]) -> Ro
     for known in QUATERNIONS:
         if all(name in by_name for name in known):
             return Role(tuple(by_name[name] for name in known))
-    numbered = () if "q4" in by_name else (_NUMBERED,)
+    # of ABB the components are q1 to q4
+    numbered = (_NUMBERED,) if "q4" not in by_name else () if {"q0", "q5"} & by_name.keys() else (_FROM_ONE,)
     for names in (*(tuple(f"{name[:-1]}{c}" for c in "wxyz") for name in by_name if name[-1:] == "w"), *numbered):
         if all(own in by_name for own in names):
             role = Role(tuple(by_name[own] for own in names), body=_body(by_name[names[1]].name))
@@ -301,8 +327,11 @@ def _is_unit_length(role: Role) -> bool:
 
 
 _NUMBERED: tuple[str, ...] = NUMBERED_QUATERNION
+_FROM_ONE = ("q1", "q2", "q3", "q4")
 _UNIT_LENGTH = 0.1  # four numbers of one decimal, each off by half a digit
 _MATRIX = re.compile(r"r(?:ot|otation|matrix)?([0-3])([0-3])")
+_TRANSFORM = re.compile(r"([a-z]{1,16})([0-4])([0-4])")
+_ORTHONORMAL = 0.02  # elements of two decimals, each off by half a digit
 # Qualisys, as IMUSim's reader takes its 6D exports: Rot[0], [1], [2] are the first column.
 _BY_COLUMN = re.compile(r"(.{0,200})Rot\[0\]")
 
@@ -328,12 +357,45 @@ def _matrix(columns: list[SniffedColumn], plain: dict[str, str]) -> Role | None:
     return None
 
 
+def _transform(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[Role, Role] | None:
+    """Find twelve elements of a homogeneous transformation, numbered from 0 or 1: its rotation and its position.
+
+    The position stands in the last column, or in the last row of one that is written for rows as vectors.
+    """
+    by_stem: dict[str, dict[str, SniffedColumn]] = {}
+    for column in columns:
+        if column.values and (match := _TRANSFORM.fullmatch(plain[column.header])) is not None:
+            by_stem.setdefault(match[1], {})[match[2] + match[3]] = column
+    for elements in by_stem.values():
+        for numbers in ("0123", "1234"):
+            *three, last = numbers
+            for is_row in (False, True):
+                place = [last + k if is_row else k + last for k in three]
+                turned = [column + row if is_row else row + column for row in three for column in three]
+                if not all(name in elements for name in (*place, *turned)):
+                    continue
+                rotation, position = (Role(tuple(elements[name] for name in own)) for own in (turned, place))
+                if any(any(column.values) for column in position.columns) and _is_rotation(rotation):
+                    return rotation, position
+    return None
+
+
+def _is_rotation(role: Role) -> bool:
+    """Return whether the rows of nine elements are orthogonal unit vectors, to the digits that are written."""
+    if len({len(column.values) for column in role.columns}) != 1:
+        return False
+    matrices = np.array([column.values for column in role.columns]).T.reshape(-1, 3, 3)
+    return bool(np.all(np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)) < _ORTHONORMAL))
+
+
 def _among_words(columns: list[SniffedColumn]) -> SniffedColumn | None:
-    """Return the first column that grows from row to row and has a word for time among those of its name."""
+    """Return the first column that grows from row to row and has a word for time in its name, or alone a unit of it."""
+    timed = [column for column in columns if column.unit is not None and is_unit_of(column.unit, "time")]
     for column in columns:
         words = words_of(column.name)[0]
         for_time = (word in DATES or (word in TIMES and len(word) >= _LEAST_WORD) for word in words)
-        if _OF_A_STATE & set(words) or not any(for_time):
+        in_time = column.unit is not None and is_unit_of(column.unit, "time") and len(timed) == 1
+        if _OF_A_STATE & set(words) or not (in_time or any(for_time)):
             continue
         if len(column.values) >= _LEAST_GROWING and not stands_still(column):
             return column
@@ -366,6 +428,6 @@ _OF_A_STATE = frozenset(("hold", "held", "dwell", "halte", "haltezeit", "settlin
 def _single(columns: list[SniffedColumn], plain: dict[str, str], names: tuple[str, ...]) -> SniffedColumn | None:
     for name in names:
         for column in columns:
-            if plain[column.header] == name:
+            if name in (plain[column.header], column.name.strip().lower()):  # "čas" is a time, "cas" a case
                 return column
     return None

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from stiffcal.campaign.column_names import is_unit_of
 from stiffcal.campaign.file_formats import format_of
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
@@ -19,7 +20,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Role, Roles, recognise
-from stiffcal.propose.explained import explained
+from stiffcal.propose.explained import explained, is_strain, unused_in_words
 from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, Question
 from stiffcal.propose.other_tables import TEXT, tables_of
@@ -73,6 +74,9 @@ _COUNTS = re.compile(r"counts per (?:unit )?(force|torque)" + _NUMBER, re.IGNORE
 # Counts per N and per N·m of which each is a unit of its own.
 _SMALL = {1e3: "m", 1e6: "u"}
 _SI_SENSOR = re.compile(r"Force Units?[^A-Za-z\n]{0,10}(?:N|Newtons?)\b")
+_STATED = re.compile(
+    r"\b(force|torque|moment) units?[\"]?[:;,\t =\"]{1,9}([A-Za-z][A-Za-z .*·/-]{0,15})", re.IGNORECASE
+)
 _NO_NAMES = "export it with one header line, one time column and names like A1 … A6, Fx, X"
 
 
@@ -199,7 +203,7 @@ def _kinds(
     """
     unnamed = are_numbered([column.header for column in table.columns])
     roles = roles_by_values(table.columns, chain) if unnamed else recognise(table.columns, joints_of(table.columns))
-    roles = _in_units_of_counts(roles, text)
+    roles = _in_stated_units(roles, text)
     headers = tuple(column.header for column in table.columns)
     parts = [part for part in by_rows(roles) if signal_lines(part, names)]
     if not parts:
@@ -208,6 +212,10 @@ def _kinds(
         doubted = [column for column in table.columns if column.doubt is not None and not column.values]
         if doubted:
             why = f"column {doubted[0].header}: {doubted[0].doubt}"
+        elif any(map(is_strain, table.columns)):
+            why = "; ".join(unused_in_words(column for column in table.columns if is_strain(column)))
+        elif table.left_out:
+            why = f"{table.left_out[0][1]}: give each column a unique name, such as that of its tool in front"
         if unnamed:
             why = (
                 f"it has no line of names: write one at its top, {missing_names(table.columns, roles)} (each ? is open)"
@@ -235,10 +243,16 @@ def source_name(roles: Roles) -> str:
     return "ft" if roles.force is not None else "tracker" if roles.position is not None else "controller"
 
 
-def _in_units_of_counts(roles: Roles, text: str) -> Roles:
-    """Return the roles with forces and moments in the unit that a count is, where the log's head states such a one."""
+def _in_stated_units(roles: Roles, text: str) -> Roles:
+    """Return the roles with forces and moments in the units that the log's head states, of counts in that of one."""
     if not _are_counts(roles):
-        return roles
+        stated = {what.lower(): written.strip() for what, written in _STATED.findall(text)}
+        force, moment = stated.get("force", ""), stated.get("torque", stated.get("moment", ""))
+        return replace(
+            roles,
+            force=_counted(roles.force, force) if is_unit_of(force, "force") else roles.force,
+            moment=_counted(roles.moment, moment) if is_unit_of(moment, "moment") else roles.moment,
+        )
     per_unit = {what.lower(): float(number.replace(",", ".")) for what, number in _COUNTS.findall(text)}
     force, moment = (_SMALL.get(per_unit.get(what, 0.0)) for what in ("force", "torque"))
     if not force or (roles.moment is not None and not moment) or not _SI_SENSOR.search(text):

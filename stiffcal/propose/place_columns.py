@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
+from stiffcal.campaign.column_names import words_of
 from stiffcal.propose.table_sniffing import SniffedColumn
 
 _UNCERTAINTY = ("sigma", "uncertainty", "unsicherheit", "unc", "u")
-_EXPANDED = ("95", "k2")
-"""What stands with an expanded uncertainty of coverage factor 2: U(95), a level of confidence of 95 % (GUM, 6.2)."""
-COVERAGE = 2.0
+_EXPANDED: Mapping[str, float] = MappingProxyType({"95": 2.0, "u95": 2.0, "k1": 1.0, "k2": 2.0, "k3": 3.0})
+"""What stands with an expanded uncertainty, and its coverage factor: U(95) is a level of confidence (GUM, 6.2)."""
 _SCATTER = ("std", "stddev", "stdev", "stabw", "sd", "scatter", "streuung")
-_JOINED = re.compile(rf"({'|'.join(_UNCERTAINTY + _SCATTER)}|s)(?P<of>[xyz]\d*)")
+_JOINED = re.compile(rf"({'|'.join(_UNCERTAINTY + _SCATTER)}|s)(?P<of>[xyz]\d*|xyz)")
+_ALL_AXES = "xyz"
 _NUMBERED = re.compile(r"(?P<name>[a-z]*?)(?P<axis>[xyz])(?P<number>\d+)")
 _BODY = re.compile(
     r"(?P<kind>led|marker|smr|reflector|reflektor|prism|prisma|probe|tmac|tprobe|target|ziel|p|pt|point|punkt|messpunkt)"
@@ -123,14 +125,21 @@ def sigma_columns(words: dict[SniffedColumn, list[str]]) -> dict[str, SniffedCol
     """
     found: dict[str, SniffedColumn] = {}
     for column, pieces in words.items():
+        pieces = _with_factors(pieces)
         expanded = [piece for piece in pieces if piece in _EXPANDED]
         if "u" in pieces and not expanded:  # a displacement
             continue
         kept = [piece for piece in pieces if piece not in (*_UNCERTAINTY, *_SCATTER, *expanded)]
-        joined = _JOINED.fullmatch("".join(pieces))
+        joined = _JOINED.fullmatch("".join(piece for piece in pieces if piece not in expanded))
         if joined is not None or len(kept) < len(pieces):
-            found.setdefault(joined["of"] if joined is not None else "".join(kept), column)
+            of = joined["of"].removeprefix(_ALL_AXES) if joined is not None else "".join(kept)
+            found.setdefault(of, column)
     return found
+
+
+def _with_factors(words: Sequence[str]) -> list[str]:
+    """Return the words of a name with a coverage factor as one: "k=2" is of two words."""
+    return re.sub(r"\bk (\d)\b", r"k\1", " ".join(words)).split()
 
 
 def sigma_of(names: Sequence[str], sigma: dict[str, SniffedColumn], of_all: bool = True) -> SigmaColumns | None:
@@ -151,9 +160,10 @@ def sigma_of(names: Sequence[str], sigma: dict[str, SniffedColumn], of_all: bool
     for choice in choices:
         columns = tuple(sigma[name] for name in choice if name in sigma)
         if len(columns) == len(choice) and all(_is_positive(column) for column in columns):
-            expanded = any(word in words for column in columns for words in [column.name.lower()] for word in _EXPANDED)
+            words = {word for column in columns for word in _with_factors(words_of(column.name)[0])}
+            coverage = max((_EXPANDED[word] for word in words & _EXPANDED.keys()), default=1.0)
             zeros = sum(1 for row in zip(*(column.values for column in columns), strict=False) if min(row) == 0.0)
-            return SigmaColumns(columns, _is_steady(columns), COVERAGE if expanded else 1.0, zeros)
+            return SigmaColumns(columns, _is_steady(columns), coverage, zeros)
     return None
 
 

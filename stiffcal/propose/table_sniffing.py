@@ -228,11 +228,21 @@ def _column(header: str, layout: Layout, cells: list[str]) -> SniffedColumn:
     name, written = parts.name, parts.unit or layout.units.get(header)
     if header.startswith(f"{TIME} ") and written == TIME_UNIT:  # of one channel of a scope
         name = TIME
-    filled = sum(1 for cell in cells if not is_gap(cell))  # a target is hidden at times
-    return SniffedColumn(header, name, written, values if len(values) > 0.5 * filled else (), has_reading)
+    filled = [cell for cell in cells if not is_gap(cell)]  # a target is hidden at times
+    if len(values) > 0.5 * len(filled):
+        return SniffedColumn(header, name, written, values, has_reading)
+    other = next((cell for cell in filled if number(cell, layout.decimal, layout.thousands) is None), None)
+    doubt = None
+    if other is not None and all(map(_IN_DIGITS.fullmatch, filled)):
+        doubt = f"its cells are no numbers ({other!r}): write digits with one decimal mark, and a minus sign in front"
+    return SniffedColumn(header, name, written, (), has_reading, doubt)
 
 
 _NUMBER_AND_UNIT = re.compile(r"[+-]?\d[\d.,]{0,20}(?:[eE][+-]?\d{1,3})? {0,2}(?P<unit>[^\s\d.,;]{1,6})")
+
+
+_IN_DIGITS = re.compile(r"[-+(\u2212]?\d[\d., '\u00a0\u202f\u2019]{0,40}[-)]?")
+"""Digits and marks, as accountants write them (1.5-, (1.5)), or in groups that are not of three."""
 
 
 def _holds_unit(cell: str) -> bool:

@@ -10,6 +10,7 @@ from stiffcal.measurements.timestamps import in_usual_form
 GAP_WORDS = frozenset(
     (
         *("", "nan", "-nan", "na", "n/a", "#n/a", "#nv", "null", "none", "missing", "lost", "-", "--", "---"),
+        *("-3.697314e28", "-3.697314e+28", "-3.697314e+028", "-3.69731e+28", "-3.69731e+028"),  # NDI: no reading
         *("1.#qnan", "1.#ind", "-1.#ind", "nan(ind)", "-nan(ind)", "nan.0"),  # a C library of Windows
     )
 )
@@ -33,7 +34,7 @@ _TIME = re.compile(
     r"|\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?|\d{1,2}:\d{2}[.,]\d+)"
     r"(?: ?[AaPp][Mm])?(?: ?(?:Z|UTC|GMT|[+-]\d{2}:?\d{2}))?"
 )
-_LONGEST_GAP = 12
+_LONGEST_GAP = max(map(len, GAP_WORDS)) + 1
 _SHORTEST_DATE = 9  # 2026年1月2日
 _LONGEST = 60  # characters of a number or a time
 
@@ -87,7 +88,7 @@ def number(cell: str, decimal: str, thousands: str) -> float | None:
     (1234.5, None, 300.0, 1500.0)
     """
     plain = _without_marks(cell, decimal, thousands)
-    return float(plain.translate(_AS_USUAL)) if _PLAIN.fullmatch(plain) else None
+    return float(plain.translate(_AS_USUAL)) if _PLAIN.fullmatch(plain) and not is_gap(cell) else None
 
 
 def _without_marks(cell: str, decimal: str, thousands: str) -> str:

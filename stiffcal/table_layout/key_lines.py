@@ -69,9 +69,14 @@ def length_unit_of(rows: Sequence[Sequence[str]]) -> str | None:
     'mm'
     """
     for key, value in _pairs(rows):
-        if key in _LENGTH_KEYS and is_unit_of(value, "length"):
-            return value
+        if key in _LENGTH_KEYS and (unit := next((u for u in _listed(value) if is_unit_of(u, "length")), None)):
+            return unit
     return None
+
+
+def _listed(value: str) -> list[str]:
+    """Return the units that a value lists, as "mm, deg"."""
+    return [part.strip() for part in value.split(",")]
 
 
 def marker_names(rows: Sequence[Sequence[str]], width: int) -> tuple[str, ...]:
@@ -121,6 +126,10 @@ def _pairs(rows: Sequence[Sequence[str]]) -> Iterator[tuple[str, str]]:
     for row in rows:
         for key, value in pairwise(row):
             yield key.strip(" :").lower(), value
+        for cell in row:  # in one cell, perhaps behind the sign of a comment
+            key, colon, value = cell.partition(":")
+            if colon:
+                yield key.strip(" #%;/!").lower(), value.strip()
     for keys, values in pairwise(rows):  # .trc: keys in a line, their values below them
         if len(keys) == len(values):
             for key, value in zip(keys, values, strict=True):

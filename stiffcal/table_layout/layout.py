@@ -6,6 +6,7 @@ rows of numbers, with units between, in brackets or in a row of their own; lines
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -301,9 +302,22 @@ def _units_below(
     if asked is False or header + 1 >= len(rows):
         return header + 1, []
     row = [bare_unit(cell) for cell in without_comment_sign(rows[header + 1], len(names))]
+    if row and row[0].lower() in _UNIT_LABELS:
+        row[0] = ""
     if asked or (is_unit_row(row) and len(row) <= len(names) + 1):
-        return header + 2, row
+        return _below_descriptions(rows, header + 2), row
     return header + 1, []
+
+
+_UNIT_LABELS = ("unit", "units", "einheit", "einheiten", "unité", "unités", "unidad", "unità", "単位", "单位")
+_DESCRIPTION = re.compile(r"[^\W\d][^:]{0,30}: ?\S.{0,100}")
+
+
+def _below_descriptions(rows: Sequence[Sequence[str]], first: int) -> int:
+    """Return the first row, from one on, that is not of key and value in each cell ("SN: 1"): of HBM's catman."""
+    while first < len(rows) and any(rows[first]) and all(_DESCRIPTION.fullmatch(cell) for cell in rows[first] if cell):
+        first += 1
+    return first
 
 
 def _units_above(above: Sequence[Sequence[str]], width: int) -> list[str]:

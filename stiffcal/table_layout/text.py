@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from stiffcal.campaign.column_names import WORDS_OF_SIGNS
+from stiffcal.campaign.column_names import WORDS_OF_LETTERS, WORDS_OF_SIGNS
 from stiffcal.table_layout.cells import is_gap, is_reading, marks_of, number
 from stiffcal.table_layout.layout import Layout, layout_of_rows, without_comment_sign
 
@@ -25,6 +25,8 @@ _LINES_JUDGED, _ROWS_JUDGED = 40, 120
 _LONGEST_QUOTED = 8  # lines of one quoted name; more is a quotation mark that was never closed
 # What programs on Japanese, Chinese and Korean Windows write.
 _OF_SIGNS = ("cp932", "gb18030", "cp949", "big5")
+# What those of Europe write, and an older Macintosh; where nothing decides, the first.
+_OF_LETTERS = ("cp1252", "cp1250", "cp1251", "cp1254", "cp1253", "mac_roman")
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8"),
     (codecs.BOM_UTF32_LE, "utf-32"),  # before that of UTF-16, with which it begins
@@ -88,9 +90,10 @@ class TextLayout:
 
 
 def encoding_of(content: bytes) -> str:
-    """Return the encoding of a text by its first bytes: UTF-8, UTF-16 or UTF-32 where they are, else that of a Windows.
+    """Return the encoding of a text by its first bytes: UTF-8, UTF-16 or UTF-32 where they are, else a code page.
 
-    One of Japan, China or Korea where words of a header come out so, else the one of Western Europe.
+    One of Windows of Japan, China or Korea, of another part of Europe or of an older Macintosh, where words of a header
+    come out so, else the one of Western Europe.
 
     Parameters
     ----------
@@ -116,9 +119,10 @@ def encoding_of(content: bytes) -> str:
     try:
         decoder.decode(content, final=False)
     except UnicodeDecodeError:
-        found = {encoding: _words_of_signs(content, encoding) for encoding in _OF_SIGNS}
-        if any(found.values()):
-            return max(found, key=found.__getitem__)
+        for encodings, words in ((_OF_SIGNS, WORDS_OF_SIGNS), (_OF_LETTERS, WORDS_OF_LETTERS)):
+            found = {encoding: _words_in(content, encoding, words) for encoding in encodings}
+            if any(found.values()):
+                return max(found, key=found.__getitem__)
         try:
             content.decode("cp1252")
         except UnicodeDecodeError:
@@ -127,13 +131,14 @@ def encoding_of(content: bytes) -> str:
     return "utf-8"
 
 
-def _words_of_signs(content: bytes, encoding: str) -> int:
-    """Return how many words of columns a text's beginning holds in an encoding; 0 where it is not written in it."""
+def _words_in(content: bytes, encoding: str, words: Sequence[str]) -> int:
+    """Return how many of these words a text's beginning holds in an encoding; 0 where it is not written in it."""
     try:
         text = codecs.getincrementaldecoder(encoding)().decode(content, final=False)
     except UnicodeDecodeError:
         return 0
-    return sum(word in text for word in WORDS_OF_SIGNS)
+    small = text.lower()
+    return sum(word in small for word in words)
 
 
 def text_layout(

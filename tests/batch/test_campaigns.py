@@ -263,6 +263,7 @@ def test_a_killed_process_costs_a_retry(copied: Path) -> None:
     assert error.reason.endswith(", 2 times, after code of this campaign began to run")
     assert (copied / "a" / "killed").exists()
     assert (copied / "a" / "threads").read_text() == "1"
+    assert len(found["a"].warnings) == 1 + len(found["b"].warnings)  # of the process that was lost
 
 
 @pytest.mark.parametrize(("large", "processes"), [(1 << 30, 1), (1, 3)])

@@ -65,6 +65,8 @@ def run_batch(folder: Path, stores: Path, jobs: int, report: bool) -> dict[str, 
     )
     document: dict[str, Any] = json.loads(done.stdout)
     assert document["passed"]
+    lost = [entry["campaign"] for entry in document["campaigns"] if entry["warnings"]]
+    assert not lost, f"processes were lost, and {lost} tried again"
     return document | {"whole_s": time.perf_counter() - began}
 
 

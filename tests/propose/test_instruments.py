@@ -211,6 +211,20 @@ def rostopic() -> str:
     return ",".join(head) + "\n" + lines_of(rows, ",")
 
 
+def transforms(first: int, by_rows: bool = False) -> str:
+    whole = np.tile(np.eye(4), (N, 1, 1))
+    whole[:, :3, :3], whole[:, :3, 3] = R.reshape(N, 3, 3), PLACE
+    names = [f"T{row}{column}" for row in range(first, first + 4) for column in range(first, first + 4)]
+    cells = (whole.transpose(0, 2, 1) if by_rows else whole).reshape(N, 16)
+    return ",".join(["t [s]", *names]) + "\n" + lines_of(next_to(TIME, cells), ",")
+
+
+def catman() -> str:
+    head = "HBM_CATMAN_DATAFILE_40\nSample rate = 50 Hz\nTime  1 - default sample rate\tMX840_CH1 Fx\tMX840_CH2 Fy\t"
+    head += "MX840_CH3 Fz\ns\tN\tN\tN\n" + "\t".join(["Start: 0"] * 4) + "\n" + "\t".join(["SN: 1"] * 4) + "\n"
+    return head + lines_of(next_to(TIME, FORCE), "\t", ",")
+
+
 WRENCH, POSITION, ANGLES = "wrench", "position.tool", "joints"
 LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
     "OptiTrack Motive": (motive, "take.csv", "utf-8", POSITION),
@@ -366,6 +380,51 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
         "utf-8",
         WRENCH,
     ),
+    "homogeneous transformations": (lambda: transforms(0), "log.csv", "utf-8", POSITION),
+    "homogeneous transformations for rows": (lambda: transforms(1, by_rows=True), "log.csv", "utf-8", POSITION),
+    "a quaternion from 1": (
+        lambda: "t,x,y,z,q1,q2,q3,q4,cf1\n" + lines_of(next_to(TIME, PLACE, Q, np.zeros(N)), ","),
+        "log.csv",
+        "utf-8",
+        POSITION,
+    ),
+    "HBM catman": (catman, "log.asc", "cp1252", WRENCH),
+    "a label before the units": (
+        lambda: below("Kanal,Zeit,Fx 9129AA,Fy 9129AA,Fz 9129AA", "Einheit,s,N,N,N").replace("\n0", "\n,0"),
+        "log.csv",
+        "utf-8",
+        WRENCH,
+    ),
+    "a channel before the component": (
+        lambda: of_words("Time (s)", "AI 1/Fx (N)", "AI 2/Fy (N)", "AI 3/Fz (N)"),
+        "log.csv",
+        "utf-8",
+        WRENCH,
+    ),
+    "inches in a comment": (
+        lambda: "# Units: Inches\nPoint, X, Y, Z, t\n" + lines_of(next_to(["p"] * N, PLACE / 25.4, TIME), ", "),
+        "log.txt",
+        "utf-8",
+        POSITION,
+    ),
+    "pounds in the head": (
+        lambda: (
+            "Force Units:,lbf\nRDT Sample Rate:,50\nCounts per Unit Force:,1\nRDT Sequence,Fx,Fy,Fz\n"
+            + lines_of(next_to(np.arange(N), FORCE / 4.4482216152605), ",")
+        ),
+        "log.csv",
+        "utf-8",
+        WRENCH,
+    ),
+    "Czech": (lambda: of_words("Čas", "Síla X", "Síla Y", "Síla Z"), "f.txt", "cp1250", WRENCH),
+    "Russian": (lambda: of_words("Время, с", "Сила X, Н", "Сила Y, Н", "Сила Z, Н"), "f.txt", "cp1251", WRENCH),
+    "a time by its unit": (lambda: of_words("ca. [s]", "Fx", "Fy", "Fz"), "f.txt", "cp1252", WRENCH),
+    "joints of a Macintosh": (
+        lambda: joints_named("Achse {} [°]").replace("\n", "\r"),
+        "j.csv",
+        "mac_roman",
+        ANGLES,
+    ),
     "a word next to the time": (
         lambda: of_words("Zeit  1 - Standardrate [s]", "Fx [N]", "Fy [N]", "Fz [N]"),
         "k.asc",
@@ -428,7 +487,7 @@ def test_what_is_proposed_reads_every_value(tmp_path: Path, instrument: str) -> 
 
 
 def test_orientations_come_along(tmp_path: Path) -> None:
-    for write in (motive, polaris, ndi):
+    for write in (motive, polaris, ndi, lambda: transforms(1), LOGS["a quaternion from 1"][0]):
         _, signals = readings(tmp_path, "log.csv", proposed(tmp_path, "log.csv", write()))
         assert np.allclose(signals["quaternion.tool"], Q.T)
 
@@ -508,6 +567,40 @@ def test_the_line_of_names_that_is_asked_for_can_be_written_as_it_is_printed(
     _, signals = readings(tmp_path, "log.txt", proposed(tmp_path, "log.txt", f"{asked}\n{text}"))
     assert np.allclose(signals[POSITION], PLACE.T / 1e3, rtol=1e-12)
     assert np.allclose(signals[WRENCH][:3], FORCE.T, rtol=1e-12)
+
+
+def test_an_expanded_uncertainty_is_taken_with_its_factor(tmp_path: Path) -> None:
+    rows = lines_of(next_to(TIME, PLACE, np.full(N, 0.03)), ",")
+    for name in ("Uxyz (k=2)", "U95 [mm]", "U (k=2) [mm]"):
+        kind = proposed(tmp_path, "log.csv", f"t [s],X [mm],Y [mm],Z [mm],{name}\n{rows}")
+        assert np.allclose(readings(tmp_path, "log.csv", kind)[1]["sigma.position.tool"], 1.5e-5)
+
+
+def test_u_without_a_place_is_a_displacement(tmp_path: Path) -> None:
+    rows = lines_of(next_to(FORCE, PLACE / 1e4), ",")
+    kind = proposed(tmp_path, "log.csv", f"Fx,Fy,Fz,ux [mm],uy [mm],uz [mm]\n{rows}")
+    assert kind.roles.deflection is not None
+    assert len(kind.roles.deflection.columns) == 3
+
+
+def test_no_reading_by_ndi_is_a_gap(tmp_path: Path) -> None:
+    rows = lines_of([*next_to(TIME, PLACE), [0.9, *["-3.697314E+28"] * 3]], ",")
+    kind = proposed(tmp_path, "log.csv", f"t [s],Tx [mm],Ty [mm],Tz [mm]\n{rows}")
+    assert np.allclose(readings(tmp_path, "log.csv", kind)[1][POSITION], PLACE.T / 1e3)
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("t,Fx,Fy,Fz\n" + "0.1,(1.5),(2.5),(3.5)\n" * 3, "(1.5)"),
+        ("t,Fx,Fy,Fz\n" + '0.1,"1,23,456.7","1,23,456.7","1,23,456.7"\n' * 3, "1,23,456.7"),
+        ("t,P 1,Tx,Ty,Tz,P 2,Tx,Ty,Tz\n" + "0.1,a,1,2,3,b,1,2,3\n" * 3, '"Tx"'),
+        ("t,Stab 1 [µε],Stab 2 [µε]\n" + "0.1,1,2\n" * 3, "--kind ids"),
+        ("t,Fx 1,Fy 1,Fz 1,Fx 2,Fy 2,Fz 2\n" + "0.1,1,2,3,1,2,3\n" * 3, "no signal"),
+    ],
+)
+def test_what_cannot_be_read_is_quoted(tmp_path: Path, text: str, named: str) -> None:
+    assert named in proposed(tmp_path, "log.csv", text).why_not
 
 
 def test_units_in_cells_are_named(tmp_path: Path) -> None:
