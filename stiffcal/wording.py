@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from stiffcal.quantity import ANGLE, LENGTH, USUAL, ShownUnit, Units, of_joint, of_measure
+
 if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
     from stiffcal.model.summary import Where
@@ -145,41 +147,53 @@ def superscript(power: int) -> str:
     return str(power).translate(_SUPERSCRIPT)
 
 
-def thousandths(value: float | None, unit: str) -> str:
-    """Return a small quantity in thousandths of its unit, whatever its size: an answer has one unit per quantity.
+def in_unit(value: float | None, unit: ShownUnit, digits: int = 3) -> str:
+    """Return a number with its unit; what is some computation's rounding as below a billionth of the SI unit.
 
     Examples
     --------
-    >>> thousandths(3.08e-5, "m"), thousandths(2e-13, "rad")
-    ('0.0308 mm', 'below 1 nrad')
+    >>> in_unit(3.08e-5, LENGTH.usual), in_unit(2e-13, ANGLE.usual), in_unit(None, LENGTH.usual)
+    ('0.0308 mm', 'below 1 nrad', '–')
     """
     if value is None or not math.isfinite(value):
         return DASH
-    if 0.0 < abs(value) < 1e-9:  # some computation's rounding
-        return f"below 1 n{unit}"
-    return f"{significant(value * 1e3)} m{unit}"
+    if unit.factor > 1.0 and unit.name[:1] in "mµ" and 0.0 < abs(value) < 1e-9:
+        return f"below 1 n{unit.name[1:]}"
+    return significant(value * unit.factor, digits) + unit.mark
 
 
-def length(metres: float | None) -> str:
-    """Return a length in mm, whatever its size: lines of one answer are compared.
+def length(metres: float | None, units: Units = USUAL, digits: int = 3) -> str:
+    """Return a length, in the unit of the answer that it stands in.
 
     Examples
     --------
-    >>> length(0.0017254), length(1.234e-5), length(None)
-    ('1.73 mm', '0.0123 mm', '–')
+    >>> length(0.0017254), length(1.234e-5), length(None), length(2e-6, Units([("m", [2e-6])]))
+    ('1.73 mm', '0.0123 mm', '–', '2.00 µm')
     """
-    return thousandths(metres, "m")
+    return in_unit(metres, units.of(LENGTH), digits)
 
 
-def angle(radians: float | None) -> str:
-    """Return an angle in mrad, whatever its size.
+def angle(radians: float | None, units: Units = USUAL, digits: int = 3) -> str:
+    """Return a small angle, in the unit of the answer that it stands in.
 
     Examples
     --------
     >>> angle(0.00123), angle(7.79e-5)
     ('1.23 mrad', '0.0779 mrad')
     """
-    return thousandths(radians, "rad")
+    return in_unit(radians, units.of(ANGLE), digits)
+
+
+def position(value: float, is_prismatic: bool = False) -> str:
+    """Return where a joint stands, to a tenth of the unit.
+
+    Examples
+    --------
+    >>> position(-0.5), position(0.25, is_prismatic=True)
+    ('−28.6°', '250.0 mm')
+    """
+    unit = of_joint(is_prismatic).usual
+    return f"{value * unit.factor + 0.0:.1f}{unit.mark}".replace("-", "−")
 
 
 def share(fraction: float | None) -> str:
@@ -234,12 +248,13 @@ def place_label(where: Where) -> str:
     return ", ".join(labels) or "setup"
 
 
-def measures(rms: Rms | Mapping[str, float | None] | None, of_motors: str = "") -> list[str]:
+def measures(rms: Rms | Mapping[str, float | None] | None, of_motors: str = "", units: Units = USUAL) -> list[str]:
     """Return the known measures of an error ``{translation, rotation, …}``, each with its unit.
 
     Parameters
     ----------
     rms : the error. of_motors : added to the angle of motors where other measures are known too.
+    units : of the answer that it stands in.
 
     Examples
     --------
@@ -248,15 +263,9 @@ def measures(rms: Rms | Mapping[str, float | None] | None, of_motors: str = "") 
     """
     texts = []
     known = [(name, value) for name, value in (rms.items() if rms else ()) if value is not None]
+    remarks = {"length": " at the rods", "motor_angle": of_motors if len(known) > 1 else ""}
     for name, value in known:
-        if name == "torque":
-            texts.append(f"{significant(value)} N·m")
-        elif name == "length":
-            texts.append(f"{thousandths(value, 'm')} at the rods")
-        elif name == "motor_angle":
-            texts.append(thousandths(value, "rad") + (of_motors if len(known) > 1 else ""))
-        else:
-            texts.append(thousandths(value, "rad" if name == "rotation" else "m"))
+        texts.append(in_unit(value, units.of(of_measure(name))) + remarks.get(name, ""))
     return texts
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.wording import places
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import Units
 from stiffcal.results.value_words import on_limits
 from stiffcal.wording import estimate, listing
 
@@ -40,34 +40,34 @@ def show_parameters(
     parameters : of a fit.
     unclaimed : joints whose compliance has a value and is not identified by these poses, as ``validate`` states.
     """
-    from stiffcal.identification.before_after import stiffness_unit
-
     compliances = [parameter for parameter in parameters if parameter.is_compliance]
     not_compliances = [parameter for parameter in parameters if not parameter.is_compliance]
     # The column on geometry only where a share is known.
     shared = any(parameter.from_geometry is not None for parameter in parameters)
     from_geometry = ("share of geometry>",) if shared else ()
+    stiffness_units = Units((one.quantity.reciprocal(), [one.known_stiffness]) for one in compliances)
+    units = Units((one.quantity, [one.value]) for one in not_compliances)
     if compliances:
         table = plain_table("effect", "place", "stiffness, ± 95 %>", *from_geometry, "")
         for parameter in compliances:
-            unit, factor = printed_unit(stiffness_unit(parameter.unit))
+            unit = stiffness_units.of(parameter.quantity.reciprocal())
             share = (share_from_geometry(parameter),) * shared
-            cells = parameter.effect, _place(parameter), _stiffness(parameter, factor)
-            table.add_row(*cells, *share, unit + (_not_firm(parameter) or _not_claimed(parameter, unclaimed)))
+            cells = parameter.effect, _place(parameter), _stiffness(parameter, unit.factor)
+            table.add_row(*cells, *share, unit.name + (_not_firm(parameter) or _not_claimed(parameter, unclaimed)))
         console.print(table)
     if not_compliances:
         table = plain_table("parameter", "place", "value, ± 95 %>", *from_geometry, "")
         for parameter in not_compliances:
-            unit, factor = printed_unit(parameter.unit, parameter.drift_follows)
+            unit = units.of(parameter.quantity)
             text = "not identifiable"
             if parameter.value is not None:
-                text = estimate(parameter.value, parameter.interval, factor)
+                text = estimate(parameter.value, parameter.interval, unit.factor)
             table.add_row(
                 parameter.name,
                 places(parameter.where),
                 f"{text} (fixed)" if parameter.fixed else text,
                 *(share_from_geometry(parameter),) * shared,
-                unit + (_not_firm(parameter) or _included(parameter)),
+                unit.name + (_not_firm(parameter) or _included(parameter)),
             )
         console.print(table)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
-from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
+from stiffcal.quantity import DriftFollows, Quantity, Units, quantity_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +34,11 @@ class EstimatedParameter:
     """As of `IdentifiedParameter`."""
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what the data count it by; None of others."""
+
+    @property
+    def quantity(self) -> Quantity:
+        """What the value is of."""
+        return quantity_of(self.unit, self.drift_follows)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,6 +77,11 @@ class BeforeAfter:
     """Of a rate of drift: what the data count it by; None of others."""
 
     @property
+    def quantity(self) -> Quantity:
+        """What both values are of."""
+        return quantity_of(self.unit, self.drift_follows)
+
+    @property
     def setup_part(self) -> str:
         """The frame that a parameter of the set-up belongs to; "" of all others, and where there is one set-up."""
         if any(self.where.items()):
@@ -78,15 +89,11 @@ class BeforeAfter:
         return self.name.removeprefix(f"{self.effect}.").rpartition(".")[0]
 
 
-def stiffness_unit(compliance_unit: str) -> str:
-    """Return the unit of one over a compliance.
-
-    Examples
-    --------
-    >>> stiffness_unit("rad/(N·m)"), stiffness_unit("rad/N")
-    ('N·m/rad', 'N/rad')
-    """
-    return {"rad/(N·m)": "N·m/rad", "m/N": "N/m", "rad/N": "N/rad"}.get(compliance_unit, f"1/({compliance_unit})")
+def units_of_values(values: Iterable[BeforeAfter]) -> Units:
+    """Return the units in which a table of values before and after shows them."""
+    return Units(
+        (value.quantity, [one.value for one in (value.before, value.after) if one is not None]) for value in values
+    )
 
 
 def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[EstimatedParameter]:
@@ -96,7 +103,7 @@ def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[Esti
             name=parameter.name,
             effect=parameter.effect,
             where=parameter.where,
-            unit=stiffness_unit(parameter.unit) if parameter.is_compliance else parameter.unit,
+            unit=parameter.quantity.reciprocal().si if parameter.is_compliance else parameter.unit,
             value=parameter.known_stiffness if parameter.is_compliance else parameter.value,
             interval=parameter.stiffness_interval if parameter.is_compliance else parameter.interval,
             at_bound=parameter.at_bound,

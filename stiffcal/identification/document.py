@@ -26,7 +26,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.stated_spring import is_spring_modelled, spring_joint, stated_rate
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
-from stiffcal.printed_units import drift_unit
+from stiffcal.quantity import is_drift
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import listing
 
@@ -54,7 +54,6 @@ def identified_parameter(
     ----------
     by_temperature : whether a drift in these data follows a temperature; else it follows the time.
     """
-    is_drift = drift_unit(parameter.spec.unit, by_temperature) is not None
     interval, stiffness = parameter.interval, parameter.stiffness()
     return IdentifiedParameter(
         name=parameter.name,
@@ -74,7 +73,7 @@ def identified_parameter(
         above_noise=parameter.above_noise,
         from_geometry=parameter.from_geometry,
         in_fit=in_fit,
-        drift_follows=("temperature" if by_temperature else "time") if is_drift else None,
+        drift_follows=("temperature" if by_temperature else "time") if is_drift(parameter.spec.unit) else None,
     )
 
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, KeyIf, Number, OrAbsent
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.identification.geometry_prior import GeometrySource
 from stiffcal.measurements.rms import Applicable
 from stiffcal.model.summary import Where
-
-DriftFollows: TypeAlias = Literal["time", "temperature"]
+from stiffcal.quantity import DriftFollows, Quantity, quantity_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +65,11 @@ class IdentifiedParameter:
     """Parameters that stay at 0 by convention and move the targets in every pose as this one does, so that its value is
     the sum: "frame.tracker.z", the height of the base, in a shift of joint 2. None where there are none.
     """
+
+    @property
+    def quantity(self) -> Quantity:
+        """What the value is of."""
+        return quantity_of(self.unit, self.drift_follows)
 
     @property
     def is_compliance(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.kinds.presentation import Column, Digits, Interval, Joints, Names, Table, Words
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import ShownUnit, quantity_of
 from stiffcal.wording import estimate, listing, place, significant
 
 
@@ -35,10 +35,20 @@ def text_of(words: Words, factor: float = 1.0) -> str:
 
 def printed_columns(table: Table) -> tuple[tuple[Column, str], ...]:
     """Return a table's columns, each with the unit in which its numbers are printed."""
-    return tuple((column, printed_unit(column.unit)[0]) for column in table.columns)
+    return tuple((column, unit.name) for column, unit in zip(table.columns, _units(table), strict=True))
 
 
 def printed_rows(table: Table) -> tuple[tuple[str, ...], ...]:
     """Return the texts of a table's rows, in the units of `printed_columns`."""
-    factors = [printed_unit(column.unit)[1] for column in table.columns]
+    factors = [unit.factor for unit in _units(table)]
     return tuple(tuple(text_of(cell, factor) for cell, factor in zip(row, factors, strict=True)) for row in table.rows)
+
+
+def _units(table: Table) -> list[ShownUnit]:
+    """Return the unit of each column, by its largest number."""
+    return [
+        quantity_of(column.unit).unit_for(
+            piece.value for row in table.rows for piece in row[k] if isinstance(piece, Digits | Interval)
+        )
+        for k, column in enumerate(table.columns)
+    ]

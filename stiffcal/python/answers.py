@@ -12,6 +12,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame
+from stiffcal.quantity import LENGTH, of_joint
 from stiffcal.report.wording import length, measure_text, significant
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import estimate, place_label
@@ -325,7 +326,7 @@ class LoadPrediction(CampaignAnswer):
         states = self.result.states
         joints = np.array([state.joints for state in states])
         columns: dict[str, Values] = {
-            f"{name}_{unit}": 1e3 * joints[:, k] if unit == "mm" else np.degrees(joints[:, k])
+            f"{name}_{unit}": of_joint(unit == LENGTH.usual.name).usual.factor * joints[:, k]
             for k, (name, unit) in enumerate(zip(self.result.joint_names, self.result.joint_units, strict=True))
         }
         wrench = np.array([state.wrench for state in states])

@@ -1,7 +1,4 @@
-"""Estimates in the report's tables: a value with ± 95 %, digits by the uncertainty, in the unit that people read.
-
-One unit for a quantity in the whole report: lengths in mm, small angles in mrad.
-"""
+"""Estimates in the report's tables: a value with ± 95 %, digits by the uncertainty, in the unit that people read."""
 
 from __future__ import annotations
 
@@ -10,9 +7,6 @@ from collections.abc import Sequence
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import estimate
-
-STIFFNESS_UNITS = {"rad/(N·m)": ("N·m/rad", 1.0), "m/N": ("N/µm", 1e-6), "rad/N": ("N/mrad", 1e-3)}
-"""Unit of a compliance to the unit of its stiffness, with the factor to it from SI units."""
 
 
 def parameter_text(parameter: IdentifiedParameter, scale: float) -> str:

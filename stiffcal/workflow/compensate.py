@@ -14,6 +14,7 @@ from stiffcal.compensation.table_columns import AXES
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
+from stiffcal.quantity import LENGTH, of_component
 from stiffcal.trust.output_kinds import CORRECTION, PATH_PICTURE
 from stiffcal.trust.outputs import check_output, written
 from stiffcal.wording import lines_in_words
@@ -307,14 +308,15 @@ def _table(chain: Chain, result: CompensateResult, path: CompensationPath) -> di
     }
     columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": path.wrench[:, k] for k, axis in enumerate(AXES)}
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
-        unit = "mm" if k < 3 else "mrad"
-        columns[f"{name} [{unit}]"] = 1e3 * corrected.deflection[:, k]
-        columns[f"{name} residual, standard uncertainty [{unit}]"] = 1e3 * corrected.std[:, k]
-    columns["residual, 95 % [mm]"] = 1e3 * corrected.residual_95
+        unit = of_component(k).usual
+        columns[unit.in_brackets(name)] = unit.factor * corrected.deflection[:, k]
+        columns[unit.in_brackets(f"{name} residual, standard uncertainty")] = unit.factor * corrected.std[:, k]
+    unit = LENGTH.usual
+    columns[unit.in_brackets("residual, 95 %")] = unit.factor * corrected.residual_95
     columns["reached"] = corrected.reached.astype(np.int64)
     if judged is not None:
-        columns["judged before [mm]"] = 1e3 * np.linalg.norm(judged.before[:, :3], axis=1)
-        columns["judged after [mm]"] = 1e3 * np.linalg.norm(judged.after[:, :3], axis=1)
+        columns[unit.in_brackets("judged before")] = unit.factor * np.linalg.norm(judged.before[:, :3], axis=1)
+        columns[unit.in_brackets("judged after")] = unit.factor * np.linalg.norm(judged.after[:, :3], axis=1)
     return columns
 
 

@@ -16,7 +16,6 @@ from stiffcal.identification.before_after import (
     EstimatedParameter,
     EstimatedValue,
     estimated_parameters,
-    stiffness_unit,
 )
 from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
 from stiffcal.model.campaign_effects import all_effects
@@ -25,7 +24,7 @@ from stiffcal.model.effect import Effect
 from stiffcal.model.forms import form_of
 from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import Quantity, quantity_of
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.results.value_words import on_limits, value_in_model
 from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
@@ -187,16 +186,17 @@ def _in_words(fit: StoredFit) -> str:
 
 def _value(entry: EstimatedParameter) -> ViewValue:
     value = EstimatedValue(value=entry.value, interval=entry.interval, at_bound=entry.at_bound)
-    shown = _printed(entry.name, value, *printed_unit(entry.unit, entry.drift_follows))
+    shown = _printed(entry.name, value, entry.quantity)
     return replace(shown, text=f"{shown.text}, {on_limits(entry.rests_on)}") if entry.rests_on else shown
 
 
-def _printed(name: str, value: EstimatedValue, unit: str, factor: float) -> ViewValue:
+def _printed(name: str, value: EstimatedValue, quantity: Quantity) -> ViewValue:
+    unit = quantity.unit_for([value.value])
     return ViewValue(
         name=name,
-        unit=unit,
+        unit=unit.name,
         value=value.value,
-        text=value_in_model(value, factor),
+        text=value_in_model(value, unit.factor),
         is_identified=value.value is not None or (value.interval is not None and value.interval[0] is not None),
     )
 
@@ -247,14 +247,12 @@ def _refits(
 def _refit_value(entry: RefitValue, catalogue: dict[str, Effect]) -> ViewValue:
     effect, _, symbol = entry.name.split(".")
     spec = (FramePose() if effect == FRAME else form_of(catalogue[effect], (symbol,))).spec(symbol)
-    value, interval, unit = entry.value, entry.interval, spec.unit
+    value, interval, quantity = entry.value, entry.interval, quantity_of(spec.unit)
     if spec.compliance:
         low, high = interval or (None, None)
         interval = [1.0 / high if high else None, 1.0 / low if low else None]
-        value, unit = 1.0 / value if value else None, stiffness_unit(unit)
-    return _printed(
-        entry.name, EstimatedValue(value=value, interval=interval, at_bound=entry.at_bound), *printed_unit(unit)
-    )
+        value, quantity = 1.0 / value if value else None, quantity.reciprocal()
+    return _printed(entry.name, EstimatedValue(value=value, interval=interval, at_bound=entry.at_bound), quantity)
 
 
 def names_in(robot: CompliantRobot) -> set[str]:

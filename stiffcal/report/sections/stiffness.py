@@ -8,11 +8,11 @@ from dataclasses import replace
 from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import ShownUnit, Units
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
-from stiffcal.report.estimates import STIFFNESS_UNITS, parameter_text, stiffness_text
+from stiffcal.report.estimates import parameter_text, stiffness_text
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.value_words import on_limits, value_in_model
 
@@ -35,10 +35,11 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     blocks: list[Block] = [Paragraph(_lead(content.identify))]
     springs = [parameter for parameter in parameters if _is_spring(parameter)]
     other_parameters = [parameter for parameter in parameters if not _is_spring(parameter)]
-    for unit, (printed, scale) in STIFFNESS_UNITS.items():
-        members = [spring for spring in springs if wording.unit_words(spring.unit) == unit]
-        if members:
-            blocks.append(_stiffness_table(members, printed, scale, content.joint_names, not_claimed(content)))
+    units = units_of_springs(springs)
+    for quantity in dict.fromkeys(spring.quantity for spring in springs):
+        members = [spring for spring in springs if spring.quantity == quantity]
+        unit = units.of(quantity.reciprocal())
+        blocks.append(_stiffness_table(members, unit, content.joint_names, not_claimed(content)))
     if other_parameters:
         blocks.append(SubheadingBlock("Other parameters"))
         blocks.append(_other_table(other_parameters, content))
@@ -69,7 +70,8 @@ def short_stiffness_table(
     """
     springs = [parameter for parameter in parameters if parameter.name not in elsewhere and _is_spring(parameter)]
     shown = springs[:MOST_ON_FIRST_PAGE]
-    rows = tuple(_short_row(spring, joint_names, unclaimed) for spring in shown)
+    units = units_of_springs(shown)
+    rows = tuple(_short_row(spring, joint_names, unclaimed, units) for spring in shown)
     if not rows:
         return None
     if changes:
@@ -101,13 +103,14 @@ def _with_values_after(
         TableColumn("unit", align="left"),
         TableColumn("remark", align="left", width=1.0),
     )
+    units = units_of_springs(springs)
     moved = {name: one for name, one in changes.items() if one.outside_interval and one.after is not None}
     made: list[tuple[str, ...]] = []
     for spring, (where, effect, text, unit, remark) in zip(springs, rows, strict=True):
         relative = moved[spring.name].relative if spring.name in moved else None
         sign = "+" if (relative or 0.0) > 0.0 else ""
         shifted = "" if relative is None else f"changes by {sign}{wording.share(relative)}"
-        after = _value_after(spring, changes.get(spring.name))
+        after = _value_after(spring, changes.get(spring.name), units)
         made.append((where, effect, text, after, unit, remark or shifted))
     caption = "Stiffness, ± 95 %. Grey: shifted by what the model lacks, not to be used; next to it the value with it."
     caption += f" {more} more under “{_TITLE}”." if more > 0 else ""
@@ -115,13 +118,13 @@ def _with_values_after(
     return replace(_without_empty_remarks(columns, made, caption), doubtful=doubtful)
 
 
-def _value_after(spring: IdentifiedParameter, change: BeforeAfter | None) -> str:
+def _value_after(spring: IdentifiedParameter, change: BeforeAfter | None, units: Units) -> str:
     """Return a spring's value with what is missing; "" of what is not fitted, or where nothing is known of a change."""
     if change is None or (spring.fixed and change.after is not None):
         return ""
     if not change.outside_interval and _has_interval(change.before) and _is_known(change.after):
         return "stays within ±"
-    return value_in_model(change.after, printed_unit(change.unit)[1])
+    return value_in_model(change.after, units.of(change.quantity).factor)
 
 
 def _is_known(value: EstimatedValue | None) -> bool:
@@ -132,10 +135,17 @@ def _has_interval(value: EstimatedValue | None) -> bool:
     return value is not None and _is_known(value) and value.interval is not None
 
 
-def _short_row(spring: IdentifiedParameter, joint_names: tuple[str, ...], unclaimed: frozenset[int]) -> tuple[str, ...]:
-    unit, scale = STIFFNESS_UNITS[wording.unit_words(spring.unit)]
+def units_of_springs(springs: Sequence[IdentifiedParameter]) -> Units:
+    """Return the units in which a table of springs shows their stiffness."""
+    return Units((spring.quantity.reciprocal(), [spring.known_stiffness]) for spring in springs)
+
+
+def _short_row(
+    spring: IdentifiedParameter, joint_names: tuple[str, ...], unclaimed: frozenset[int], units: Units
+) -> tuple[str, ...]:
+    unit = units.of(spring.quantity.reciprocal())
     remark = _spring_verdict(spring, unclaimed)
-    return _place(spring, joint_names), _effect(spring), stiffness_text(spring, scale), unit, remark
+    return _place(spring, joint_names), _effect(spring), stiffness_text(spring, unit.factor), unit.name, remark
 
 
 def _place(spring: IdentifiedParameter, joint_names: tuple[str, ...]) -> str:
@@ -149,7 +159,7 @@ def _effect(spring: IdentifiedParameter) -> str:
 
 
 def _is_spring(parameter: IdentifiedParameter) -> bool:
-    return parameter.is_compliance and wording.unit_words(parameter.unit) in STIFFNESS_UNITS
+    return parameter.is_compliance and bool(parameter.quantity.inverse)
 
 
 def _lead(fit: IdentifyResult) -> str:
@@ -219,8 +229,7 @@ def _is_open_ended(parameter: IdentifiedParameter) -> bool:
 
 def _stiffness_table(
     members: list[IdentifiedParameter],
-    unit: str,
-    scale: float,
+    unit: ShownUnit,
     joint_names: tuple[str, ...],
     unclaimed: frozenset[int],
 ) -> TableBlock:
@@ -229,7 +238,7 @@ def _stiffness_table(
     columns = (
         TableColumn("place", align="left"),
         TableColumn("effect", align="left"),
-        TableColumn("stiffness, ± 95 %", unit),
+        TableColumn("stiffness, ± 95 %", unit.name),
         TableColumn("standard\nuncertainty", "%"),
         *(TableColumn("share of\ngeometry", "%"),) * shared,
         TableColumn("remark", align="left", width=1.0),
@@ -238,13 +247,13 @@ def _stiffness_table(
     for spring in members:
         value, std = spring.known_stiffness, spring.known_stiffness_std
         rows.append(
-            (_place(spring, joint_names), _effect(spring), stiffness_text(spring, scale),
+            (_place(spring, joint_names), _effect(spring), stiffness_text(spring, unit.factor),
              wording.significant(100 * std / value, 2) if std and value else wording.DASH,
              *(wording.DASH if spring.from_geometry is None else f"{100.0 * spring.from_geometry:.0f}",) * shared,
              _spring_verdict(spring, unclaimed))
         )  # fmt: skip
     poorly = list(dict.fromkeys(_place(spring, joint_names) for spring in members if _is_poorly_known(spring)))
-    caption = f"Stiffness in {unit}."
+    caption = f"Stiffness in {unit.name}."
     if shared:
         caption += " Share of geometry: part of the variance caused by the tolerances of lengths and angles."
     if poorly:
@@ -272,12 +281,14 @@ def _other_table(members: list[IdentifiedParameter], content: ReportContent) -> 
         TableColumn("unit", align="left"), TableColumn("remark", align="left", width=1.0),
     )  # fmt: skip
     rows: list[tuple[str, ...]] = []
+    units = Units((parameter.quantity, [parameter.value]) for parameter in members)
     for parameter in members:
-        printed, scale = printed_unit(parameter.unit, content.drift_follows)
+        unit = units.of(parameter.quantity)
         place = where_words(parameter.where, content.joint_names)
         remark = _verdict(parameter) or _included(parameter)
-        rows.append((parameter.name, place, parameter_text(parameter, scale), printed, remark))
+        rows.append((parameter.name, place, parameter_text(parameter, unit.factor), unit.name, remark))
     caption = "Other parameters of the model."
-    if any(unit in ("µm/h", "mrad/h", "µm/K", "mrad/K") for *_, unit, _ in rows):
-        caption += f" The drift is counted over the {content.drift_follows}."
+    counted = next((parameter.drift_follows for parameter in members if parameter.drift_follows is not None), None)
+    if counted is not None:
+        caption += f" The drift is counted over the {counted}."
     return _without_empty_remarks(columns, rows, caption)
