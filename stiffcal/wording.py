@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from stiffcal.model.summary import Where
 
 DASH = "–"
+AT_LIMIT = "at its limit"
+"""Of a value that is at the limit of its range."""
 MOST_WRITTEN_OUT = 15
 """Digits behind the point that are written; a double holds no more."""
 LEAST_ELAPSED_S = 3.0
@@ -75,15 +77,13 @@ def plus_minus(value: float, half_width: float) -> str:
     return f"({text})·10{superscript(exponent)}" if exponent else text
 
 
-def estimate(
-    value: float | None, interval: Sequence[float | None] | None, factor: float = 1.0, at_bound: bool = False
-) -> str:
+def estimate(value: float | None, interval: Sequence[float | None] | None, factor: float = 1.0) -> str:
     """Return an estimate with its 95 % interval: ± where it is nearly symmetric, else its ends.
 
     Parameters
     ----------
     value : the estimate; None where none was found. interval : its ends, None where one is open; None: not known.
-    factor : of all three, to the unit that is printed. at_bound : whether the value is at the limit of its range.
+    factor : of all three, to the unit that is printed.
 
     Examples
     --------
@@ -93,13 +93,24 @@ def estimate(
     ('2.70000 (2.69990 … 2.70030)·10⁶', '6.9 (3.7 … 57.0)·10⁶', '0.00 (0.00 … 0.25)')
     >>> estimate(2.06e5, [None, 3.1e5]), estimate(-0.02, [-0.03, 0.1]), estimate(0.0123, None, 1e3)
     ('2.06 (below 3.10)·10⁵', '−0.020 (−0.030 … 0.100)', '12.3')
-    >>> estimate(None, [4.9e4, None]), estimate(None, None), estimate(0.1, [0.09, None], 1e3, at_bound=True)
-    ('above 4.90·10⁴', '–', '100 (above 90), at its limit')
+    >>> estimate(None, [4.9e4, None]), estimate(None, None), estimate(0.1, [0.09, None], 1e3)
+    ('above 4.90·10⁴', '–', '100 (above 90)')
     """
     low, high = (None if end is None else end * factor for end in interval or (None, None))
     if value is None:
         return DASH if low is None else f"above {significant(low)}"
-    return _with_interval(value * factor, low, high) + (", at its limit" if at_bound else "")
+    return _with_interval(value * factor, low, high)
+
+
+def with_unit(value: float | None, interval: Sequence[float | None] | None, unit: ShownUnit) -> str:
+    """Return an estimate with its 95 % interval and its unit, as a sentence has it.
+
+    Examples
+    --------
+    >>> with_unit(0.002, [0.001, 0.003], ANGLE.usual)
+    '2.0 ± 1.0 mrad'
+    """
+    return estimate(value, interval, unit.factor) + unit.mark
 
 
 def _with_interval(value: float, low: float | None, high: float | None) -> str:

@@ -48,7 +48,7 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
         symbol = value.name.rpartition(".")[2]
         place = value.setup_part or short_places(value.where)
         name = f"{value.effect} {place}" + ("" if symbol == "c" else f" {symbol}")
-        before, after = (value_in_model(one, unit.factor) for one in (value.before, value.after))
+        before, after = (value_in_model(one, unit) for one in (value.before, value.after))
         table.add_row(name, before, f"{after} {'' if common else unit.name}".rstrip(), change_words(value.relative))
     console.print(table)
     if n_within:

@@ -308,9 +308,7 @@ def _show_refitted(console: AnswerConsole, result: DiagnoseResult, effect: Propo
     for value in result.before_after:
         if value.before is None and value.effect == effect.effect and value.where == effect.where:
             unit = value.quantity.unit_for([value.after.value if value.after else None])
-            texts.append(
-                f"{value.name.rpartition('.')[2]} {value_in_model(value.after, unit.factor)} {unit.name}".rstrip()
-            )
+            texts.append(f"{value.name.rpartition('.')[2]} {value_in_model(value.after, unit)} {unit.name}".rstrip())
     if texts:
         everything = "all that is missing" if len(result.missing) > 1 else "it"
         console.print(f"  Refitted with {everything}, ± 95 %: {', '.join(texts)}.", soft_wrap=True)

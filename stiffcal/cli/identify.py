@@ -120,7 +120,7 @@ def show_fitted(
     shown = [parameter for parameter in result.parameters if parameter.name not in elsewhere]
     if _has_rows(result) and not details:
         shown = [parameter for parameter in shown if parameter.effect != IN_ROWS]
-    show_parameters(console, shown, unclaimed)
+    show_parameters(console, shown, unclaimed, result.shifted)
     show_overviews(console, kinds)
     if result.geometry is not None:
         _show_geometry(console, result.geometry, in_uncertainty=result.covariance_from_geometry is not None)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
+from stiffcal.estimate import Estimate
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.quantity import DriftFollows, Quantity, Units, quantity_of
@@ -40,17 +41,16 @@ class EstimatedParameter:
         """What the value is of."""
         return quantity_of(self.unit, self.drift_follows)
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EstimatedValue:
-    """An estimate with its 95 % interval."""
-
-    value: Number
-    """Null where it is not identified, or a stiffness without upper limit."""
-    interval: list[Number] | None
-    """Both ends of the 95 % interval, null where one is open; null where there is none."""
-    at_bound: bool = False
-    """Whether the value is at the limit of its range."""
+    @property
+    def estimate(self) -> Estimate:
+        """The value with its interval."""
+        return Estimate(
+            value=self.value,
+            interval=self.interval,
+            at_bound=self.at_bound,
+            quantity=self.quantity,
+            rests_on=tuple(self.rests_on or ()),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,9 +65,9 @@ class BeforeAfter:
     """The effect's place."""
     unit: str
     """Of both values; of a compliance that of the stiffness, e.g. N·m/rad."""
-    before: EstimatedValue | None
+    before: Estimate | None
     """Null where the first model does not hold the parameter."""
-    after: EstimatedValue | None
+    after: Estimate | None
     """Null where the second model does not hold the parameter."""
     relative: Number
     """The change over the value before; null where one of the two is not known, or at the limit of its range."""
@@ -139,8 +139,8 @@ def _before_after(
         effect=either.effect,
         where=either.where,
         unit=either.unit,
-        before=_value_of(first),
-        after=_value_of(second),
+        before=None if first is None else first.estimate,
+        after=None if second is None else second.estimate,
         relative=_relative(first, second),
         outside_interval=both_known and _outside(first, second),
         drift_follows=either.drift_follows,
@@ -152,14 +152,6 @@ def _relative(first: EstimatedParameter | None, second: EstimatedParameter | Non
     if first is None or second is None or first.at_bound or second.at_bound:
         return None
     return second.value / first.value - 1.0 if first.value and second.value is not None else None
-
-
-def _value_of(parameter: EstimatedParameter | None) -> EstimatedValue | None:
-    return (
-        None
-        if parameter is None
-        else EstimatedValue(value=parameter.value, interval=parameter.interval, at_bound=parameter.at_bound)
-    )
 
 
 def _outside(before: EstimatedParameter | None, after: EstimatedParameter | None) -> bool:

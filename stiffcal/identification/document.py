@@ -67,14 +67,19 @@ def identified_parameter(
         identifiable=parameter.identifiable,
         at_bound=parameter.at_bound,
         poorly_known=parameter.poorly_known,
-        stiffness=None if stiffness is None else stiffness.value,
-        stiffness_std=None if stiffness is None else stiffness.std,
+        stiffness=None if stiffness is None else _known_or_nan(stiffness.value),
+        stiffness_std=None if stiffness is None else _known_or_nan(stiffness.std),
         stiffness_interval=None if stiffness is None else stiffness.interval,
         above_noise=parameter.above_noise,
         from_geometry=parameter.from_geometry,
         in_fit=in_fit,
         drift_follows=("temperature" if by_temperature else "time") if is_drift(parameter.spec.unit) else None,
     )
+
+
+def _known_or_nan(value: float | None) -> float:
+    """Return a number of a key that stands where it is not known, too."""
+    return math.nan if value is None else value
 
 
 def resting_on_limits(fit: Fit) -> dict[str, list[str]]:

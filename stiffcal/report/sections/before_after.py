@@ -72,5 +72,5 @@ def _row(value: BeforeAfter, content: ReportContent, units: Units) -> tuple[str,
     return (
         value.setup_part or where_words(value.where, content.joint_names),
         value.effect + ("" if symbol == "c" else f", {symbol}"),
-        value_in_model(value.before, unit.factor), value_in_model(value.after, unit.factor), unit.name, change,
+        value_in_model(value.before, unit), value_in_model(value.after, unit), unit.name, change,
     )  # fmt: skip

@@ -14,8 +14,8 @@ from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import EvidenceFigure, ReportContent
-from stiffcal.report.estimates import parameter_text
 from stiffcal.report.figures.evidence import MOST_POINTS, draw_errors_by_run, draw_evidence
+from stiffcal.results.value_words import value_text
 from stiffcal.validation.schemes import held_out_by_diagnosis
 
 ORDER = 74
@@ -133,6 +133,7 @@ def _caption(figure: EvidenceFigure) -> str:
 def _parameter_words(parameter: IdentifiedParameter) -> str:
     unit = parameter.quantity.unit_for([parameter.value])
     symbol = parameter.name.rpartition(".")[2]
-    if parameter.value is None and not parameter.identifiable:
-        return f"{symbol}: not identifiable"
-    return f"{symbol} = {parameter_text(parameter, unit.factor)} {unit.name}".rstrip()
+    estimate = parameter.estimate
+    if not estimate.is_identifiable:
+        return f"{symbol}: {value_text(estimate, unit)}"
+    return f"{symbol} = {value_text(estimate, unit)} {unit.name}".rstrip()
