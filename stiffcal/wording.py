@@ -9,13 +9,29 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-from stiffcal.quantity import ANGLE, LENGTH, USUAL, ShownUnit, Units, of_joint, of_measure
+from stiffcal.quantity import ANGLE, LENGTH, USUAL, Measures, ShownUnit, Units, of_joint, of_measure
 
-if TYPE_CHECKING:
-    from stiffcal.measurements.rms import Rms
-    from stiffcal.model.summary import Where
+
+class Places(Protocol):
+    """The places of an effect, as answers hold them."""
+
+    @property
+    def joints(self) -> list[int] | None:
+        """Numbers from 1."""
+
+    @property
+    def links(self) -> list[str] | None:
+        """Names."""
+
+    @property
+    def pairs(self) -> list[list[int]] | None:
+        """Of joints."""
+
+    def items(self) -> Iterable[tuple[str, Any]]:
+        """Return what is known, by name."""
+
 
 DASH = "–"
 AT_LIMIT = "at its limit"
@@ -100,17 +116,6 @@ def estimate(value: float | None, interval: Sequence[float | None] | None, facto
     if value is None:
         return DASH if low is None else f"above {significant(low)}"
     return _with_interval(value * factor, low, high)
-
-
-def with_unit(value: float | None, interval: Sequence[float | None] | None, unit: ShownUnit) -> str:
-    """Return an estimate with its 95 % interval and its unit, as a sentence has it.
-
-    Examples
-    --------
-    >>> with_unit(0.002, [0.001, 0.003], ANGLE.usual)
-    '2.0 ± 1.0 mrad'
-    """
-    return estimate(value, interval, unit.factor) + unit.mark
 
 
 def _with_interval(value: float, low: float | None, high: float | None) -> str:
@@ -244,7 +249,7 @@ def probability_in_words(p: float) -> str:
     return f"{100.0 * p:.1f} %" if p >= 0.95 else f"{100.0 * p:.0f} %"
 
 
-def place_label(where: Where) -> str:
+def place_label(where: Places) -> str:
     """Return a place as parameter names have it, several of them with commas.
 
     Examples
@@ -259,7 +264,7 @@ def place_label(where: Where) -> str:
     return ", ".join(labels) or "setup"
 
 
-def measures(rms: Rms | Mapping[str, float | None] | None, of_motors: str = "", units: Units = USUAL) -> list[str]:
+def measures(rms: Measures | None, of_motors: str = "", units: Units = USUAL) -> list[str]:
     """Return the known measures of an error ``{translation, rotation, …}``, each with its unit.
 
     Parameters
@@ -297,7 +302,7 @@ def ranges(numbers: Sequence[int]) -> str:
     return ", ".join(f"{row[0]}–{row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows)
 
 
-def place(where: Where | Mapping[str, Sequence[Any]]) -> str:
+def place(where: Places | Mapping[str, Sequence[Any]]) -> str:
     """Return a ``where`` in words.
 
     Examples

@@ -17,7 +17,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
 from stiffcal.model.summary import EffectAt
 from stiffcal.quantity import of_measure, quantity_of
-from stiffcal.wording import in_unit, place
+from stiffcal.wording import in_unit, length, place
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 
@@ -126,7 +126,7 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
     effect_text = f"At {place_in_words(place)}: {effect.fingerprint or effect.summary}"
     measure = leading_measure(before)
     if measure == "translation":
-        effect_text += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
+        effect_text += f", by {length(size_at_tool(scan, trial), digits=2)} rms at the tool"
     kinds = errors_by_experiment(scan, trial)
     errors = [dict(rms.items()).get(measure) for rms in (before, after)]
     if kinds:

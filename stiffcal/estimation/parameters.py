@@ -69,7 +69,7 @@ class Parameter:
         """Return the stiffness of a compliance; None of other parameters."""
         if not self.spec.compliance:
             return None
-        interval = None if self.interval is None else list(self.interval)
+        interval: list[float | None] | None = None if self.interval is None else [*self.interval]
         return Estimate(value=self.value, std=self.std, interval=interval).reciprocal()
 
 

@@ -28,7 +28,7 @@ from stiffcal.model.stated_spring import is_spring_modelled, spring_joint, state
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
 from stiffcal.quantity import is_drift
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import listing
+from stiffcal.wording import listing, significant
 
 # So many springs of one effect in the noise are named in one line.
 JOINTLY_UNIDENTIFIABLE = 4
@@ -211,7 +211,8 @@ def fit_warnings(fit: Fit) -> list[str]:
     if fit.last_step is not None:
         texts.append(
             f"the fit did not converge in {fit.iterations} steps: the last one still changed the parameters by "
-            f"{fit.last_step:.2g} standard uncertainties; do not use them before effects are removed from the model"
+            f"{significant(fit.last_step, 2)} standard uncertainties; do not use them before effects "
+            f"are removed from the model"
         )
     geometry = fit.geometry
     if geometry is not None and geometry.contradicted(fit.robot.chain.masses_known):
@@ -223,7 +224,7 @@ def fit_warnings(fit: Fit) -> list[str]:
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > MOST_CHI2:
         stated = fit.noise is not None and fit.noise.source == "manifest"
         texts.append(
-            f"residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise: an effect is missing in the "
+            f"residuals are {significant(math.sqrt(fit.reduced_chi2), 2)} times the noise: an effect is missing in the "
             f"model{' or the noise is larger than stated' if stated else ''}, and the stated uncertainties cover the "
             "instruments only"
         )
@@ -271,7 +272,8 @@ def overstated_noise_in_words(noise: Noise, reduced_chi2: float, dof: float) -> 
     if chdtr(dof, dof * reduced_chi2) >= LEAST_P:
         return []
     text = (
-        f"residuals are {math.sqrt(reduced_chi2):.2g} times the noise that campaign.toml states: sigma is too large "
+        f"residuals are {significant(math.sqrt(reduced_chi2), 2)} times the noise that campaign.toml "
+        f"states: sigma is too large "
         "there; uncertainties are then too large, and effects that are missing may not be found"
     )
     return [text]
@@ -285,7 +287,8 @@ def wrong_geometry_in_words(misfit: float, robot: CompliantRobot) -> str:
     misfit : in tolerances of lengths and angles. robot : the model.
     """
     found = (
-        f"absolute positions differ by {misfit:.2g} times the tolerance of lengths and angles, after fitting the "
+        f"absolute positions differ by {significant(misfit, 2)} times the tolerance of lengths and "
+        f"angles, after fitting the "
         "tracker frame and the target: "
     )
     consequence = "this may affect stiffnesses and missing effects"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from stiffcal.estimate import Estimate
 from stiffcal.kinds.presentation import Column, Digits, Joints, Names, Table, Words
 from stiffcal.quantity import ShownUnit, quantity_of
-from stiffcal.wording import estimate, listing, place, significant, with_unit
+from stiffcal.wording import estimate, listing, place, significant
 
 
 def text_of(words: Words, unit: ShownUnit | None = None) -> str:
@@ -28,10 +28,10 @@ def text_of(words: Words, unit: ShownUnit | None = None) -> str:
         match piece:
             case Digits(value, digits):
                 text += significant(None if value is None else factor * value, digits)
-            case Estimate() if unit is not None or piece.quantity is None:
-                text += estimate(piece.value, piece.interval, factor)
             case Estimate():
-                text += with_unit(piece.value, piece.interval, piece.quantity.unit_for([piece.value]))
+                own = None if unit is not None or piece.quantity is None else piece.quantity.unit_for([piece.value])
+                text += estimate(piece.value, piece.interval, factor if own is None else own.factor)
+                text += "" if own is None else own.mark
             case Names(names):
                 text += listing(names)
             case Joints(joints):

@@ -15,7 +15,7 @@ from stiffcal.quantity import LENGTH, Units, of_joint, quantity_of
 from stiffcal.report.wording import length, measure_text
 from stiffcal.results.value_words import as_shown, remark, value_text
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import place_label
+from stiffcal.wording import place_label, significant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,7 +55,7 @@ class CampaignAnswer:
     def _html(self, summary: str, *tables: pd.DataFrame) -> str:
         lines = "".join(f"<div>{html.escape(line)}</div>" for line in summary.splitlines())
         return lines + "".join(
-            table.to_html(escape=True, float_format=lambda value: f"{value:.4g}") for table in tables
+            table.to_html(escape=True, float_format=lambda value: significant(value, 4)) for table in tables
         )
 
 

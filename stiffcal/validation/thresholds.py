@@ -19,7 +19,7 @@ from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import Change
 from stiffcal.validation.results import ThresholdCheck
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import in_unit, significant
+from stiffcal.wording import in_unit, share, significant
 
 JOINT_STIFFNESS_UNIT = "N·m/rad"
 _COMPLIANCE_UNIT = "rad/(N·m)"
@@ -232,7 +232,7 @@ def _drifts(
 
 def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> ThresholdCheck:
     before, after = change.before.known_stiffness, change.after.known_stiffness
-    bound = f"max_drift {100 * limit:.3g} %" if limit else "no significant drift"
+    bound = f"max_drift {share(limit)}" if limit else "no significant drift"
     value, p_value, std = change.before.value, change.p_value, change.std
     if not before or not after or not value or p_value is None or std is None:
         text = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"
@@ -243,8 +243,10 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
     # 1.96 standard uncertainties of the relative change: smaller drifts these two fits cannot detect.
     blur = NORMAL_95 * std / abs(value)
     if abs(drift) > limit and chance < CHANCE:
-        return ThresholdCheck("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")
+        return ThresholdCheck(
+            "max_drift", joint, limit, drift, "", False, f"{words}, p = {significant(chance, 1)}: above {bound}"
+        )
     if limit and blur > limit:
-        text = f"{words}, uncertainty ± {100 * blur:.2g} %: {bound} cannot be judged"
+        text = f"{words}, uncertainty ± {significant(100 * blur, 2)} %: {bound} cannot be judged"
         return ThresholdCheck("max_drift", joint, limit, drift, "", None, text)
     return ThresholdCheck("max_drift", joint, limit, drift, "", True, f"{words}: within {bound}")

@@ -24,7 +24,8 @@ from stiffcal.diagnosis.results import (
     UnknownLaw,
     UntestableEffect,
 )
-from stiffcal.identification.before_after import BeforeAfter, Estimate
+from stiffcal.estimate import Estimate
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.measurements.state_measures import StateMeasure
