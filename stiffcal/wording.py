@@ -9,13 +9,33 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-if TYPE_CHECKING:
-    from stiffcal.measurements.rms import Rms
-    from stiffcal.model.summary import Where
+from stiffcal.quantity import ANGLE, LENGTH, USUAL, Measures, ShownUnit, Units, of_joint, of_measure
+
+
+class Places(Protocol):
+    """The places of an effect, as answers hold them."""
+
+    @property
+    def joints(self) -> list[int] | None:
+        """Numbers from 1."""
+
+    @property
+    def links(self) -> list[str] | None:
+        """Names."""
+
+    @property
+    def pairs(self) -> list[list[int]] | None:
+        """Of joints."""
+
+    def items(self) -> Iterable[tuple[str, Any]]:
+        """Return what is known, by name."""
+
 
 DASH = "–"
+AT_LIMIT = "at its limit"
+"""Of a value that is at the limit of its range."""
 MOST_WRITTEN_OUT = 15
 """Digits behind the point that are written; a double holds no more."""
 LEAST_ELAPSED_S = 3.0
@@ -73,15 +93,13 @@ def plus_minus(value: float, half_width: float) -> str:
     return f"({text})·10{superscript(exponent)}" if exponent else text
 
 
-def estimate(
-    value: float | None, interval: Sequence[float | None] | None, factor: float = 1.0, at_bound: bool = False
-) -> str:
+def estimate(value: float | None, interval: Sequence[float | None] | None, factor: float = 1.0) -> str:
     """Return an estimate with its 95 % interval: ± where it is nearly symmetric, else its ends.
 
     Parameters
     ----------
     value : the estimate; None where none was found. interval : its ends, None where one is open; None: not known.
-    factor : of all three, to the unit that is printed. at_bound : whether the value is at the limit of its range.
+    factor : of all three, to the unit that is printed.
 
     Examples
     --------
@@ -91,13 +109,13 @@ def estimate(
     ('2.70000 (2.69990 … 2.70030)·10⁶', '6.9 (3.7 … 57.0)·10⁶', '0.00 (0.00 … 0.25)')
     >>> estimate(2.06e5, [None, 3.1e5]), estimate(-0.02, [-0.03, 0.1]), estimate(0.0123, None, 1e3)
     ('2.06 (below 3.10)·10⁵', '−0.020 (−0.030 … 0.100)', '12.3')
-    >>> estimate(None, [4.9e4, None]), estimate(None, None), estimate(0.1, [0.09, None], 1e3, at_bound=True)
-    ('above 4.90·10⁴', '–', '100 (above 90), at its limit')
+    >>> estimate(None, [4.9e4, None]), estimate(None, None), estimate(0.1, [0.09, None], 1e3)
+    ('above 4.90·10⁴', '–', '100 (above 90)')
     """
     low, high = (None if end is None else end * factor for end in interval or (None, None))
     if value is None:
         return DASH if low is None else f"above {significant(low)}"
-    return _with_interval(value * factor, low, high) + (", at its limit" if at_bound else "")
+    return _with_interval(value * factor, low, high)
 
 
 def _with_interval(value: float, low: float | None, high: float | None) -> str:
@@ -145,41 +163,53 @@ def superscript(power: int) -> str:
     return str(power).translate(_SUPERSCRIPT)
 
 
-def thousandths(value: float | None, unit: str) -> str:
-    """Return a small quantity in thousandths of its unit, whatever its size: an answer has one unit per quantity.
+def in_unit(value: float | None, unit: ShownUnit, digits: int = 3) -> str:
+    """Return a number with its unit; what is some computation's rounding as below a billionth of the SI unit.
 
     Examples
     --------
-    >>> thousandths(3.08e-5, "m"), thousandths(2e-13, "rad")
-    ('0.0308 mm', 'below 1 nrad')
+    >>> in_unit(3.08e-5, LENGTH.usual), in_unit(2e-13, ANGLE.usual), in_unit(None, LENGTH.usual)
+    ('0.0308 mm', 'below 1 nrad', '–')
     """
     if value is None or not math.isfinite(value):
         return DASH
-    if 0.0 < abs(value) < 1e-9:  # some computation's rounding
-        return f"below 1 n{unit}"
-    return f"{significant(value * 1e3)} m{unit}"
+    if unit.factor > 1.0 and unit.name[:1] in "mµ" and 0.0 < abs(value) < 1e-9:
+        return f"below 1 n{unit.name[1:]}"
+    return significant(value * unit.factor, digits) + unit.mark
 
 
-def length(metres: float | None) -> str:
-    """Return a length in mm, whatever its size: lines of one answer are compared.
+def length(metres: float | None, units: Units = USUAL, digits: int = 3) -> str:
+    """Return a length, in the unit of the answer that it stands in.
 
     Examples
     --------
-    >>> length(0.0017254), length(1.234e-5), length(None)
-    ('1.73 mm', '0.0123 mm', '–')
+    >>> length(0.0017254), length(1.234e-5), length(None), length(2e-6, Units([("m", [2e-6])]))
+    ('1.73 mm', '0.0123 mm', '–', '2.00 µm')
     """
-    return thousandths(metres, "m")
+    return in_unit(metres, units.of(LENGTH), digits)
 
 
-def angle(radians: float | None) -> str:
-    """Return an angle in mrad, whatever its size.
+def angle(radians: float | None, units: Units = USUAL, digits: int = 3) -> str:
+    """Return a small angle, in the unit of the answer that it stands in.
 
     Examples
     --------
     >>> angle(0.00123), angle(7.79e-5)
     ('1.23 mrad', '0.0779 mrad')
     """
-    return thousandths(radians, "rad")
+    return in_unit(radians, units.of(ANGLE), digits)
+
+
+def position(value: float, is_prismatic: bool = False) -> str:
+    """Return where a joint stands, to a tenth of the unit.
+
+    Examples
+    --------
+    >>> position(-0.5), position(0.25, is_prismatic=True)
+    ('−28.6°', '250.0 mm')
+    """
+    unit = of_joint(is_prismatic).usual
+    return f"{value * unit.factor + 0.0:.1f}{unit.mark}".replace("-", "−")
 
 
 def share(fraction: float | None) -> str:
@@ -219,7 +249,7 @@ def probability_in_words(p: float) -> str:
     return f"{100.0 * p:.1f} %" if p >= 0.95 else f"{100.0 * p:.0f} %"
 
 
-def place_label(where: Where) -> str:
+def place_label(where: Places) -> str:
     """Return a place as parameter names have it, several of them with commas.
 
     Examples
@@ -234,12 +264,13 @@ def place_label(where: Where) -> str:
     return ", ".join(labels) or "setup"
 
 
-def measures(rms: Rms | Mapping[str, float | None] | None, of_motors: str = "") -> list[str]:
+def measures(rms: Measures | None, of_motors: str = "", units: Units = USUAL) -> list[str]:
     """Return the known measures of an error ``{translation, rotation, …}``, each with its unit.
 
     Parameters
     ----------
     rms : the error. of_motors : added to the angle of motors where other measures are known too.
+    units : of the answer that it stands in.
 
     Examples
     --------
@@ -248,15 +279,9 @@ def measures(rms: Rms | Mapping[str, float | None] | None, of_motors: str = "") 
     """
     texts = []
     known = [(name, value) for name, value in (rms.items() if rms else ()) if value is not None]
+    remarks = {"length": " at the rods", "motor_angle": of_motors if len(known) > 1 else ""}
     for name, value in known:
-        if name == "torque":
-            texts.append(f"{significant(value)} N·m")
-        elif name == "length":
-            texts.append(f"{thousandths(value, 'm')} at the rods")
-        elif name == "motor_angle":
-            texts.append(thousandths(value, "rad") + (of_motors if len(known) > 1 else ""))
-        else:
-            texts.append(thousandths(value, "rad" if name == "rotation" else "m"))
+        texts.append(in_unit(value, units.of(of_measure(name))) + remarks.get(name, ""))
     return texts
 
 
@@ -277,7 +302,7 @@ def ranges(numbers: Sequence[int]) -> str:
     return ", ".join(f"{row[0]}–{row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows)
 
 
-def place(where: Where | Mapping[str, Sequence[Any]]) -> str:
+def place(where: Places | Mapping[str, Sequence[Any]]) -> str:
     """Return a ``where`` in words.
 
     Examples

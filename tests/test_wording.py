@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import quantity_of
 from stiffcal.wording import estimate
 
 
@@ -53,6 +53,6 @@ def test_an_open_end_is_named_and_no_interval_prints_the_value_alone() -> None:
 def test_a_printed_value_is_the_si_value_times_the_factor(
     unit: str, follows: str | None, printed: str, value: float
 ) -> None:
-    name, factor = printed_unit(unit, follows)
-    assert name == printed
-    assert factor * value == pytest.approx(2.0)
+    shown = quantity_of(unit, follows).unit_for([value])
+    assert shown.name == printed
+    assert shown.factor * value == pytest.approx(2.0)

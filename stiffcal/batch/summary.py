@@ -12,8 +12,10 @@ from stiffcal.escapes import markdown, xml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_stream, is_of_the_system
 from stiffcal.measurements.rms import Rms
+from stiffcal.quantity import LENGTH, MOMENT, Quantity
 from stiffcal.trust.output_kinds import JUNIT, MARKDOWN, OutputKind
 from stiffcal.trust.outputs import check_not_foreign, write_output
+from stiffcal.wording import in_unit, share, significant
 
 VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
 
@@ -240,9 +242,9 @@ def _row(outcome: CampaignOutcome) -> list[str]:
     marked = verdict if verdict in ("held", "done") else f"**{verdict}**"
     torque = _part(outcome.rms, "torque")
     values = [
-        _number(_part(outcome.rms, "translation"), 1e3) if torque is None else _number(torque, 1.0, " N·m"),
-        _number(_part(outcome.relative, "translation"), 100.0, " %"),
-        _number(_part(outcome.noise, "translation"), 1e3),
+        _number(_part(outcome.rms, "translation"), LENGTH) if torque is None else in_unit(torque, MOMENT.usual),
+        share(_part(outcome.relative, "translation")),
+        _number(_part(outcome.noise, "translation"), LENGTH),
     ]
     states = "–" if outcome.n_states is None else str(outcome.n_states)
     took = "unchanged" if outcome.unchanged else f"{outcome.seconds:.1f}"
@@ -258,5 +260,5 @@ def _part(measures: Rms | None, name: str) -> float | None:
     return None if measures is None else dict(measures.items()).get(name)
 
 
-def _number(value: float | None, factor: float, unit: str = "") -> str:
-    return "–" if value is None else f"{factor * value:.3g}{unit}"
+def _number(value: float | None, quantity: Quantity) -> str:
+    return significant(None if value is None else quantity.usual.factor * value)

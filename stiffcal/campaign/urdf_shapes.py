@@ -9,6 +9,7 @@ from stiffcal.campaign.sizes import implausible_length
 from stiffcal.campaign.urdf_numbers import Triple, angles_of, number_of, position_of, refuse, triple_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.wording import significant
 
 MOST_SCALED = 1e4  # a mesh in km, were there one, is scaled by a thousand
 SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
@@ -47,7 +48,7 @@ class UrdfShape:
         scale = triple_of(self.attributes.get("scale"), (1.0, 1.0, 1.0), display_name, fault_place)
         largest = max(map(abs, scale))
         if largest > MOST_SCALED:
-            reason, mend = f"a mesh {largest:.3g} times as large", "write 0.001 for a mesh in mm"
+            reason, mend = f"a mesh {significant(largest)} times as large", "write 0.001 for a mesh in mm"
             raise InputError.at(FaultCode.VALUE_INVALID, display_name, fault_place, reason, mend)
         return scale
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import share, short_places
-from stiffcal.printed_units import printed_unit
 from stiffcal.results.value_words import value_in_model
 
 if TYPE_CHECKING:
@@ -25,6 +24,8 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
     values : of two fits; where there are none, nothing is drawn.
     title : what changed them.
     """
+    from stiffcal.identification.before_after import units_of_values
+
     compared = [value for value in values if value.before is not None and value.after is not None]
     if not compared:
         return
@@ -37,17 +38,18 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
             f"\n{title}: no value changes by more than its 95 % interval ({n_within} compared)", soft_wrap=True
         )
         return
-    read = [(value, *printed_unit(value.unit, value.drift_follows)) for value in moved]
+    units = units_of_values(moved)
+    read = [(value, units.of(value.quantity)) for value in moved]
     # a unit that all have stands above them: the columns are narrower by it
-    common = read[0][1] if len({unit for _, unit, _ in read}) == 1 else ""
+    common = read[0][1].name if len({unit.name for _, unit in read}) == 1 else ""
     console.print(f"\n{title}{f', in {common}' if common else ''}:", soft_wrap=True)
     table = plain_table("value", "before, ± 95 %>", "after, ± 95 %>", "change>")
-    for value, unit, factor in read:
+    for value, unit in read:
         symbol = value.name.rpartition(".")[2]
         place = value.setup_part or short_places(value.where)
         name = f"{value.effect} {place}" + ("" if symbol == "c" else f" {symbol}")
-        before, after = value_in_model(value.before, factor), value_in_model(value.after, factor)
-        table.add_row(name, before, f"{after} {'' if common else unit}".rstrip(), change_words(value.relative))
+        before, after = (value_in_model(one, unit) for one in (value.before, value.after))
+        table.add_row(name, before, f"{after} {'' if common else unit.name}".rstrip(), change_words(value.relative))
     console.print(table)
     if n_within:
         console.print(

@@ -15,7 +15,7 @@ from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import places, significant
 from stiffcal.escapes.shell import command_line
-from stiffcal.printed_units import printed_unit
+from stiffcal.identification.before_after import units_of_values
 from stiffcal.results.value_words import value_in_model
 from stiffcal.validation.change import CHANCE
 from stiffcal.wording import listing
@@ -52,17 +52,18 @@ def show_comparison(console: AnswerConsole, result: CompareResult) -> None:
     show_verdict(console, *_verdict(result))
     console.show_warnings(result.warnings)
     table = plain_table("effect", "place", "parameter", "before, ± 95 %>", "after, ± 95 %>", "", "change>", "p>", "")
+    units = units_of_values(result.before_after)
     chances = {change.name: change.p_value for change in result.parameters}
     for row in result.before_after:
         symbol = row.name.rsplit(".", 1)[1]
-        unit, factor = printed_unit(row.unit, row.drift_follows)
+        unit = units.of(row.quantity)
         table.add_row(
             row.effect,
             places(row.where),
             "stiffness" if symbol == "c" and row.unit == "N·m/rad" else symbol,
-            value_in_model(row.before, factor),
-            value_in_model(row.after, factor),
-            unit,
+            value_in_model(row.before, unit),
+            value_in_model(row.after, unit),
+            unit.name,
             change_words(row.relative),
             significant(chances.get(row.name), 2),
             "changed" if row.name in result.changed else "",

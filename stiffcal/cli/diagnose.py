@@ -18,7 +18,7 @@ from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, short_places, significant
 from stiffcal.escapes.shell import command_line
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import JOINT_ANGLE, quantity_of
 from stiffcal.results.next_step import Step
 from stiffcal.results.value_words import value_in_model
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
@@ -199,13 +199,13 @@ def _show_unknown(console: AnswerConsole, result: DiagnoseResult) -> None:
 
     from stiffcal.cli.character_plot import plot_points
 
-    unit, factor = printed_unit(law.curve.value_unit)
-    over_unit, over_factor = ("°", 180.0 / math.pi) if law.curve.unit == "rad" else printed_unit(law.curve.unit)
+    unit = quantity_of(law.curve.value_unit).unit_for(law.curve.value)
+    over = (JOINT_ANGLE if law.curve.unit == "rad" else quantity_of(law.curve.unit)).unit_for(law.curve.at)
     what, _, joint = law.curve.over.partition(":")
     labels = (f"{what} of joint {joint}", f"law of {law.of} that no catalogue holds")
-    at, value = over_factor * np.array(law.curve.at), factor * np.array(law.curve.value)
+    at, value = over.factor * np.array(law.curve.at), unit.factor * np.array(law.curve.value)
     console.print()
-    for line in plot_points(at, value, labels, (over_unit, unit), console.width):
+    for line in plot_points(at, value, labels, (over.name, unit.name), console.width):
         console.print(line, no_wrap=True, overflow="ignore", crop=False)
 
 
@@ -307,8 +307,8 @@ def _show_refitted(console: AnswerConsole, result: DiagnoseResult, effect: Propo
     texts = []
     for value in result.before_after:
         if value.before is None and value.effect == effect.effect and value.where == effect.where:
-            unit, factor = printed_unit(value.unit, value.drift_follows)
-            texts.append(f"{value.name.rpartition('.')[2]} {value_in_model(value.after, factor)} {unit}".rstrip())
+            unit = value.quantity.unit_for([value.after.value if value.after else None])
+            texts.append(f"{value.name.rpartition('.')[2]} {value_in_model(value.after, unit)} {unit.name}".rstrip())
     if texts:
         everything = "all that is missing" if len(result.missing) > 1 else "it"
         console.print(f"  Refitted with {everything}, ± 95 %: {', '.join(texts)}.", soft_wrap=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,9 +19,11 @@ from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import deviation, significant
+from stiffcal.quantity import JOINT_ANGLE
 from stiffcal.results.geometry_words import IN_ROWS
 from stiffcal.results.next_step import Step, is_within_noise
 from stiffcal.results.unidentified_words import unidentified_in_words
+from stiffcal.wording import in_unit, length
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -120,7 +121,7 @@ def show_fitted(
     shown = [parameter for parameter in result.parameters if parameter.name not in elsewhere]
     if _has_rows(result) and not details:
         shown = [parameter for parameter in shown if parameter.effect != IN_ROWS]
-    show_parameters(console, shown, unclaimed)
+    show_parameters(console, shown, unclaimed, result.shifted)
     show_overviews(console, kinds)
     if result.geometry is not None:
         _show_geometry(console, result.geometry, in_uncertainty=result.covariance_from_geometry is not None)
@@ -232,8 +233,8 @@ def geometry_in_words(geometry: GeometryTaken) -> str:
     mend = "" if geometry.source is GeometrySource.ROBOT_FILE else "; [geometry] of robot.toml states it"
     source = "absolute positions" if geometry.source is GeometrySource.PLACES else geometry.source.value
     return (
-        f"geometry known to {1e3 * geometry.length_sigma:.2g} mm per length and "
-        f"{math.degrees(geometry.angle_sigma):.2g}° per angle ({source}{mend})"
+        f"geometry known to {length(geometry.length_sigma, digits=2)} per length and "
+        f"{in_unit(geometry.angle_sigma, JOINT_ANGLE.usual, 2)} per angle ({source}{mend})"
     )
 
 
@@ -254,6 +255,7 @@ def _show_dual_quaternions(console: Console, comparison: DualQuaternionFit) -> N
         )
     console.print(table)
     console.print(
-        f"both forms agree within {comparison.largest_relative_difference:.1g} (relative); unweighted: Li et al. 2019, "
+        f"both forms agree within {significant(comparison.largest_relative_difference, 1)} "
+        f"(relative); unweighted: Li et al. 2019, "
         "eq. 35 as printed, which weights lengths in m or mm and dimensionless numbers equally"
     )

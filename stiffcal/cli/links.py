@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, share, significant
-from stiffcal.printed_units import LINK_COMPLIANCE, printed_unit
+from stiffcal.identification.link_results import LINK_COMPLIANCE, compliance_units
+from stiffcal.quantity import quantity_of
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import estimate
 
@@ -30,13 +31,14 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
         as_beam = " (as a beam)" if link.compliance_structure == "beam" else ""
         table = plain_table(f"compliance of the link's end{as_beam}", "value, ± 95 %>", "")
         lowest, highest = link.compliance_interval
+        units = compliance_units(link)
         for row, column, name, si_unit in LINK_COMPLIANCE:
-            unit, factor = printed_unit(si_unit)
+            unit = units.of(quantity_of(si_unit))
             value, low, high = link.compliance[row][column], lowest[row][column], highest[row][column]
             value_text = "not identifiable"
             if value is not None and low is not None and high is not None:
-                value_text = estimate(value, (low, high), factor)
-            table.add_row(name, value_text, unit)
+                value_text = estimate(value, (low, high), unit.factor)
+            table.add_row(name, value_text, unit.name)
         console.print(table)
         for sentence in link.not_identifiable:
             console.print(f"{link.link}: {sentence}", soft_wrap=True)

@@ -89,7 +89,7 @@ def map(  # noqa: A001  (the command's name)
 
 def show_map(console: Console, result: MapResult) -> None:
     """Name how much was reached, the ranges of what was mapped, and where the worst point is."""
-    levels = ", ".join(f"{level:.3g}" for level in result.levels)
+    levels = ", ".join(significant(level) for level in result.levels)
     console.print(
         f"{result.target} in the {result.plane} plane at {levels} m: {result.reached} of {len(result.points)} points "
         f"reached, {result.beyond_limits} only beyond joint limits; values from {result.values_from}"

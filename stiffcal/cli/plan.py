@@ -14,7 +14,7 @@ from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwri
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import NOT_KNOWN, length, significant
 from stiffcal.escapes.shell import command_line
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import Units, quantity_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -158,11 +158,12 @@ def _show_expected(console: Console, result: PlanResult) -> None:
     console.print("\nexpected uncertainty (half width of the 95 % interval)")
     with_units = result.experiment == "absolute"
     table = plain_table("parameter", *(("±>", "unit") if with_units else ()), "± %>")
+    units = Units((parameter.unit, [parameter.half_width]) for parameter in result.parameters)
     for parameter in result.parameters:
         known = NOT_KNOWN if parameter.relative is None else significant(100.0 * parameter.relative, 2)
-        unit, factor = printed_unit(parameter.unit)
-        half = NOT_KNOWN if parameter.half_width is None else significant(factor * parameter.half_width, 2)
-        table.add_row(parameter.name, *((half, unit) if with_units else ()), known)
+        unit = units.of(quantity_of(parameter.unit))
+        half = NOT_KNOWN if parameter.half_width is None else significant(unit.factor * parameter.half_width, 2)
+        table.add_row(parameter.name, *((half, unit.name) if with_units else ()), known)
     console.print(table)
     if with_units:
         console.print("for geometry and frames ± % is relative to the typical size of their errors")

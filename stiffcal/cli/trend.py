@@ -14,6 +14,7 @@ from stiffcal.cli.options import AsJson, NoUpdate, Output, Overwrite
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import places, share, significant
 from stiffcal.escapes.shell import command_line
+from stiffcal.quantity import Units, quantity_of
 from stiffcal.results.value_words import value_in_model
 
 if TYPE_CHECKING:
@@ -76,15 +77,17 @@ def show_trend(console: Console, result: TrendResult) -> None:
     table = plain_table(
         "effect", "place", "parameter", "first, ± 95 %>", "last, ± 95 %>", "", "change>", "varies by>", ""
     )
+    units = Units((row.unit, [one.value for one in row.values if one is not None]) for row in result.parameters)
     for row in result.parameters:
         symbol = row.name.rsplit(".", 1)[1]
+        unit = units.of(quantity_of(row.unit))
         table.add_row(
             row.effect,
             places(row.where),
             "stiffness" if symbol == "c" and row.unit == "N·m/rad" else symbol,
-            value_in_model(row.values[0]),
-            value_in_model(row.values[-1]),
-            row.unit,
+            value_in_model(row.values[0], unit),
+            value_in_model(row.values[-1], unit),
+            unit.name,
             change_words(row.change),
             _deviation(row),
             _remark(row, result),

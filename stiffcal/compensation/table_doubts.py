@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.wording import length, significant
 
 # As for tables that are measured (`stiffcal.mistakes.displacements.unit_slips`): no joint turns by more than ±2π
 # radians, and poses in degrees have two joints within ±2π of zero, and none beyond, only next to the zero pose. Many
@@ -40,7 +41,7 @@ def angle_doubts(
     least = min(least, angles.shape[1])
     if not degrees.size or degrees.max() > MOST_RADIANS or np.any(degrees > 0.0, axis=0).sum() < least:
         return []
-    return [f"{where}: all {what} lie within {degrees.max():.3g} degrees of zero: are they in radians? {mend}"]
+    return [f"{where}: all {what} lie within {significant(degrees.max())} degrees of zero: are they in radians? {mend}"]
 
 
 def position_doubts(position: Floats, where: str, mend: str) -> list[str]:
@@ -63,11 +64,11 @@ def deflection_doubts(deflection: Floats, wrench: Floats, where: str, mend: str)
         return []
     largest = float(np.linalg.norm(deflection[:, :3], axis=1).max())
     force = float(np.linalg.norm(wrench[:, :3], axis=1).max())
-    loads = f"loads of up to {force:.3g} N" if force > 0.0 else "these loads"
+    loads = f"loads of up to {significant(force)} N" if force > 0.0 else "these loads"
     if largest > LARGEST_M:
-        text = f"{loads} deflect the robot by {1e3 * largest:.3g} mm, more than robots give: check their unit"
+        text = f"{loads} deflect the robot by {length(largest)}, more than robots give: check their unit"
         return [f"{where}: {text}"]
     if largest < SMALLEST_M and mend:
-        text = f"{loads} deflect the robot by {1e3 * largest:.2g} mm, less than instruments at it show"
+        text = f"{loads} deflect the robot by {length(largest, digits=2)}, less than instruments at it show"
         return [f"{where}: {text}: are they in kN? {mend}"]
     return []

@@ -31,6 +31,7 @@ from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect
+from stiffcal.quantity import ANGLE, LENGTH
 from stiffcal.validation.validate import rms_of
 
 # A turn read off a lever four times shorter than the mean is four times as noisy.
@@ -124,11 +125,9 @@ def _evidence(
         direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)
     law = _along(direction, added, rows)
     if not covariate:
-        value, covariate, unit = (
-            law * 1e3,
-            f"contribution of {placed_effect.effect.name}",
-            "mrad" if data.rotational[rows][0] else "mm",
-        )
+        shown = (ANGLE if data.rotational[rows][0] else LENGTH).usual
+        value, covariate = law * shown.factor, f"contribution of {placed_effect.effect.name}"
+        unit = shown.name
     return EffectEvidence(
         placed_effect, covariate, unit, bool(data.rotational[rows][0]), lever, data.index, value,
         _along(direction, before, rows), _along(direction, after, rows), law,

@@ -16,6 +16,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.scan import Scan, Trial
 from stiffcal.documents import NOT_PROMISED, Number
+from stiffcal.estimate import Estimate
 from stiffcal.estimation.parameters import interval_within, on_bounds, student_95
 from stiffcal.estimation.unknowns import amplitude_bounds
 from stiffcal.model.composite import CompliantRobot
@@ -38,6 +39,11 @@ class RefitValue:
     """Both ends of the 95 % interval, null where one is open; null where none is known, as of a shape."""
     at_bound: Annotated[bool, NOT_PROMISED] = False
     """Whether the value is at the limit of its range."""
+
+    @property
+    def estimate(self) -> Estimate:
+        """The value with its interval."""
+        return Estimate(value=self.value, interval=self.interval, at_bound=self.at_bound)
 
 
 def refit_values(robot: CompliantRobot, scan: Scan, trial: Trial, own: Sequence[str]) -> list[RefitValue]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stiffcal import wording
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.lack_of_fit import f_tail, rms_reduction
 from stiffcal.diagnosis.results import ResidualDependence
@@ -54,7 +55,7 @@ def what_rows_follow(scan: RowScan, problem: RowProblem) -> list[ResidualDepende
         share = float(np.clip((total - after.sum()) / max(total - floor, 1e-12), 0.0, 1.0))
         if share > LEAST_SHARE:
             words = (
-                f"{covariate.words}; {problem.subject.left_out} the error decreases in {100.0 * in_draws:.3g} % of "
+                f"{covariate.words}; {problem.subject.left_out} the error decreases in {wording.share(in_draws)} of "
                 f"{DRAWS} resamplings of whole {problem.folds_in_words}"
             )
             found.append(ResidualDependence(follows=covariate.name, share=share, seen=words, in_resamplings=in_draws))

@@ -16,8 +16,8 @@ from stiffcal.identification.state_kinds import StateKind, measured_kinds
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
 from stiffcal.model.summary import EffectAt
-from stiffcal.printed_units import drift_unit, printed_unit
-from stiffcal.wording import place, significant
+from stiffcal.quantity import of_measure, quantity_of
+from stiffcal.wording import in_unit, length, place
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 
@@ -103,9 +103,7 @@ def error_in_words(value: float, measure: str) -> str:
     ----------
     value : m, rad or N·m. measure : "translation", "motor_angle" or "torque".
     """
-    if measure == "torque":
-        return f"{significant(value)} N·m"
-    return f"{significant(1e3 * value)} {'mrad' if measure == 'motor_angle' else 'mm'}"
+    return in_unit(value, of_measure(measure).usual)
 
 
 def leading_measure(rms: Rms) -> str:
@@ -128,7 +126,7 @@ def explain(scan: LoadScan, trial: Trial, before: Rms, after: Rms, alike: Sequen
     effect_text = f"At {place_in_words(place)}: {effect.fingerprint or effect.summary}"
     measure = leading_measure(before)
     if measure == "translation":
-        effect_text += f", by {1e3 * size_at_tool(scan, trial):.2g} mm rms at the tool"
+        effect_text += f", by {length(size_at_tool(scan, trial), digits=2)} rms at the tool"
     kinds = errors_by_experiment(scan, trial)
     errors = [dict(rms.items()).get(measure) for rms in (before, after)]
     if kinds:
@@ -176,6 +174,6 @@ def values_in_words(trial: Trial, by_temperature: bool = False) -> str:
     for symbol, value in fitted_values(trial).items():
         spec = trial.candidate.effect.spec(symbol)
         if value != 0.0:
-            unit, factor = drift_unit(spec.unit, by_temperature) or printed_unit(spec.unit)
-            texts.append(f"{symbol} {significant(value * factor)} {unit}".rstrip())
+            quantity = quantity_of(spec.unit, "temperature" if by_temperature else "time")
+            texts.append(f"{symbol} {in_unit(value, quantity.unit_for([value]))}")
     return f" (first estimate, before the refit: {', '.join(texts[:6])})" if texts else ""

@@ -20,6 +20,7 @@ from stiffcal.model.effect import (
     Values,
     joint_node,
 )
+from stiffcal.wording import significant
 
 _PAIRS = tuple((i, j) for i in range(6) for j in range(i, 6))
 _COMPONENTS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
@@ -99,7 +100,10 @@ class JointFull(Law):
         """Return a reason where C has a negative eigenvalue: the joint would give work away under load."""
         eigenvalues = np.linalg.eigvalsh(_matrix([values.get(f"c{i + 1}{j + 1}", 0.0) for i, j in _PAIRS]))
         if eigenvalues[0] < -_ROUNDING * max(abs(float(eigenvalues[-1])), 1e-300):
-            return f"the joint's compliance has a negative eigenvalue ({eigenvalues[0]:.2g}): it would release energy"
+            return (
+                f"the joint's compliance has a negative eigenvalue "
+                f"({significant(eigenvalues[0], 2)}): it would release energy"
+            )
         return None
 
     def covariate(self, place: Place, chain: Chain, loads: NodeLoads) -> Covariate:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stiffcal.estimate import Estimate
 from stiffcal.estimation.unknowns import amplitude_bounds
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole, ParameterSpec, Place
@@ -19,17 +20,6 @@ ABOVE_NOISE = 3.0
 MANY_DEGREES = 1000
 # Every parameter may go as far as is possible.
 NOWHERE_NEARER: Mapping[str, tuple[float, float]] = {}
-
-
-@dataclass(frozen=True)
-class Stiffness:
-    """One over a compliance, N·m/rad or N/m; NaN where it is not known, or the compliance is 0."""
-
-    value: float = math.nan
-    std: float = math.nan
-    """Standard uncertainty."""
-    interval: list[float | None] | None = None
-    """Both ends of the 95 % interval; None where there is no end, or no interval is known."""
 
 
 @dataclass(frozen=True)
@@ -75,18 +65,12 @@ class Parameter:
             return False if self.at_bound and not self.value else None
         return bool(abs(self.value) > ABOVE_NOISE * self.std)
 
-    def stiffness(self) -> Stiffness | None:
+    def stiffness(self) -> Estimate | None:
         """Return the stiffness of a compliance; None of other parameters."""
         if not self.spec.compliance:
             return None
-        if self.value is None:
-            return Stiffness()
-        value = 1.0 / self.value if self.value > 0.0 else math.nan
-        std = math.nan if self.std is None else self.std * value**2
-        if self.interval is None:
-            return Stiffness(value, std)
-        low, high = self.interval
-        return Stiffness(value, std, [1.0 / high if high > 0.0 else None, 1.0 / low if low > 0.0 else None])
+        interval: list[float | None] | None = None if self.interval is None else [*self.interval]
+        return Estimate(value=self.value, std=self.std, interval=interval).reciprocal()
 
 
 def student_95(dof: int) -> float:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
-from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
+from stiffcal.estimate import Estimate
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
+from stiffcal.quantity import DriftFollows, Quantity, Units, quantity_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,17 +36,21 @@ class EstimatedParameter:
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what the data count it by; None of others."""
 
+    @property
+    def quantity(self) -> Quantity:
+        """What the value is of."""
+        return quantity_of(self.unit, self.drift_follows)
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EstimatedValue:
-    """An estimate with its 95 % interval."""
-
-    value: Number
-    """Null where it is not identified, or a stiffness without upper limit."""
-    interval: list[Number] | None
-    """Both ends of the 95 % interval, null where one is open; null where there is none."""
-    at_bound: bool = False
-    """Whether the value is at the limit of its range."""
+    @property
+    def estimate(self) -> Estimate:
+        """The value with its interval."""
+        return Estimate(
+            value=self.value,
+            interval=self.interval,
+            at_bound=self.at_bound,
+            quantity=self.quantity,
+            rests_on=tuple(self.rests_on or ()),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,9 +65,9 @@ class BeforeAfter:
     """The effect's place."""
     unit: str
     """Of both values; of a compliance that of the stiffness, e.g. N·m/rad."""
-    before: EstimatedValue | None
+    before: Estimate | None
     """Null where the first model does not hold the parameter."""
-    after: EstimatedValue | None
+    after: Estimate | None
     """Null where the second model does not hold the parameter."""
     relative: Number
     """The change over the value before; null where one of the two is not known, or at the limit of its range."""
@@ -71,6 +77,11 @@ class BeforeAfter:
     """Of a rate of drift: what the data count it by; None of others."""
 
     @property
+    def quantity(self) -> Quantity:
+        """What both values are of."""
+        return quantity_of(self.unit, self.drift_follows)
+
+    @property
     def setup_part(self) -> str:
         """The frame that a parameter of the set-up belongs to; "" of all others, and where there is one set-up."""
         if any(self.where.items()):
@@ -78,15 +89,11 @@ class BeforeAfter:
         return self.name.removeprefix(f"{self.effect}.").rpartition(".")[0]
 
 
-def stiffness_unit(compliance_unit: str) -> str:
-    """Return the unit of one over a compliance.
-
-    Examples
-    --------
-    >>> stiffness_unit("rad/(N·m)"), stiffness_unit("rad/N")
-    ('N·m/rad', 'N/rad')
-    """
-    return {"rad/(N·m)": "N·m/rad", "m/N": "N/m", "rad/N": "N/rad"}.get(compliance_unit, f"1/({compliance_unit})")
+def units_of_values(values: Iterable[BeforeAfter]) -> Units:
+    """Return the units in which a table of values before and after shows them."""
+    return Units(
+        (value.quantity, [one.value for one in (value.before, value.after) if one is not None]) for value in values
+    )
 
 
 def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[EstimatedParameter]:
@@ -96,7 +103,7 @@ def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[Esti
             name=parameter.name,
             effect=parameter.effect,
             where=parameter.where,
-            unit=stiffness_unit(parameter.unit) if parameter.is_compliance else parameter.unit,
+            unit=parameter.quantity.reciprocal().si if parameter.is_compliance else parameter.unit,
             value=parameter.known_stiffness if parameter.is_compliance else parameter.value,
             interval=parameter.stiffness_interval if parameter.is_compliance else parameter.interval,
             at_bound=parameter.at_bound,
@@ -132,8 +139,8 @@ def _before_after(
         effect=either.effect,
         where=either.where,
         unit=either.unit,
-        before=_value_of(first),
-        after=_value_of(second),
+        before=None if first is None else first.estimate,
+        after=None if second is None else second.estimate,
         relative=_relative(first, second),
         outside_interval=both_known and _outside(first, second),
         drift_follows=either.drift_follows,
@@ -145,14 +152,6 @@ def _relative(first: EstimatedParameter | None, second: EstimatedParameter | Non
     if first is None or second is None or first.at_bound or second.at_bound:
         return None
     return second.value / first.value - 1.0 if first.value and second.value is not None else None
-
-
-def _value_of(parameter: EstimatedParameter | None) -> EstimatedValue | None:
-    return (
-        None
-        if parameter is None
-        else EstimatedValue(value=parameter.value, interval=parameter.interval, at_bound=parameter.at_bound)
-    )
 
 
 def _outside(before: EstimatedParameter | None, after: EstimatedParameter | None) -> bool:

@@ -26,9 +26,9 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.stated_spring import is_spring_modelled, spring_joint, stated_rate
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
-from stiffcal.printed_units import drift_unit
+from stiffcal.quantity import is_drift
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import listing
+from stiffcal.wording import listing, significant
 
 # So many springs of one effect in the noise are named in one line.
 JOINTLY_UNIDENTIFIABLE = 4
@@ -54,7 +54,6 @@ def identified_parameter(
     ----------
     by_temperature : whether a drift in these data follows a temperature; else it follows the time.
     """
-    is_drift = drift_unit(parameter.spec.unit, by_temperature) is not None
     interval, stiffness = parameter.interval, parameter.stiffness()
     return IdentifiedParameter(
         name=parameter.name,
@@ -68,14 +67,19 @@ def identified_parameter(
         identifiable=parameter.identifiable,
         at_bound=parameter.at_bound,
         poorly_known=parameter.poorly_known,
-        stiffness=None if stiffness is None else stiffness.value,
-        stiffness_std=None if stiffness is None else stiffness.std,
+        stiffness=None if stiffness is None else _known_or_nan(stiffness.value),
+        stiffness_std=None if stiffness is None else _known_or_nan(stiffness.std),
         stiffness_interval=None if stiffness is None else stiffness.interval,
         above_noise=parameter.above_noise,
         from_geometry=parameter.from_geometry,
         in_fit=in_fit,
-        drift_follows=("temperature" if by_temperature else "time") if is_drift else None,
+        drift_follows=("temperature" if by_temperature else "time") if is_drift(parameter.spec.unit) else None,
     )
+
+
+def _known_or_nan(value: float | None) -> float:
+    """Return a number of a key that stands where it is not known, too."""
+    return math.nan if value is None else value
 
 
 def resting_on_limits(fit: Fit) -> dict[str, list[str]]:
@@ -207,7 +211,8 @@ def fit_warnings(fit: Fit) -> list[str]:
     if fit.last_step is not None:
         texts.append(
             f"the fit did not converge in {fit.iterations} steps: the last one still changed the parameters by "
-            f"{fit.last_step:.2g} standard uncertainties; do not use them before effects are removed from the model"
+            f"{significant(fit.last_step, 2)} standard uncertainties; do not use them before effects "
+            f"are removed from the model"
         )
     geometry = fit.geometry
     if geometry is not None and geometry.contradicted(fit.robot.chain.masses_known):
@@ -219,7 +224,7 @@ def fit_warnings(fit: Fit) -> list[str]:
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > MOST_CHI2:
         stated = fit.noise is not None and fit.noise.source == "manifest"
         texts.append(
-            f"residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise: an effect is missing in the "
+            f"residuals are {significant(math.sqrt(fit.reduced_chi2), 2)} times the noise: an effect is missing in the "
             f"model{' or the noise is larger than stated' if stated else ''}, and the stated uncertainties cover the "
             "instruments only"
         )
@@ -267,7 +272,8 @@ def overstated_noise_in_words(noise: Noise, reduced_chi2: float, dof: float) -> 
     if chdtr(dof, dof * reduced_chi2) >= LEAST_P:
         return []
     text = (
-        f"residuals are {math.sqrt(reduced_chi2):.2g} times the noise that campaign.toml states: sigma is too large "
+        f"residuals are {significant(math.sqrt(reduced_chi2), 2)} times the noise that campaign.toml "
+        f"states: sigma is too large "
         "there; uncertainties are then too large, and effects that are missing may not be found"
     )
     return [text]
@@ -281,7 +287,8 @@ def wrong_geometry_in_words(misfit: float, robot: CompliantRobot) -> str:
     misfit : in tolerances of lengths and angles. robot : the model.
     """
     found = (
-        f"absolute positions differ by {misfit:.2g} times the tolerance of lengths and angles, after fitting the "
+        f"absolute positions differ by {significant(misfit, 2)} times the tolerance of lengths and "
+        f"angles, after fitting the "
         "tracker frame and the target: "
     )
     consequence = "this may affect stiffnesses and missing effects"

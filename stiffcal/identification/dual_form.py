@@ -36,6 +36,7 @@ from stiffcal.mechanics.dual_quaternions import (
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import RZ, Inputs, joint_node
 from stiffcal.model.equilibrium import NoBalanceError, displacements, find_rest, rest_under_weight
+from stiffcal.wording import significant
 
 NEEDS = "joint-compliance"
 # Steps contract a thousandfold and more: after one of this relative size the next is rounding, and is still taken.
@@ -192,7 +193,10 @@ def _iterate_to_rounding(rows: Callable[[_Task, Floats], tuple[Floats, Floats]],
             return np.asarray(value, dtype=np.float64)
         change = float(np.max(np.abs(step) / np.abs(value), initial=0.0))
         settled = change < SETTLED
-    reason = f"the iteration does not converge: a step of {change:.2g} of the compliances remains after {MAX_STEPS}"
+    reason = (
+        f"the iteration does not converge: a step of {significant(change, 2)} of the compliances "
+        f"remains after {MAX_STEPS}"
+    )
     raise InputError.at(
         FaultCode.NO_CONVERGENCE,
         "model.toml",

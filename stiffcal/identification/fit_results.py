@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, KeyIf, Number, OrAbsent
+from stiffcal.estimate import Estimate
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.identification.geometry_prior import GeometrySource
 from stiffcal.measurements.rms import Applicable
 from stiffcal.model.summary import Where
-
-DriftFollows: TypeAlias = Literal["time", "temperature"]
+from stiffcal.quantity import DriftFollows, Quantity, quantity_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +66,43 @@ class IdentifiedParameter:
     """Parameters that stay at 0 by convention and move the targets in every pose as this one does, so that its value is
     the sum: "frame.tracker.z", the height of the base, in a shift of joint 2. None where there are none.
     """
+
+    @property
+    def quantity(self) -> Quantity:
+        """What the value is of."""
+        return quantity_of(self.unit, self.drift_follows)
+
+    @property
+    def estimate(self) -> Estimate:
+        """The value in `unit`, with what is to be known of it."""
+        return self._estimate(self.quantity, self.value, self.std, self.interval)
+
+    @property
+    def as_read(self) -> Estimate:
+        """The parameter as people read it: of a compliance the stiffness."""
+        if not self.is_compliance:
+            return self.estimate
+        value, std = self.known_stiffness, self.known_stiffness_std
+        return self._estimate(self.quantity.reciprocal(), value, std, self.stiffness_interval)
+
+    def _estimate(self, quantity: Quantity, value: Number, std: Number, interval: list[Number] | None) -> Estimate:
+        if interval is None and value is not None and std is not None:
+            interval = Estimate.of(value, std).interval
+        is_open = self.stiffness_interval is not None and self.stiffness_interval[1] is None
+        is_firm = not self.fixed and not self.at_bound and self.above_noise is not False
+        return Estimate(
+            value=value,
+            interval=None if self.fixed else interval,
+            std=std,
+            quantity=quantity,
+            at_bound=self.at_bound,
+            is_fixed=self.fixed,
+            is_identifiable=self.identifiable and self.value is not None,
+            is_significant=self.above_noise is not False,
+            is_poorly_determined=is_firm and self.value is not None and (self.poorly_known or is_open),
+            rests_on=tuple(self.rests_on or ()),
+            includes=tuple(name for name in self.includes or () if name.startswith("frame.")),
+        )
 
     @property
     def is_compliance(self) -> bool:

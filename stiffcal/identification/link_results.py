@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from typing_extensions import TypedDict
 
 from stiffcal.documents import Number
 from stiffcal.links.rods import SigmaSource
 from stiffcal.measurements.rms import Rms
+from stiffcal.quantity import Units
 
 Way: TypeAlias = Literal["links-rigid", "tool-alone", "links-taken-out", "with-rods"]
 """To identify the same load states."""
+LINK_COMPLIANCE: Final = (
+    (0, 0, "stretch per force along x1", "m/N"),
+    (1, 1, "u2 per force along x2", "m/N"),
+    (5, 5, "rotation about x3 per moment", "rad/(N*m)"),
+    (2, 2, "u3 per force along x3", "m/N"),
+    (4, 4, "rotation about x2 per moment", "rad/(N*m)"),
+    (3, 3, "twist per moment", "rad/(N*m)"),
+)
+"""Elements of a link's 6×6 compliance that are printed, those of a beam alone: row, column, words, unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,3 +159,8 @@ class CouplingResult:
     """The four."""
     parameters: list[CoupledParameter]
     """By each of the ways."""
+
+
+def compliance_units(link: LinkResult) -> Units:
+    """Return the units in which the elements of a link's compliance are shown."""
+    return Units((unit, [link.compliance[row][column]]) for row, column, _, unit in LINK_COMPLIANCE)

@@ -21,6 +21,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.fit import Fit
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.effect import RZ
+from stiffcal.wording import significant
 
 KGF = 9.80665  # N, third General Conference on Weights and Measures (1901)
 MM_PER_INCH = 25.4
@@ -155,7 +156,9 @@ def _sentence(unusual: UnusualStiffness, names: Sequence[str], reach: float) -> 
     joints = ", ".join(names[joint - 1] for joint in unusual.factors)
     units = f" (possible: {' or '.join(unusual.units)})" if unusual.units else ""
     return (
-        f"the stiffness of {joints} is {min(ratios):.2g} to {max(ratios):.2g} times {side} values measured on robots "
-        f"of this reach ({reach:.2g} m): check the units of force and displacement of the whole campaign{units}; lbf "
+        f"the stiffness of {joints} is {significant(min(ratios), 2)} to {significant(max(ratios), 2)} "
+        f"times {side} values measured on robots "
+        f"of this reach ({significant(reach, 2)} m): check the units of force and displacement of the "
+        f"whole campaign{units}; lbf "
         "cannot be detected in this way: use known masses and log them as dead_weight together with the force"
     )

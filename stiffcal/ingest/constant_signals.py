@@ -16,6 +16,7 @@ from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.reduction.logs.reading_bounds import LARGEST_DEFLECTION_M
 from stiffcal.reduction.logs.summary import LogSummary
+from stiffcal.wording import significant
 
 # Readings below which equal ones say nothing: of one or two load steps a coarse gauge may read the same. Zeros in all
 # channels are no reading from the second row on: a load that gives nothing to identify.
@@ -124,7 +125,10 @@ def _moments_of_zero(seen: _Extremes) -> list[str]:
 
 
 def _still_joints(seen: _Extremes, moved: float) -> Fault:
-    reason = f"all joint angles are the same in all {seen.n_rows} rows, and the measured target moved by {moved:.3g} m"
+    reason = (
+        f"all joint angles are the same in all {seen.n_rows} rows, and the measured target moved by "
+        f"{significant(moved)} m"
+    )
     mend = "log the joint angles of each pose, or check their columns"
     return Fault(FaultCode.READING_IMPLAUSIBLE, seen.file, _place([seen]), reason, mend)
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stiffcal.reduction.logs.summary import LogSummary
+from stiffcal.wording import significant
 
 SURE = 5.0
 """Standard deviations by which a log is shorter: not by chance among a thousand logs."""
@@ -51,7 +52,8 @@ def short_logs(logs: Mapping[tuple[str, str, str], LogSummary]) -> list[str]:
                 length, file = lengths[run][source]
                 other, other_file = lengths[run][longest]
                 warnings.append(
-                    f"{file}: it lasts {length:.4g} s where {other_file} lasts {other:.4g} s, unlike in other runs: "
+                    f"{file}: it lasts {significant(length, 4)} s where {other_file} lasts "
+                    f"{significant(other, 4)} s, unlike in other runs: "
                     "did it end early? Loads that it does not cover are not used; log again, or exclude the run"
                 )
     return warnings

@@ -11,6 +11,7 @@ from stiffcal.identification.weights import predict_observations
 from stiffcal.judgement.diagnosed import DiagnosedStates
 from stiffcal.judgement.rows_off import Off
 from stiffcal.mistakes.suspect_kinds import SuspectKind
+from stiffcal.wording import angle, length
 
 
 def reading_off(found: DiagnosedStates, off: Off, probability: float) -> Suspect:
@@ -29,8 +30,8 @@ def reading_off(found: DiagnosedStates, off: Off, probability: float) -> Suspect
         residual = residual - np.nanmean(np.where(data.measured_mask, residual, np.nan)[:, others], axis=1)[:, None]
     moved = np.where(data.measured_mask, residual, 0.0)[:, own][:, 0]
     shift, turn = (float(np.linalg.norm(moved[data.kind == kind])) for kind in (TRANSLATION, ROTATION))
-    parts = [f"{1e3 * shift:.3g} mm"] if shift else []
-    parts += [f"{1e3 * turn:.3g} mrad"] if turn else []
+    parts = [length(shift)] if shift else []
+    parts += [angle(turn)] if turn else []
     return Suspect(
         run=states.runs[off.run].name,
         row=int(states.row[off.state or 0]),

@@ -29,7 +29,7 @@ from stiffcal.judgement.sentences import answer_of
 from stiffcal.kinds.row_search import RowFit, RowProblem
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.motion import as_motion, is_constant_torque
-from stiffcal.wording import listing
+from stiffcal.wording import listing, significant
 
 
 def row_diagnosis(found: DiagnosedRows) -> DiagnoseResult:
@@ -142,7 +142,8 @@ def _explain(found: DiagnosedRows, trial: Trial, alike: list[Candidate], before:
     )
     seen = (
         f"At {place_in_words(trial.candidate.place)}: {effect.fingerprint or effect.summary}, by "
-        f"{size_in_rows(scan, trial):.2g} {problem.unit} rms; with it the error {problem.subject.left_out} decreases "
+        f"{significant(size_in_rows(scan, trial), 2)} {problem.unit} rms; with it the error "
+        f"{problem.subject.left_out} decreases "
         f"from {first} to {second}, at {n_helped} of {n_folds} {problem.folds_in_words}."
     )
     names = listing(map(candidate_in_words, alike)) if alike else ""

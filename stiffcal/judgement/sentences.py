@@ -11,7 +11,7 @@ from stiffcal.judgement.checks import Check
 from stiffcal.judgement.found import Diagnosed, FoundEffect
 from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.numbers import FIRM, NAMED
-from stiffcal.wording import listing, probability_in_words, variable
+from stiffcal.wording import listing, probability_in_words, significant, variable
 
 CHECKED = {
     CheckKind.TRANSLATION: "positions", CheckKind.ROTATION: "rotations", CheckKind.LENGTH: "lengths of rods",
@@ -113,7 +113,7 @@ def _unexplained(found: Diagnosed, structure: Sequence[ResidualDependence]) -> s
 
 def _failed(found: Diagnosed, check: Check) -> str:
     """Return a check that fails, in words."""
-    ratio = f"{max(check.ratio, 0.0) ** 0.5:.3g} times"
+    ratio = f"{significant(max(check.ratio, 0.0) ** 0.5)} times"
     if check.kind is CheckKind.RUN and check.run is not None:
         return f"What is left in {found.run_in_words(check.run)} is {ratio} as large as in the others."
     return f"What is left in {CHECKED[check.kind]} is {ratio} the noise."

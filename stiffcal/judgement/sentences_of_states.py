@@ -16,7 +16,7 @@ from stiffcal.judgement.numbers import FEW_POSES
 from stiffcal.judgement.sentences import answer_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import probability_in_words
+from stiffcal.wording import probability_in_words, significant
 
 
 def summary_of(
@@ -64,8 +64,8 @@ def _contradicted(found: DiagnosedStates) -> str:
             words.append(f"{setting.name.replace('.', ' ')} as campaign.toml gives it ({p}; write estimate = true)")
         else:
             own, fixed = free[setting.name], held[setting.name].value or 0.0
-            value = f"{own.value or 0.0:.3g} ± {own.std or 0.0:.2g}"
-            words.append(f"{setting.name} fixed at {fixed:.3g} in model.toml ({p}; free, it is {value})")
+            value = f"{significant(own.value or 0.0)} ± {significant(own.std or 0.0, 2)}"
+            words.append(f"{setting.name} fixed at {significant(fixed)} in model.toml ({p}; free, it is {value})")
     return f"The data contradict settings: {', '.join(words)}. Without that:"
 
 
@@ -100,13 +100,14 @@ def warnings_on(found: DiagnosedStates) -> list[str]:
         return texts
     if now.lag_one_correlation > REPORTED_LINGERING and not now.drifts:
         texts.append(
-            f"successive readings have correlated errors (correlation {now.lag_one_correlation:.2g}): "
+            f"successive readings have correlated errors (correlation {significant(now.lag_one_correlation, 2)}): "
             "slowly varying noise (air, temperature, a filter), so the uncertainties are larger than stated; wait "
             "longer between readings"
         )
     if not now.adequate:
         texts.append(
-            f"the remaining error is {now.ratio:.2g} times the noise that is known, and no effect, mistake or law "
+            f"the remaining error is {significant(now.ratio, 2)} times the noise that is known, and "
+            f"no effect, mistake or law "
             "is probable: check sigma in campaign.toml, or repeat loads to measure the noise"
         )
     return texts

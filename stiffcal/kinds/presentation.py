@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.estimate import Estimate
 
 # ---- words ----------------------------------------------------------------------------------------------------------
 
@@ -19,15 +20,6 @@ class Digits:
 
     value: float | None
     significant: int = 3
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A number with its 95 % interval in a text; an end that is open is None."""
-
-    value: float
-    low: float | None
-    high: float | None
 
 
 @dataclass(frozen=True)
@@ -44,8 +36,9 @@ class Joints:
     joints: tuple[int, ...]
 
 
-Words: TypeAlias = tuple[str | Digits | Interval | Names | Joints, ...]
-"""A text, piece by piece; nothing stands between the pieces."""
+Words: TypeAlias = tuple[str | Digits | Estimate | Names | Joints, ...]
+"""A text, piece by piece; nothing stands between the pieces. An estimate with a quantity is written with its unit; in a
+table it has that of the column."""
 
 
 @dataclass(frozen=True)

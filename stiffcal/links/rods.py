@@ -18,6 +18,7 @@ from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.beam import OTHER_FIELDS, TORSION, UNKNOWNS, end_fields, fibre_fields
 from stiffcal.mechanics.rods import rod_fields
+from stiffcal.wording import angle
 
 # Beyond this an error of 1 µm in a rod would stand for 1 mm at the link's end: such an unknown is not carried.
 LARGEST_GAIN = 1e3
@@ -66,12 +67,9 @@ class Torsion:
         if self.bounded_by == "load":
             return (
                 f"{self.cause}; under these loads a closed section with an aspect ratio up to 3:1 and the same "
-                f"bending stiffness twists by {1e3 * self.bound:.3g} mrad at most"
+                f"bending stiffness twists by {angle(self.bound)} at most"
             )
-        return (
-            f"{self.cause}; a twist above {1e3 * self.bound:.3g} mrad would have extended a rod by more than its "
-            "reading"
-        )
+        return f"{self.cause}; a twist above {angle(self.bound)} would have extended a rod by more than its reading"
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.wording import significant
 
 # A spring that rises by less than this share of its first slope counts as having given way: printed cubics turn over
 # (joint 1 of 004's Table 2 at 0.096°), springs do not. From there the curve goes on along its tangent.
@@ -76,7 +77,7 @@ def angle_of_torque(torque: Floats, curve: tuple[float, float, float]) -> Floats
         below, above = np.where(residual < 0.0, angle, below), np.where(residual > 0.0, angle, above)
         tried = angle - residual / _slope(angle, curve, low, high)
         angle = np.where((tried < below) | (tried > above), 0.5 * (below + above), tried)
-    raise ArithmeticError(f"no angle of the spring exists for a torque of {largest:.3g} N·m")
+    raise ArithmeticError(f"no angle of the spring exists for a torque of {significant(largest)} N·m")
 
 
 @lru_cache(maxsize=256)

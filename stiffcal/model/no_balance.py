@@ -17,6 +17,7 @@ from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Inputs
+from stiffcal.wording import significant
 
 # Beyond the largest robots that are built (2.3 t of payload, 12 t of own mass, 5 m of reach, links below 3 m).
 FORCE_N = 1e5
@@ -107,9 +108,11 @@ def no_balance(robot: CompliantRobot, inputs: Inputs, displacement: Floats, chan
     )
     load_text = "under its weight alone"
     if inputs.wrench[:, state].any():
-        load_text = f"under {force:.3g} N" + (f" and {moment:.3g} N·m" if inputs.setup.moments_measured else "")
+        load_text = f"under {significant(force)} N" + (
+            f" and {significant(moment)} N·m" if inputs.setup.moments_measured else ""
+        )
     turn = float(np.max(np.abs(displacement[:, 3:, state]), initial=0.0))
-    turn_text = f"it rotates by {turn:.3g} rad" if np.isfinite(turn) else "its deflection grows without limit"
+    turn_text = f"it rotates by {significant(turn)} rad" if np.isfinite(turn) else "its deflection grows without limit"
     # offsets, signs and couplings of joints stand between these and what a controller shows
     pose = robot.chain.position_words(inputs.angles[:, state])
     causes = list(_likely_causes(robot, inputs, force, moment))
@@ -124,12 +127,20 @@ def _likely_causes(robot: CompliantRobot, inputs: Inputs, force: float, moment: 
         if force > FORCE_N:
             mend = "if the log is in N or kN, state it in units.force; else correct the load"
             yield LikelyCause(
-                force / FORCE_N, "campaign.toml", "wrench", f"{force:.3g} N exceeds the load of any robot", mend
+                force / FORCE_N,
+                "campaign.toml",
+                "wrench",
+                f"{significant(force)} N exceeds the load of any robot",
+                mend,
             )
         if moment > MOMENT_NM and inputs.setup.moments_measured:
             mend = "state the unit of the log in units.moment, e.g. N*mm; else correct the load"
             yield LikelyCause(
-                moment / MOMENT_NM, "campaign.toml", "wrench", f"{moment:.3g} N·m exceeds the load of any robot", mend
+                moment / MOMENT_NM,
+                "campaign.toml",
+                "wrench",
+                f"{significant(moment)} N·m exceeds the load of any robot",
+                mend,
             )
     for k, joint in enumerate(chain.joint_names):
         place, mass, centre = f"joints ({joint})", float(chain.link_mass[k]), float(np.linalg.norm(chain.link_com[k]))
@@ -141,12 +152,16 @@ def _likely_causes(robot: CompliantRobot, inputs: Inputs, force: float, moment: 
             )
         if centre > CENTRE_M:
             mend = "if com_m is in mm, divide it by 1000"
-            evidence = f"the centre of mass is {centre:.4g} m from the joint"
+            evidence = f"the centre of mass is {significant(centre, 4)} m from the joint"
             yield LikelyCause(centre / CENTRE_M, "robot.toml", f"{place}.link.com_m", evidence, mend)
         if length > LINK_LENGTH_M:
             mend = "if the lengths are in mm, divide them by 1000"
             yield LikelyCause(
-                length / LINK_LENGTH_M, "robot.toml", place, f"the link before it is {length:.4g} m long", mend
+                length / LINK_LENGTH_M,
+                "robot.toml",
+                place,
+                f"the link before it is {significant(length, 4)} m long",
+                mend,
             )
     tool = inputs.setup.tool_mass
     if tool > LINK_MASS_KG:
@@ -159,6 +174,6 @@ def _likely_causes(robot: CompliantRobot, inputs: Inputs, force: float, moment: 
             value = abs(placed.amplitude(parameter.symbol))
             if value > 1.0 / SOFTEST_NM_PER_RAD:
                 name = placed.parameter_name(parameter.symbol)
-                evidence = f"its stiffness is only {1.0 / value:.3g} N·m/rad"
+                evidence = f"its stiffness is only {significant(1.0 / value)} N·m/rad"
                 mend = "check its value, or the units of the deflections and loads that it was fitted to"
                 yield LikelyCause(value * SOFTEST_NM_PER_RAD, "model.toml", f"parameters.{name}", evidence, mend)

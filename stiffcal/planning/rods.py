@@ -11,7 +11,9 @@ from stiffcal.arrays import Floats
 from stiffcal.links.rods import RodDesign, ShapeError, rod_design, shape_errors
 from stiffcal.measurements.rods import BeamProperties, Rods, rods_between
 from stiffcal.mechanics.beam import TORSION, UNKNOWNS
+from stiffcal.quantity import LENGTH
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import in_unit, significant
 
 # Uncertainty of a length gauge where none is stated: what the paper's class of gauges reaches.
 USUAL_SIGMA = 1e-6
@@ -156,7 +158,7 @@ def _around(points: Floats) -> Floats:
 
 
 def _observable(view: RodObservability) -> tuple[str, ...]:
-    size = f"{1e6 * view.sigma:.2g} µm" + ("" if view.stated else " (assumed)")
+    size = in_unit(view.sigma, LENGTH.unit_for([view.sigma]), 2) + ("" if view.stated else " (assumed)")
     determined = [
         f"{name} ± {_two_digits(1e6 * NORMAL_95 * std)} {'µm' if i < 3 else 'µrad'}"
         for i, (name, std) in enumerate(zip(_COMPONENTS, view.std, strict=True))
@@ -168,15 +170,15 @@ def _observable(view: RodObservability) -> tuple[str, ...]:
         else ("none redundant: a faulty rod can be found only with the load")
     )
     carried = ", ".join(view.carried) or "nothing"
-    determined_text = ", ".join(determined)
+    determined_text, condition = ", ".join(determined), significant(view.condition)
     return (
-        f"{len(view.rods)} rods on {view.link} carry {carried}; {check}; condition number {view.condition:.3g}",
+        f"{len(view.rods)} rods on {view.link} carry {carried}; {check}; condition number {condition}",
         f"with rods of {size} the end of {view.link} has an uncertainty of {determined_text} in one state (± 95 %)",
     )
 
 
 def _two_digits(value: float) -> str:
-    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
+    return f"{value:.0f}" if value >= 10.0 else significant(value, 2)
 
 
 def _unmeasured(view: RodObservability) -> tuple[str, ...]:
@@ -208,5 +210,5 @@ def _advice_text(rod: ExtraRod, view: RodObservability) -> str:
     times = rod.gain_before / rod.gain_after
     return (
         f"one more rod from {places} mm would reduce the uncertainty of the end of {view.link} by a factor of "
-        f"{times:.2g}"
+        f"{significant(times, 2)}"
     )

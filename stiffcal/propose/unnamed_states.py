@@ -20,6 +20,7 @@ from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.table_layout.layout import NAMELESS
+from stiffcal.wording import length
 
 # Beyond one turn and a bit a number is no radian; no displacement under load is as large; places of a robot are closer
 # in m. As for columns whose names are known but not their units.
@@ -79,7 +80,7 @@ def of_states(columns: Sequence[SniffedColumn], chain: Chain, tool: Floats) -> R
 def _with_places(met: tuple[float, Role, Role], columns: Sequence[SniffedColumn], chain: Chain) -> Roles:
     """Return joints and places, and the force by which the places of one pose differ, where there is one."""
     distance, joints, place = met
-    why = f"kinematics meets these places within {1e3 * distance:.2g} mm with no other columns"
+    why = f"kinematics meets these places within {length(distance, digits=2)} with no other columns"
     found = Roles(joints=replace(joints, doubt=why), position=replace(place, doubt=why))
     others = [column for column in columns if column not in joints.columns + place.columns]
     pose = pose_groups(_angles(joints.columns, chain), _SAME_POSE_RAD)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import html
-import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,9 +11,11 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame
-from stiffcal.report.wording import length, measure_text, significant
+from stiffcal.quantity import LENGTH, Units, of_joint, quantity_of
+from stiffcal.report.wording import length, measure_text
+from stiffcal.results.value_words import as_shown, remark, value_text
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import estimate, place_label
+from stiffcal.wording import place_label, significant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from stiffcal.compensation.predict_result import PredictResult
     from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect
     from stiffcal.documents import CommandResult, Document
+    from stiffcal.identification.fit_results import IdentifiedParameter
     from stiffcal.measurements.columns import Values
     from stiffcal.model.summary import EffectAt
     from stiffcal.results.identify_result import IdentifyResult
@@ -53,7 +55,7 @@ class CampaignAnswer:
     def _html(self, summary: str, *tables: pd.DataFrame) -> str:
         lines = "".join(f"<div>{html.escape(line)}</div>" for line in summary.splitlines())
         return lines + "".join(
-            table.to_html(escape=True, float_format=lambda value: f"{value:.4g}") for table in tables
+            table.to_html(escape=True, float_format=lambda value: significant(value, 4)) for table in tables
         )
 
 
@@ -109,7 +111,7 @@ class FittedModel(CampaignAnswer):
         fit = self.result
         count = f"{fit.n_states} load states" if fit.has_states else f"{fit.n_readings} readings"
         lines = [f"{self.title}: {count} in {fit.n_runs} runs"]
-        lines += [f"  {_parameter_line(name, row)}" for name, row in self.parameters.iterrows()]
+        lines += [f"  {line}" for line in parameter_lines(fit.parameters, fit.shifted)]
         noise = "not known" if fit.noise is None else measure_text(fit.noise)
         lines.append(f"fit {measure_text(fit.rms)} rms, noise {noise}")
         lines += [fit.expected_error] if fit.expected_error else []
@@ -122,17 +124,20 @@ class FittedModel(CampaignAnswer):
         return self.summary()
 
 
-def _parameter_line(name: Any, row: Any) -> str:
-    if row["stiffness_unit"]:
-        keys, unit = ("stiffness", "stiffness_low_95", "stiffness_high_95"), row["stiffness_unit"]
-    else:
-        keys, unit = ("value", "low_95", "high_95"), "" if row["unit"] == "1" else row["unit"]
-    value, low, high = (row[key] for key in keys)
-    if math.isnan(value):
-        return f"{name}: not identified"
-    ends = [None if math.isinf(end) or math.isnan(end) else float(end) for end in (low, high)]
-    text = f"{significant(value)} (fixed)" if row["fixed"] else estimate(float(value), ends)
-    return f"{name}: {text} {unit}".rstrip()
+def parameter_lines(parameters: Sequence[IdentifiedParameter], shifted: Collection[str] = ()) -> list[str]:
+    """Return each parameter of a fit in a line, ± 95 %, as the terminal shows it.
+
+    Parameters
+    ----------
+    parameters : of the fit. shifted : names of values that adding what the model lacks moves beyond their intervals.
+    """
+    estimates = {one.name: as_shown(one, (), shifted) for one in parameters}
+    units = Units((one.quantity, [one.value]) for one in estimates.values() if one.quantity is not None)
+    lines = []
+    for name, one in estimates.items():
+        unit, words = units.of(one.quantity or quantity_of("1")), remark(one)
+        lines.append(f"{name}: {value_text(one, unit)}{unit.mark}{f', {words}' if words else ''}")
+    return lines
 
 
 class ModelValidation(CampaignAnswer):
@@ -325,7 +330,7 @@ class LoadPrediction(CampaignAnswer):
         states = self.result.states
         joints = np.array([state.joints for state in states])
         columns: dict[str, Values] = {
-            f"{name}_{unit}": 1e3 * joints[:, k] if unit == "mm" else np.degrees(joints[:, k])
+            f"{name}_{unit}": of_joint(unit == LENGTH.usual.name).usual.factor * joints[:, k]
             for k, (name, unit) in enumerate(zip(self.result.joint_names, self.result.joint_units, strict=True))
         }
         wrench = np.array([state.wrench for state in states])

@@ -77,7 +77,7 @@ def parameters_frame(parameters: Iterable[IdentifiedParameter]) -> pd.DataFrame:
             "stiffness_low_95": _number(low),
             # The interval of a stiffness has no upper end where its compliance may be zero.
             "stiffness_high_95": math.inf if low is not None and high is None else _number(high),
-            "stiffness_unit": _inverse_unit(parameter.unit) if parameter.is_compliance else "",
+            "stiffness_unit": parameter.quantity.reciprocal().si if parameter.is_compliance else "",
         }
         rows.append(row)
     return frame_of_rows(rows, ("parameter",)).set_index("parameter")
@@ -85,18 +85,6 @@ def parameters_frame(parameters: Iterable[IdentifiedParameter]) -> pd.DataFrame:
 
 def _number(value: Number) -> float:
     return math.nan if value is None or not math.isfinite(value) else float(value)
-
-
-def _inverse_unit(unit: str) -> str:
-    """Return the unit of one over a quantity.
-
-    Examples
-    --------
-    >>> _inverse_unit("rad/(N·m)"), _inverse_unit("m/N")
-    ('N·m/rad', 'N/m')
-    """
-    above, _, below = unit.partition("/")
-    return f"{below.strip('()')}/{above}"
 
 
 def column_values(frame: pd.DataFrame, name: str) -> tuple[np.ndarray[Any, np.dtype[Any]], str]:

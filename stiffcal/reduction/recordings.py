@@ -23,6 +23,7 @@ from stiffcal.reduction.holds.swept import find_sweeps, is_swept
 from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.raw_states import RawStates
+from stiffcal.wording import significant
 
 # Signals by which two logs' clocks are compared, the load first.
 _SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joints")
@@ -128,7 +129,9 @@ def reduce_run(run: Run, logs: Mapping[str, Blocks], tabled: Holds | None = None
     numbers = np.flatnonzero(keep)
     states = _average_holds(run, holds, numbers, placed)
     lasted = holds.left - holds.reached
-    set_aside = [SetAside(SetAsideCode.HELD_BRIEFLY, f"dwell too short: {seconds:.2g} s") for seconds in lasted]
+    set_aside = [
+        SetAside(SetAsideCode.HELD_BRIEFLY, f"dwell too short: {significant(seconds, 2)} s") for seconds in lasted
+    ]
     states = replace(states, set_aside=[set_aside[k] if brief[k] else IN_USE for k in numbers])
     dropped = sorted(dropped, key=lambda stretch: stretch.start)
     return ReducedRun(states, clocks, holds, tuple(dropped), tuple(warnings), passes, tuple(courses))
@@ -215,7 +218,7 @@ def _ahead(
     )
     name, length, before = max((_longest_gap(name, log.time) for name, log in logs.items()), key=lambda gap: gap[1])
     if length > JUMP_S:
-        reason += f"; the times of {name} jump by {length:.3g} s before {before:.1f} s"
+        reason += f"; the times of {name} jump by {significant(length)} s before {before:.1f} s"
         mend = f"was it reset there? correct the times in a copy of the log, or split the run; else {mend}"
     raise InputError.at(FaultCode.CLOCK_UNKNOWN, f"run {run.id}", f"clock of {source}", reason, mend)
 

@@ -331,8 +331,6 @@ class ReportContent:
     """Joints between tracked bodies, each by itself; none with one tracked body."""
     link_pictures: tuple[LinkPicture, ...] = ()
     """Links with rods."""
-    drift_follows: str = "time"
-    """What a drift is counted by: "time", or "temperature" where the campaign logs one."""
     stiffness_poses: tuple[PoseStiffness, ...] = ()
     """Cartesian stiffness in the poses that the campaign asks for."""
     workspace: MapResult | None = None

@@ -17,7 +17,7 @@ from stiffcal.planning.wording import (
     indices_text,
     remedy_text,
 )
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import Units, quantity_of
 from stiffcal.report.blocks import Facts, Items, Paragraph, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.building import PagesHeading, write_pages
 from stiffcal.report.figures.gain import draw_gain
@@ -158,7 +158,8 @@ def _expected(plan: PlanResult) -> ReportSection:
         TableColumn("±", "%"),
         TableColumn("unit", align="left"),
     )
-    rows = tuple(_parameter_row(parameter) for parameter in plan.parameters)
+    units = Units((parameter.unit, [parameter.value]) for parameter in plan.parameters)
+    rows = tuple(_parameter_row(parameter, units) for parameter in plan.parameters)
     blocks: list[Paragraph | TableBlock | PictureBlock] = [TableBlock(columns, rows, "Expected after all runs.")]
     if plan.not_identified:
         blocks.append(Paragraph(f"Not identifiable with this equipment: {', '.join(plan.not_identified)}."))
@@ -182,12 +183,12 @@ def _expected(plan: PlanResult) -> ReportSection:
     return ReportSection("Expected results of these runs", tuple(blocks))
 
 
-def _parameter_row(parameter: ExpectedParameter) -> tuple[str, ...]:
+def _parameter_row(parameter: ExpectedParameter, units: Units) -> tuple[str, ...]:
     """Return a parameter with its half width, in the unit that people read."""
-    unit, factor = printed_unit(parameter.unit)
-    half = None if parameter.half_width is None else factor * parameter.half_width
+    unit = units.of(quantity_of(parameter.unit))
+    half = None if parameter.half_width is None else unit.factor * parameter.half_width
     share = _number(None if parameter.relative is None else 100.0 * parameter.relative)
-    return parameter.name, _true_minus(significant(factor * parameter.value)), _number(half), share, unit
+    return parameter.name, _true_minus(significant(unit.factor * parameter.value)), _number(half), share, unit.name
 
 
 def _load(run: RunToMeasure) -> tuple[str, str]:

@@ -11,8 +11,20 @@ from typing import Any, Protocol
 from stiffcal import wording
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
-from stiffcal.printed_units import unit_words
-from stiffcal.wording import DASH, angle, count, length, listing, place, plus_minus, share, significant
+from stiffcal.quantity import unit_words
+from stiffcal.wording import (
+    DASH,
+    angle,
+    count,
+    in_unit,
+    length,
+    listing,
+    place,
+    plus_minus,
+    position,
+    share,
+    significant,
+)
 
 __all__ = [
     "DASH",
@@ -23,6 +35,7 @@ __all__ = [
     "effect_at",
     "effect_text",
     "in_sheets",
+    "in_unit",
     "length",
     "listing",
     "measure_cell",
@@ -32,6 +45,7 @@ __all__ = [
     "part",
     "place",
     "plus_minus",
+    "position",
     "share",
     "significant",
     "unit_words",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stiffcal.identification.agreement_results import Agreement
 from stiffcal.identification.state_kinds import state_kinds
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import Units, quantity_of
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import count, plus_minus, significant
 
@@ -25,18 +25,18 @@ def verdict(agreement: Agreement) -> str:
     worst = max(agreement.parameters, key=lambda parameter: abs(parameter.standard_errors))
     return (
         f"{kinds} disagree on parameters that each determines separately, {worst.name} most, by "
-        f"{abs(worst.standard_errors):.3g} "
+        f"{significant(abs(worst.standard_errors))} "
         f"standard errors ({test}): the model lacks an effect, or a sensor's scale is wrong"
     )
 
 
 def rows(agreement: Agreement) -> list[tuple[str, str, str, str, str]]:
     """Return for each parameter its name, both values ± 95 %, unit, and the difference in standard errors."""
+    units = Units((one.unit, [one.first, one.second]) for one in agreement.parameters)
     cells = []
     for parameter in agreement.parameters:
-        unit, factor = printed_unit(parameter.unit)
-        half_widths = factor * NORMAL_95 * parameter.first_std, factor * NORMAL_95 * parameter.second_std
-        first = plus_minus(factor * parameter.first, half_widths[0])
-        second = plus_minus(factor * parameter.second, half_widths[1])
-        cells.append((parameter.name, first, second, unit, f"{parameter.standard_errors:.2g}".replace("-", "−")))
+        unit = units.of(quantity_of(parameter.unit))
+        first = plus_minus(unit.factor * parameter.first, unit.factor * NORMAL_95 * parameter.first_std)
+        second = plus_minus(unit.factor * parameter.second, unit.factor * NORMAL_95 * parameter.second_std)
+        cells.append((parameter.name, first, second, unit.name, significant(parameter.standard_errors, 2)))
     return cells

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
-from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, ManyKeys, Number, OrAbsent, Origin
+from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, ManyKeys, Number, OrAbsent, Origin
 from stiffcal.identification.agreement_results import Agreement
 from stiffcal.identification.body_results import CartesianStiffnessResult, JointByItself
 from stiffcal.identification.fit_results import (
@@ -40,6 +40,8 @@ class IdentifyResult(CommandResult):
     """What was fitted."""
     parameters: list[IdentifiedParameter]
     """In the model's order."""
+    shifted: Annotated[tuple[str, ...], NOT_IN_DOCUMENT] = ()
+    """Names of values that adding what the model lacks moves beyond their intervals, by the diagnosis of this fit."""
     n_states: int
     """Load states that were used."""
     n_runs: int

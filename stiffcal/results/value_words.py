@@ -1,28 +1,105 @@
-"""Values of a model in words."""
+"""Values of a model in words, the same in terminal, report, page and notebook."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stiffcal.wording import DASH, estimate, listing
+from stiffcal import wording
+from stiffcal.estimate import Estimate
+from stiffcal.quantity import ShownUnit
+from stiffcal.wording import AT_LIMIT, DASH, listing
 
 if TYPE_CHECKING:
-    from stiffcal.identification.before_after import EstimatedValue
+    from stiffcal.identification.before_after import BeforeAfter
+    from stiffcal.identification.fit_results import IdentifiedParameter
+
+SHIFTED = "shifted by what the model lacks"
 
 
-def value_in_model(value: EstimatedValue | None, factor: float = 1.0) -> str:
-    """Return what a model has for a value, times `factor`; in words where it has none or none was found.
+def as_shown(
+    parameter: IdentifiedParameter, unclaimed: Collection[int] = (), shifted: Collection[str] = ()
+) -> Estimate:
+    """Return a parameter as tables show it: of a compliance the stiffness, with what other answers say of it.
+
+    Parameters
+    ----------
+    parameter : of a fit. unclaimed : joints whose compliance the poses do not identify, as `validate` states.
+    shifted : names of values that adding what the model lacks moves beyond their intervals, as `diagnose` states.
+    """
+    joints = parameter.where.joints or []
+    is_unclaimed = parameter.is_compliance and parameter.value is not None and bool(set(joints) & set(unclaimed))
+    return replace(parameter.as_read, is_supported=not is_unclaimed, is_shifted=parameter.name in shifted)
+
+
+def shifted_values(changes: Iterable[BeforeAfter]) -> frozenset[str]:
+    """Return the names of values that adding what the model lacks moves beyond their 95 % intervals."""
+    return frozenset(change.name for change in changes if change.outside_interval and change.after is not None)
+
+
+def value_text(estimate: Estimate, unit: ShownUnit) -> str:
+    """Return a value with its 95 % interval in the unit of its column; in words where none was found.
 
     Examples
     --------
-    >>> value_in_model(None)
+    >>> unit = ShownUnit("mrad", 1e3)
+    >>> value_text(Estimate(value=0.002, interval=[0.0019, 0.0021]), unit)
+    '2.00 ± 0.10'
+    >>> value_text(Estimate(value=0.002, interval=None, is_fixed=True), unit)
+    '2.00 (fixed)'
+    >>> value_text(Estimate(value=None, interval=None, is_identifiable=False), unit)
+    'not identifiable'
+    """
+    if not estimate.is_identifiable:
+        return "not identifiable"
+    if estimate.is_fixed:
+        return f"{wording.estimate(estimate.value, None, unit.factor)} (fixed)"
+    text = wording.estimate(estimate.value, estimate.interval, unit.factor)
+    return "not identified" if text == DASH else text
+
+
+def remark(estimate: Estimate) -> str:
+    """Return what is to be known of a value next to it, in the order of weight; "" where there is nothing.
+
+    Examples
+    --------
+    >>> remark(Estimate(value=1.0, interval=[0.1, None], is_poorly_determined=True))
+    'poorly determined, no upper bound'
+    >>> remark(Estimate(value=1.0, interval=[0.9, 1.1], is_shifted=True))
+    'shifted by what the model lacks'
+    """
+    return ", ".join(words for words in (_own_remark(estimate), SHIFTED if estimate.is_shifted else "") if words)
+
+
+def _own_remark(estimate: Estimate) -> str:
+    if estimate.is_poorly_determined:
+        return "poorly determined" + (", no upper bound" if estimate.interval and estimate.high is None else "")
+    if not estimate.is_identifiable or estimate.is_fixed:
+        return ""  # the value says so itself
+    if estimate.at_bound:
+        return AT_LIMIT
+    if estimate.rests_on:
+        return on_limits(estimate.rests_on)
+    if not estimate.is_significant:
+        return "not significant (below 3σ)"
+    if not estimate.is_supported:
+        return "not identified by these poses"
+    return f"includes {listing(estimate.includes)}" if estimate.includes else ""
+
+
+def value_in_model(estimate: Estimate | None, unit: ShownUnit) -> str:
+    """Return what a model has for a value, with its remark; where it has none, that.
+
+    Examples
+    --------
+    >>> value_in_model(None, ShownUnit(""))
     'not in the model'
     """
-    if value is None:
+    if estimate is None:
         return "not in the model"
-    text = estimate(value.value, value.interval, factor, value.at_bound)
-    return "not identified" if text == DASH else text
+    words = remark(estimate)
+    return value_text(estimate, unit) + (f", {words}" if words else "")
 
 
 def on_limits(names: Sequence[str]) -> str:

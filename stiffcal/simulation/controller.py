@@ -29,6 +29,7 @@ from stiffcal.simulation.correction import Correction
 from stiffcal.simulation.secant import SecantSteps
 from stiffcal.simulation.settings import FILE_NAME, Controller
 from stiffcal.simulation.true_motion import RestSolver, ToolWeight, TrueRun, solve_true_runs
+from stiffcal.wording import significant
 
 # The controller runs from before any log starts until after all have stopped, s.
 _MARGIN_S = 5.0
@@ -113,7 +114,8 @@ def compensated(
     else:
         raise InputError.at(
             FaultCode.NO_CONVERGENCE, FILE_NAME, "loads.guide_N_per_m",
-            f"correction and side force of the guide do not converge: {np.abs(left).max():.2g} rad remain after "
+            f"correction and side force of the guide do not converge: "
+            f"{significant(np.abs(left).max(), 2)} rad remain after "
             f"{_MOST_ROUNDS} rounds",
             "lower guide_N_per_m, or simulate these runs without a correcting controller",
         )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.simulation.places import Places
 from stiffcal.simulation.secant import SecantSteps
+from stiffcal.wording import significant
 
 # Settled: the side force is the guide's to a millionth of the run's largest load, or to what the guide makes of a
 # nanometre, which is where balances and engines of others end.
@@ -30,7 +31,7 @@ class SideConstraintError(ArithmeticError):
 
     def __init__(self, run: int, left_N: float) -> None:
         super().__init__(
-            f"the side force of the guide does not converge: {left_N:.2g} N remain after {MOST_STEPS} steps"
+            f"the side force of the guide does not converge: {significant(left_N, 2)} N remain after {MOST_STEPS} steps"
         )
         self.run, self.left_N = run, left_N
 

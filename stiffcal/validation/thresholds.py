@@ -13,12 +13,13 @@ from typing import Protocol
 from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms
+from stiffcal.quantity import ANGLE, LENGTH, ShownUnit
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import Change
 from stiffcal.validation.results import ThresholdCheck
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import significant
+from stiffcal.wording import in_unit, share, significant
 
 JOINT_STIFFNESS_UNIT = "N·m/rad"
 _COMPLIANCE_UNIT = "rad/(N·m)"
@@ -99,23 +100,23 @@ def _errors(limits: Thresholds, validation: HeldoutErrors) -> list[ThresholdChec
     left_out = held_out(validation.scheme)
     over = error / scatter if scatter and error is not None else None
     asked = (
-        ("max_rms_m", limits.max_rms_m, error, "m", f"rms in {left_out}", 1e3, " mm"),
-        ("max_rms_rad", limits.max_rms_rad, rms.rotation, "rad", f"rms rotation in {left_out}", 1e3, " mrad"),
-        ("max_relative", limits.max_relative, validation.relative.translation, "", "relative error", 1.0, ""),
-        ("max_over_noise", limits.max_over_noise, over, "", "error over noise", 1.0, ""),
+        ("max_rms_m", limits.max_rms_m, error, "m", f"rms in {left_out}", LENGTH.usual),
+        ("max_rms_rad", limits.max_rms_rad, rms.rotation, "rad", f"rms rotation in {left_out}", ANGLE.usual),
+        ("max_relative", limits.max_relative, validation.relative.translation, "", "relative error", ShownUnit("")),
+        ("max_over_noise", limits.max_over_noise, over, "", "error over noise", ShownUnit("")),
     )
     checks = []
-    for name, limit, value, unit, quantity, factor, unit_text in asked:
+    for name, limit, value, unit, quantity, shown in asked:
         if limit is None:
             continue
-        bound = f"{name} = {limit * factor:.3g}{unit_text}"
+        bound = f"{name} = {in_unit(limit, shown)}"
         if value is None:
             checks.append(
                 ThresholdCheck(name, "", limit, None, unit, None, f"{quantity} is not known: {bound} cannot be judged")
             )
             continue
         satisfied = value <= limit
-        text = f"{quantity} {significant(value * factor)}{unit_text} is {'within' if satisfied else 'above'} {bound}"
+        text = f"{quantity} {in_unit(value, shown)} is {'within' if satisfied else 'above'} {bound}"
         checks.append(ThresholdCheck(name, "", limit, value, unit, satisfied, text))
     return checks
 
@@ -231,7 +232,7 @@ def _drifts(
 
 def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> ThresholdCheck:
     before, after = change.before.known_stiffness, change.after.known_stiffness
-    bound = f"max_drift {100 * limit:.3g} %" if limit else "no significant drift"
+    bound = f"max_drift {share(limit)}" if limit else "no significant drift"
     value, p_value, std = change.before.value, change.p_value, change.std
     if not before or not after or not value or p_value is None or std is None:
         text = f"stiffness of {joint} is not known here or in {name}: {bound} cannot be judged"
@@ -242,8 +243,10 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
     # 1.96 standard uncertainties of the relative change: smaller drifts these two fits cannot detect.
     blur = NORMAL_95 * std / abs(value)
     if abs(drift) > limit and chance < CHANCE:
-        return ThresholdCheck("max_drift", joint, limit, drift, "", False, f"{words}, p = {chance:.1g}: above {bound}")
+        return ThresholdCheck(
+            "max_drift", joint, limit, drift, "", False, f"{words}, p = {significant(chance, 1)}: above {bound}"
+        )
     if limit and blur > limit:
-        text = f"{words}, uncertainty ± {100 * blur:.2g} %: {bound} cannot be judged"
+        text = f"{words}, uncertainty ± {significant(100 * blur, 2)} %: {bound} cannot be judged"
         return ThresholdCheck("max_drift", joint, limit, drift, "", None, text)
     return ThresholdCheck("max_drift", joint, limit, drift, "", True, f"{words}: within {bound}")

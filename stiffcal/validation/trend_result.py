@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from stiffcal.documents import CommandResult, Number, OrAbsent, Origin
-from stiffcal.identification.before_after import EstimatedValue
+from stiffcal.estimate import Estimate
 from stiffcal.model.summary import Where
 
 VarianceSource: TypeAlias = Literal["manifest", "campaigns", "unknown"]
@@ -39,7 +39,7 @@ class TrendParameter:
     """The effect's place."""
     unit: str
     """Of the values; of a compliance that of the stiffness."""
-    values: list[EstimatedValue | None]
+    values: list[Estimate | None]
     """One a campaign, with the 95 % interval of its fit; null where its model does not hold the parameter."""
     variance_from: VarianceSource
     """Where the variance between campaigns is from; "unknown": there is no alarm."""

@@ -19,6 +19,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.quantity import of_joint
 from stiffcal.reduction.loads.cycles import BRANCH_NAMES, find_load_cycles, load_unit, load_vector
 from stiffcal.validation.heldout import HeldoutResiduals, heldout_residuals
 from stiffcal.validation.results import ErrorSlice, SliceBy
@@ -249,7 +250,7 @@ def _by_joint_angle(states: LoadStates, chain: Chain, heldout: HeldoutResiduals)
         if high - low < np.radians(1.0):
             continue
         edges = np.linspace(low, high, ANGLE_BINS + 1)
-        unit, factor = ("mm", 1e3) if chain.prismatic[joint] else ("°", 180.0 / np.pi)
-        angle_slices = _binned(angle, edges, unit, f"joint {joint + 1}: ", factor, heldout)
+        unit = of_joint(bool(chain.prismatic[joint])).usual
+        angle_slices = _binned(angle, edges, unit.name, f"joint {joint + 1}: ", unit.factor, heldout)
         slices.extend(replace(slice_of_angle, joint=joint + 1) for slice_of_angle in angle_slices)
     return slices

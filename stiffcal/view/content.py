@@ -13,6 +13,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.kinds.presentation import Page
 from stiffcal.measurements.rms import Rms
+from stiffcal.quantity import ANGLE, LENGTH, Units, of_measure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -266,6 +267,25 @@ class ViewStates:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ViewUnit:
+    """A unit that the scripts show numbers in."""
+
+    unit: str
+    factor: float
+    """From SI."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewUnits:
+    """One unit for all lengths of a page, and one for all angles, by the largest error."""
+
+    length: ViewUnit
+    angle: ViewUnit
+    main: ViewUnit
+    """Of what errors are compared in."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ViewContent:
     """All that the page shows."""
 
@@ -340,3 +360,13 @@ class ViewContent:
     """Readings of another kind in the same campaign, which have a page of panels of their own: torques of moving joints
     next to load states; their ``pages`` are empty.
     """
+
+    @property
+    def units(self) -> ViewUnits:
+        """The units of all that the scripts write by themselves."""
+        units = Units.of_errors([self.zero, self.noise])
+        length, angle, main = (
+            ViewUnit(unit=unit.name, factor=unit.factor)
+            for unit in map(units.of, (LENGTH, ANGLE, of_measure(self.measure)))
+        )
+        return ViewUnits(length=length, angle=angle, main=main)

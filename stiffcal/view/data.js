@@ -42,11 +42,6 @@ const stiffcal = {};
     return result;
   }
 
-  const MM = { factor: 1e3, unit: "mm" },
-    MRAD = { factor: 1e3, unit: "mrad" };
-  /** One unit for all lengths of the page, and one for all angles: those of every sentence and of the terminal. */
-  const unitsOf = (data) => ({ length: MM, angle: MRAD, main: { torque: { factor: 1, unit: "N·m" }, motor_angle: MRAD }[data.measure] || MM });
-
   let cached = { key: "", value: null };
   /** What Python packed. @param {string} packed @returns {Promise<any>} */
   S.unpacked = async function (packed) {
@@ -74,7 +69,7 @@ const stiffcal = {};
     S.members = S.data.runs.map(() => []);
     for (let i = 0; i < S.n; i++) S.members[states.run[i]].push(i);
     S.scalar = S.data.measure !== "translation";
-    S.units = unitsOf(S.data);
+    S.units = S.data.units;
     S.components = S.scalar ? ["x"] : S.data.rotation ? ["x", "y", "z", "rx", "ry", "rz"] : ["x", "y", "z"];
     cached = { key: "", value: null };
     return S.data;

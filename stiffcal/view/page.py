@@ -111,6 +111,8 @@ def pack(content: ViewContent | ViewForecast) -> str:
             document = {
                 entry.name: plain(getattr(value, entry.name), steps, entry.name, whole) for entry in fields(value)
             }
+            if isinstance(value, ViewContent):
+                document["units"] = plain(value.units, steps)
             return document | {"kind_": type(value).__name__}
         if isinstance(value, np.ndarray):
             if value.dtype.kind in "biu":

@@ -188,7 +188,7 @@ def _joint(name: str, torque: float, fit: Fit, number: int) -> CheckedJoint:
     else:
         relative = own[0].std / own[0].value
         half_width = 100.0 * NORMAL_95 * relative
-        known = f"expected uncertainty about ± {half_width:.2g} % (95 %)"
+        known = f"expected uncertainty about ± {significant(half_width, 2)} % (95 %)"
         text = f"poorly determined, ± {half_width:.0f} % (95 %)" if is_poorly_known(1.0, relative) else known
     if own and fit.data.absolute.all() and (relative is None or is_poorly_known(1.0, relative)):
         text += _what_would_show(fit, number, own[0], relative)

@@ -18,6 +18,7 @@ from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.store.origin import worst_of
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import CompareResult
+from stiffcal.wording import significant
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
 
@@ -160,5 +161,8 @@ def _warnings(fits: list[IdentifyResult], before: Path, after: Path) -> list[str
     for folder, fit in zip((before, after), fits, strict=True):
         if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
             size = math.sqrt(fit.reduced_chi2)
-            texts.append(f"{folder}: residuals are {size:.2g} times the noise: the stated uncertainties are too small")
+            texts.append(
+                f"{folder}: residuals are {significant(size, 2)} times the noise: the stated "
+                f"uncertainties are too small"
+            )
     return texts

@@ -14,9 +14,10 @@ from stiffcal.compensation.table_columns import AXES
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
+from stiffcal.quantity import LENGTH, of_component
 from stiffcal.trust.output_kinds import CORRECTION, PATH_PICTURE
 from stiffcal.trust.outputs import check_output, written
-from stiffcal.wording import lines_in_words
+from stiffcal.wording import lines_in_words, significant
 from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.steps import RunContext
@@ -195,7 +196,7 @@ def _check_reached(path: CompensationPath, corrected: Corrected) -> None:
         if rows.size:
             left_mm = 1e3 * float(np.linalg.norm(corrected.after[rows, :3], axis=1).max())
             place = lines_in_words(path.table.lines[rows], path.table.line_word)
-            reason = f"{reason}: {'up to ' if rows.size > 1 else ''}{left_mm:.3g} mm remain"
+            reason = f"{reason}: {'up to ' if rows.size > 1 else ''}{significant(left_mm)} mm remain"
             faults.append(Fault(FaultCode.POSE_UNREACHABLE, path.table.file, place, reason, mend))
     raise_faults(faults)
 
@@ -284,7 +285,9 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
         lines = lines_in_words(path.table.lines[only], path.table.line_word)
         limited = sorted({name for names in corrected.held for name in names})
         why = f"{', '.join(limited)} at its limit" if limited else "near a singular pose"
-        sentences.append(f"{lines}: the position is reached, the orientation differs by up to {worst:.2g} mrad ({why})")
+        sentences.append(
+            f"{lines}: the position is reached, the orientation differs by up to {significant(worst, 2)} mrad ({why})"
+        )
     return sentences
 
 
@@ -307,14 +310,15 @@ def _table(chain: Chain, result: CompensateResult, path: CompensationPath) -> di
     }
     columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": path.wrench[:, k] for k, axis in enumerate(AXES)}
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
-        unit = "mm" if k < 3 else "mrad"
-        columns[f"{name} [{unit}]"] = 1e3 * corrected.deflection[:, k]
-        columns[f"{name} residual, standard uncertainty [{unit}]"] = 1e3 * corrected.std[:, k]
-    columns["residual, 95 % [mm]"] = 1e3 * corrected.residual_95
+        unit = of_component(k).usual
+        columns[unit.in_brackets(name)] = unit.factor * corrected.deflection[:, k]
+        columns[unit.in_brackets(f"{name} residual, standard uncertainty")] = unit.factor * corrected.std[:, k]
+    unit = LENGTH.usual
+    columns[unit.in_brackets("residual, 95 %")] = unit.factor * corrected.residual_95
     columns["reached"] = corrected.reached.astype(np.int64)
     if judged is not None:
-        columns["judged before [mm]"] = 1e3 * np.linalg.norm(judged.before[:, :3], axis=1)
-        columns["judged after [mm]"] = 1e3 * np.linalg.norm(judged.after[:, :3], axis=1)
+        columns[unit.in_brackets("judged before")] = unit.factor * np.linalg.norm(judged.before[:, :3], axis=1)
+        columns[unit.in_brackets("judged after")] = unit.factor * np.linalg.norm(judged.after[:, :3], axis=1)
     return columns
 
 
@@ -355,7 +359,7 @@ def _direction(normal: str | None, place: Floats) -> tuple[Floats | None, str]:
             FaultCode.OPTION_INVALID, "command line", "--normal", f"{normal!r} is not a direction", mend
         )
     unit = numbers / np.linalg.norm(numbers)
-    return np.repeat(unit[None], len(place), axis=0), f"error along ({', '.join(f'{u:.3g}' for u in unit)})"
+    return np.repeat(unit[None], len(place), axis=0), f"error along ({', '.join(significant(u) for u in unit)})"
 
 
 def _centre_of_circle(place: Floats) -> Floats:

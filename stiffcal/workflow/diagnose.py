@@ -12,12 +12,13 @@ from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, UntestableEff
 from stiffcal.documents import Origin, document_of
 from stiffcal.errors import no_progress
 from stiffcal.measurements.rms import Rms
+from stiffcal.results.value_words import shifted_values
 from stiffcal.store.document_shape import result_from
 from stiffcal.wording import listing
 from stiffcal.workflow.diagnose_rows import diagnoses_of_rows
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.judged_states import diagnose_now, diagnosis_of
-from stiffcal.workflow.steps import Ingested, RunContext, key_of, stored_document, up_to_date_states
+from stiffcal.workflow.steps import DIAGNOSE, Ingested, RunContext, key_of, stored_document, up_to_date_states
 from stiffcal.workflow.stored_curves import (
     DIAGNOSES,
     EVIDENCE,
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
     from stiffcal.store.trial import TrialResults
     from stiffcal.workflow.diagnose_rows import RowDiagnoses
     from stiffcal.workflow.stored_curves import Columns
-
-DIAGNOSE = "diagnose"
 
 
 def diagnose_campaign(folder: Path, context: RunContext | None = None) -> DiagnoseResult:
@@ -219,6 +218,18 @@ def current_diagnosis(data: Ingested, identified: IdentifyResult) -> tuple[Diagn
         of_fit = f" (it is of fit {stored['fit_id']})" if stored.get("fit_id") != identified.fit_id else ""
         return None, f"the last diagnosis is stale{of_fit}: run stiffcal diagnose"
     return result_from(DiagnoseResult, stored, data.store.display_name, DIAGNOSE), ""
+
+
+def shifted_by_missing(data: Ingested, identified: IdentifyResult) -> frozenset[str]:
+    """Return the names of values that adding what the stored diagnosis misses moves beyond their 95 % intervals.
+
+    Of another fit's diagnosis nothing is known here.
+    """
+    stored = stored_document(data.store, DIAGNOSE)
+    if stored is None or stored.get("key") != diagnosis_key(data, identified) or not stored.get("missing"):
+        return frozenset()
+    diagnosis, _ = current_diagnosis(data, identified)
+    return frozenset() if diagnosis is None else shifted_values(diagnosis.before_after)
 
 
 def keep_diagnosis(data: Ingested, identified: IdentifyResult, results: TrialResults) -> None:

@@ -16,7 +16,7 @@ from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.measured_frames import FramePosition, with_found_frames
-from stiffcal.wording import length
+from stiffcal.wording import angle, length
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import RunContext, free_names, up_to_date_states, with_trial_model
 
@@ -237,7 +237,8 @@ def _left_out(placed: Iterable[PlacedEffect]) -> Iterator[str]:
             half = 0.5 * one.values.get(spec.symbol, 0.0)
             if spec.reversal and half:
                 yield (
-                    f"joint {one.place.joints[0]} rests {1e3 * half:.2g} mrad to the one or the other side of what is "
+                    f"joint {one.place.joints[0]} rests {angle(half, digits=2)} to the one or the "
+                    f"other side of what is "
                     f"stated, depending on the direction of its last motion ([{spec.symbol}] of {one.effect.name}): "
                     "the middle is stated"
                 )

@@ -11,6 +11,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
 from stiffcal.measurements.varying import varies
+from stiffcal.quantity import COMPLIANCE, FORCE, JOINT_ANGLE, MOMENT, of_measure
 from stiffcal.store import values_of
 from stiffcal.workflow.steps import Ingested, RunContext, up_to_date_states
 from stiffcal.workflow.stored_curves import EVIDENCE
@@ -79,13 +80,9 @@ def _of_states(data: Ingested, diagnosis: DiagnoseResult) -> FollowedResidual | 
     rows = np.asarray(values_of(table.column("entry"))) == number
     x, y = (np.asarray(values_of(table.column(name)), dtype=np.float64)[rows] for name in ("driver", "before"))
     x, unit = _read(x, summary.unit)
+    residual = of_measure(summary.component).unit_for([float(np.nanmax(np.abs(y), initial=0.0))])
     return FollowedResidual(
-        f"held-out residual along {summary.effect}",
-        "mrad" if summary.component == "rotation" else "mm",
-        summary.driver,
-        unit,
-        x,
-        1e3 * y,
+        f"held-out residual along {summary.effect}", residual.name, summary.driver, unit, x, residual.factor * y
     )
 
 
@@ -109,7 +106,7 @@ def _of_rows(data: Ingested, missing: ProposedEffect, context: RunContext) -> Fo
             continue  # of an earlier model
         y = np.full(len(rows.measured), np.nan)
         y[rows.judged] = residual
-        return FollowedResidual("held-out residual", "N·m", driver.label, driver.unit, driver.values, y)
+        return FollowedResidual("held-out residual", MOMENT.usual.name, driver.label, driver.unit, driver.values, y)
     return None
 
 
@@ -117,19 +114,20 @@ def _of_pattern(pattern: CompliancePattern) -> FollowedResidual:
     """Return a joint's apparent change of compliance in each run, over what it follows."""
     of = pattern.of_joint
     follows, unit, factor = {
-        FollowedBy.JOINT_ANGLE: (f"angle of joint {of}", "°", 180.0 / np.pi),
-        FollowedBy.JOINT_TORQUE: (f"size of the torque on joint {of}", "N·m", pattern.scale),
-        FollowedBy.LOAD: ("size of the load", "N", pattern.scale),
+        FollowedBy.JOINT_ANGLE: (f"angle of joint {of}", JOINT_ANGLE.usual.name, JOINT_ANGLE.usual.factor),
+        FollowedBy.JOINT_TORQUE: (f"size of the torque on joint {of}", MOMENT.usual.name, pattern.scale),
+        FollowedBy.LOAD: ("size of the load", FORCE.usual.name, pattern.scale),
         FollowedBy.TIME: ("time", "s", pattern.scale),
         FollowedBy.LAST_MOTION: (f"last motion of joint {of}: 1 with its torque, −1 against it", "", 1.0),
     }[pattern.follows]
     x = factor * np.array([point.at for point in pattern.points])
-    y = 1e6 * np.array([point.compliance for point in pattern.points])
-    return FollowedResidual(
-        f"apparent change of compliance of joint {pattern.joint}", "µrad/(N·m)", follows, unit, x, y
-    )
+    compliance = [point.compliance for point in pattern.points]
+    shown = COMPLIANCE.unit_for(compliance)
+    y = shown.factor * np.array(compliance)
+    return FollowedResidual(f"apparent change of compliance of joint {pattern.joint}", shown.name, follows, unit, x, y)
 
 
 def _read(values: Floats, unit: str) -> tuple[Floats, str]:
     """Return a covariate as people read it: angles in degrees."""
-    return (np.degrees(values), "°") if unit == "rad" else (values, "" if unit == "1" else unit)
+    angle = JOINT_ANGLE.usual
+    return (angle.factor * values, angle.name) if unit == "rad" else (values, "" if unit == "1" else unit)

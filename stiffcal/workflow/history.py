@@ -58,7 +58,7 @@ def diagnosis_of_fit(folder: Path, context: RunContext, fit_id: str) -> Diagnose
     InputError : the folder holds no campaign.
     """
     from stiffcal.diagnosis.results import DiagnoseResult
-    from stiffcal.workflow.diagnose import DIAGNOSE
+    from stiffcal.workflow.steps import DIAGNOSE
 
     campaign = load_campaign(Path(folder), check_files=False)
     diagnosis = stored_result(open_store(campaign.folder, context), DIAGNOSE, DiagnoseResult)

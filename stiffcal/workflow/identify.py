@@ -18,6 +18,7 @@ from stiffcal.results.history_results import StoredFit
 from stiffcal.results.identify_result import IdentifyResult, Loss
 from stiffcal.store.index import FOREIGN, OWN
 from stiffcal.workflow.steps import (
+    DIAGNOSE,
     FIT_STATES,
     HISTORY,
     IDENTIFY,
@@ -92,7 +93,12 @@ def identify_campaign(
         from stiffcal.workflow.coupling import with_coupling
 
         result = with_coupling(data, result, loss, context)
-    return replace(result, origin=data.store.origin_of(IDENTIFY))
+    result = replace(result, origin=data.store.origin_of(IDENTIFY))
+    if DIAGNOSE not in data.store.documents:
+        return result
+    from stiffcal.workflow.diagnose import shifted_by_missing
+
+    return replace(result, shifted=tuple(sorted(shifted_by_missing(data, result))))
 
 
 def is_loss(loss: str) -> TypeGuard[Loss]:

@@ -17,6 +17,7 @@ from stiffcal.campaign.sizes import HEAVIEST_KG, LONGEST_M
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.quantity import ANGLE, LENGTH, ShownUnit, of_component
 from stiffcal.trust.output_kinds import MAP_PICTURE, MAP_TABLE
 from stiffcal.trust.outputs import check_output, written
 from stiffcal.workflow.compensation_path import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
@@ -299,16 +300,20 @@ def _nothing_reached(reached: NDArray[np.bool_]) -> Iterator[str]:
 def _table(result: MapResult) -> dict[str, Values]:
     """Return every point as columns, each with its unit."""
     workspace = result.found
-    columns: dict[str, Values] = {f"{axis} [mm]": 1e3 * workspace.points[:, k] for k, axis in enumerate("XYZ")}
+    length, angle, stiffness = LENGTH.usual, ANGLE.usual, ShownUnit("N/mm", 1e-3)
+    columns: dict[str, Values] = {
+        length.in_brackets(axis): length.factor * workspace.points[:, k] for k, axis in enumerate("XYZ")
+    }
     columns["status"] = [point.status for point in result.points]
     columns |= {f"{name} [deg]": np.degrees(workspace.joints[:, k]) for k, name in enumerate(result.grid.joint_names)}
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
-        columns[f"{name} [{'mm' if k < 3 else 'mrad'}]"] = 1e3 * workspace.deflection[:, k]
-    columns["position error [mm]"] = 1e3 * workspace.position_error
-    columns["orientation error [mrad]"] = 1e3 * workspace.orientation_error
-    columns["position error, standard uncertainty [mm]"] = 1e3 * workspace.std[:, 0]
-    columns["orientation error, standard uncertainty [mrad]"] = 1e3 * workspace.std[:, 1]
-    columns["stiffness [N/mm]"] = 1e-3 * workspace.stiffness
+        unit = of_component(k).usual
+        columns[unit.in_brackets(name)] = unit.factor * workspace.deflection[:, k]
+    columns[length.in_brackets("position error")] = length.factor * workspace.position_error
+    columns[angle.in_brackets("orientation error")] = angle.factor * workspace.orientation_error
+    columns[length.in_brackets("position error, standard uncertainty")] = length.factor * workspace.std[:, 0]
+    columns[angle.in_brackets("orientation error, standard uncertainty")] = angle.factor * workspace.std[:, 1]
+    columns[stiffness.in_brackets("stiffness")] = stiffness.factor * workspace.stiffness
     columns["limit margin [deg]"] = np.degrees(workspace.margin)
     columns["smallest singular value"] = workspace.smallest_singular
     return columns

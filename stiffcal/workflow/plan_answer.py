@@ -14,6 +14,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import significant
 from stiffcal.workflow.plan_candidates import Candidates
 from stiffcal.workflow.plan_choice import ChosenRuns, Purpose, named_parameters
 from stiffcal.workflow.plan_goals import LOOK_ALIKES
@@ -358,7 +359,7 @@ def separation_needed(readings: int) -> float:
 
 
 def _stay_alike(entry: Separation) -> str:
-    sizes = f"χ² = {entry.chi_square:.2g} where {entry.needed:.0f} are needed"
+    sizes = f"χ² = {significant(entry.chi_square, 2)} where {entry.needed:.0f} are needed"
     text = f"{entry.truth} and {entry.rival} cannot be separated: {sizes}"
     if entry.times is None:
         return f"{text}; repeats of these runs do not help: apply larger forces, or others"

@@ -11,6 +11,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.kinds import ExperimentKind, all_kinds
+from stiffcal.quantity import FORCE, MOMENT, of_joint
 from stiffcal.trust.output_kinds import PLOT
 from stiffcal.trust.outputs import chosen_output, written
 from stiffcal.workflow.command_results import PlotResult
@@ -213,16 +214,16 @@ def _covariate(
         return ResidualCovariate(f"force along {selection}", "N", report_states.force[:, "xyz".index(selection)])
     if quantity in ("torque", "angle", "approach"):
         joint = _joint(selection, data.joint_names)
+        slides = bool(data.campaign.chain.prismatic[joint])
         if quantity == "approach":
             return ResidualCovariate(
                 f"direction of the last motion of joint {joint + 1}", "1", _approach(states, joint)
             )
         if quantity == "angle":
-            if data.campaign.chain.prismatic[joint]:
-                return ResidualCovariate(f"position of joint {joint + 1}", "mm", 1e3 * states.joints[:, joint])
-            return ResidualCovariate(f"angle of joint {joint + 1}", "°", np.degrees(states.joints[:, joint]))
-        what, unit = ("force", "N") if data.campaign.chain.prismatic[joint] else ("torque", "N·m")
-        return ResidualCovariate(f"{what} on joint {joint + 1}", unit, joint_torques(data, identified)[:, joint])
+            unit, what = of_joint(slides).usual, "position" if slides else "angle"
+            return ResidualCovariate(f"{what} of joint {joint + 1}", unit.name, unit.factor * states.joints[:, joint])
+        what, unit = ("force", FORCE.usual) if slides else ("torque", MOMENT.usual)
+        return ResidualCovariate(f"{what} on joint {joint + 1}", unit.name, joint_torques(data, identified)[:, joint])
     raise InputError.at(
         FaultCode.OPTION_INVALID, "command line", "--against", f"unknown quantity {against}", f"choose {AGAINST}"
     )

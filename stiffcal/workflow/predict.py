@@ -19,6 +19,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
 from stiffcal.limits import BALANCES
+from stiffcal.quantity import LENGTH, of_component, of_joint
 from stiffcal.trust.output_kinds import PREDICTION
 from stiffcal.trust.outputs import check_output
 from stiffcal.workflow.compensation_path import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
@@ -280,16 +281,16 @@ def _table(result: PredictResult) -> dict[str, Floats]:
     states = result.states
     joints, wrench = np.array([state.joints for state in states]), np.array([state.wrench for state in states])
     columns = {
-        f"{name} [{unit}]": 1e3 * joints[:, k] if unit == "mm" else np.degrees(joints[:, k])
+        f"{name} [{unit}]": of_joint(unit == LENGTH.usual.name).usual.factor * joints[:, k]
         for k, (name, unit) in enumerate(zip(result.joint_names, result.joint_units, strict=True))
     }
     columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": wrench[:, k] for k, axis in enumerate(AXES)}
-    deflection = 1e3 * np.array([state.deflection for state in states])
-    std = 1e3 * np.sqrt([np.diagonal(state.covariance) for state in states])
+    deflection = np.array([state.deflection for state in states])
+    std = np.sqrt([np.diagonal(state.covariance) for state in states])
     for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
-        unit = "mm" if k < 3 else "mrad"
-        columns[f"{name} [{unit}]"] = deflection[:, k]
-        columns[f"{name} standard uncertainty [{unit}]"] = std[:, k]
+        unit = of_component(k).usual
+        columns[unit.in_brackets(name)] = unit.factor * deflection[:, k]
+        columns[unit.in_brackets(f"{name} standard uncertainty")] = unit.factor * std[:, k]
     for number, link in enumerate(states[0].links):
         link_parts = [state.links[number] for state in states]
         for by_method, by in (
@@ -298,7 +299,9 @@ def _table(result: PredictResult) -> dict[str, Floats]:
         ):
             given_ways = [direction for direction in by_method if direction is not None]
             if given_ways:
+                unit = LENGTH.usual
                 columns |= {
-                    f"d{axis} of {link.link}{by} [mm]": 1e3 * np.array(given_ways)[:, k] for k, axis in enumerate("xyz")
+                    unit.in_brackets(f"d{axis} of {link.link}{by}"): unit.factor * np.array(given_ways)[:, k]
+                    for k, axis in enumerate("xyz")
                 }
     return columns

@@ -17,6 +17,7 @@ from stiffcal.reduction.commanded import compensated_states
 from stiffcal.report.compensation_content import ComparedPose, HalfRun, TimePair, Trace, WithAndWithout
 from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.store import values_of
+from stiffcal.wording import significant
 from stiffcal.workflow.steps import Ingested, stored_ingest
 
 # The same pose: what a program commands twice; drives repeat within arc seconds, tables are rounded to less than this.
@@ -58,10 +59,11 @@ def _delay_remark(data: Ingested) -> str:
         delay, lag, cycle = (1e3 * float(made[key]) for key in ("delay_s", "filter_lag_s", "cycle_s"))
     except (InputError, OSError, ValueError, KeyError, TypeError, RecursionError):
         return ""
-    filtered = f"with a filter of {lag:.3g} ms delay" if lag else "without filter"
+    filtered = f"with a filter of {significant(lag)} ms delay" if lag else "without filter"
     return (
-        f"This campaign is simulated. Its controller applies a correction {delay:.3g} ms after the reading, "
-        f"{filtered}, with a cycle of {cycle:.3g} ms. Robot and load are in static equilibrium at every moment; "
+        f"This campaign is simulated. Its controller applies a correction {significant(delay)} ms after the reading, "
+        f"{filtered}, with a cycle of {significant(cycle)} ms. Robot and load are in static "
+        f"equilibrium at every moment; "
         f"vibrations and drive dynamics are not simulated."
     )
 

@@ -36,6 +36,7 @@ from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.summary import EffectAt
+from stiffcal.quantity import FORCE, MOMENT
 from stiffcal.reduction.loads.cycles import LoadCycles, find_load_cycles
 from stiffcal.reduction.motion import gauge_directions
 from stiffcal.report.content import ReportContent, ReportRun, ReportStates, ResidualCovariate, SetAsideRows
@@ -143,7 +144,6 @@ def report_content(
         joint_pictures=joint_pictures(data, identified),
         link_pictures=link_pictures(data, identified),
         with_and_without=with_and_without(data),
-        drift_follows="temperature" if np.isfinite(states.temperature).any() else "time",
         settings=data.campaign.manifest.report,
     )
     return with_diagnosis(content, data, identified)
@@ -395,7 +395,7 @@ def most_correlated_covariates(
     return [
         ResidualCovariate(
             f"{'force' if slides[joint] else 'torque'} on joint {joint + 1}",
-            "N" if slides[joint] else "N·m",
+            (FORCE if slides[joint] else MOMENT).usual.name,
             torque[:, joint],
         )
         for joint in ranked

@@ -34,6 +34,7 @@ from stiffcal.mechanics.joint_rows import Convention, RowsOfChain
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.quaternions import quaternion_from_rotation
+from stiffcal.wording import significant
 from stiffcal.workflow.urdf_export import fitted_frames
 
 if TYPE_CHECKING:
@@ -104,7 +105,8 @@ def robot_rows_text(
     warnings = []
     if strict and far > _FAR_M:
         warnings.append(
-            f"without β, nearly parallel axes have a common normal {far / 1e3:.3g} km away: a number rounded in its "
+            f"without β, nearly parallel axes have a common normal {significant(far / 1e3)} km away: "
+            f"a number rounded in its "
             f"last "
             "digits moves the flange, and masses and bearings of links whose frames are there are left out; "
             "leave out --strict where the controller takes β"

@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 
 STATES, FIT_STATES, HELDOUT_STATES = "states", "fit", "unseen"
-IDENTIFY, VALIDATE, HISTORY, INGEST, LOAD_PATHS = "identify", "validate", "history", "ingest", "load_paths"
+IDENTIFY, VALIDATE, DIAGNOSE, HISTORY = "identify", "validate", "diagnose", "history"
+INGEST, LOAD_PATHS = "ingest", "load_paths"
 
 
 def ignore_note(text: str) -> None:

@@ -16,7 +16,7 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.before_after import EstimatedParameter, EstimatedValue, estimated_parameters
+from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters
 from stiffcal.store.origin import worst_of
 from stiffcal.trust.output_kinds import TREND_PICTURE
 from stiffcal.trust.outputs import check_output, written
@@ -226,10 +226,7 @@ def _parameter(
         effect=any_one.effect,
         where=any_one.where,
         unit=any_one.unit,
-        values=[
-            None if one is None else EstimatedValue(value=one.value, interval=one.interval, at_bound=one.at_bound)
-            for one in estimates
-        ],
+        values=[None if one is None else one.estimate for one in estimates],
         variance_from=source,
         relative=charted is not None and charted.relative,
         deviation=None if charted is None or chart is None else deviation_of(charted, since),

@@ -10,9 +10,8 @@ from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.model.summary import ModelSummary, Where
 from stiffcal.view.content import ViewChange, ViewEvidence, ViewModel
 from stiffcal.wording import count
-from stiffcal.workflow.diagnose import DIAGNOSE
 from stiffcal.workflow.history import stored_fits
-from stiffcal.workflow.steps import Ingested, key_of_table, stored_result
+from stiffcal.workflow.steps import DIAGNOSE, Ingested, key_of_table, stored_result
 from stiffcal.workflow.view_models import place_words
 
 if TYPE_CHECKING:

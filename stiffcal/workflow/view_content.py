@@ -21,6 +21,7 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
+from stiffcal.quantity import FORCE, LENGTH, MOMENT, of_joint
 from stiffcal.report.content import ReportStates
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
@@ -273,19 +274,18 @@ def _variables(data: Ingested, drawn: ReportStates, torque: Floats, clamped: boo
     """Return what a residual may follow, over all states; a clamped robot's load has no direction of its own."""
     states, names = data.states, data.joint_names
     nowhere, slides = np.zeros(len(states)), data.campaign.chain.prismatic
+    length, deflection = LENGTH.usual, np.linalg.norm(drawn.measured[:, :3], axis=1)
     moment = np.asarray(states.wrench[:, 3:])
     found = [
         *(
-            ("torque", k + 1, f"force on joint {k + 1}", "N", column)
-            if slides[k]
-            else ("torque", k + 1, f"torque on joint {k + 1}", "N·m", column)
+            ("torque", k + 1, f"{'force' if slides[k] else 'torque'} on joint {k + 1}", unit.name, unit.factor * column)
             for k, column in enumerate(torque.T)
+            for unit in [(FORCE if slides[k] else MOMENT).usual]
         ),
         *(
-            ("angle", k + 1, f"position of {names[k]}", "mm", 1e3 * column)
-            if slides[k]
-            else ("angle", k + 1, f"angle of {names[k]}", "°", DEGREES * column)
+            ("angle", k + 1, f"{'position' if slides[k] else 'angle'} of {names[k]}", unit.name, unit.factor * column)
             for k, column in enumerate(states.joints.T)
+            for unit in [of_joint(bool(slides[k])).usual]
         ),
         ("load", 0, "load", "N", drawn.load),
         *(("force", k + 1, f"force along {'xyz'[k]}", "N", column) for k, column in enumerate(drawn.force.T)),
@@ -293,7 +293,7 @@ def _variables(data: Ingested, drawn: ReportStates, torque: Floats, clamped: boo
             ("moment", k + 1, f"moment about {'xyz'[k]} of the sensor", "N·m", column)
             for k, column in enumerate(moment.T)
         ),
-        ("deflection", 0, "magnitude of the deflection", "mm", 1e3 * np.linalg.norm(drawn.measured[:, :3], axis=1)),
+        ("deflection", 0, "magnitude of the deflection", length.name, length.factor * deflection),
         ("time", 0, "time", "s", states.time),
         ("hold", 0, "time under load", "s", states.hold),
         *(("temperature", k + 1, f"temperature {k + 1}", "", column) for k, column in enumerate(states.temperature.T)),
@@ -340,9 +340,9 @@ def _rod_residuals(data: Ingested) -> list[ViewVariable]:
         column = f"{name}_length_m_residual"
         if column in table.column_names:
             values = np.full(len(data.states), np.nan)
-            values[values_of(table.column("state"))] = 1e3 * values_of(table.column(column))
+            values[values_of(table.column("state"))] = LENGTH.usual.factor * values_of(table.column(column))
             label = f"residual of the present fit in the length of rod {name}"
-            found.append(ViewVariable(name=f"rod{number + 1}", label=label, unit="mm", values=values))
+            found.append(ViewVariable(name=f"rod{number + 1}", label=label, unit=LENGTH.usual.name, values=values))
     return found
 
 

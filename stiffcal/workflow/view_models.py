@@ -12,12 +12,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.diagnosis.refit_values import RefitValue
 from stiffcal.diagnosis.refits import StoredRefits
-from stiffcal.identification.before_after import (
-    EstimatedParameter,
-    EstimatedValue,
-    estimated_parameters,
-    stiffness_unit,
-)
+from stiffcal.estimate import Estimate
 from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.composite import CompliantRobot
@@ -25,12 +20,12 @@ from stiffcal.model.effect import Effect
 from stiffcal.model.forms import form_of
 from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import quantity_of
 from stiffcal.reduction.motion import gauge_directions
-from stiffcal.results.value_words import on_limits, value_in_model
+from stiffcal.results.value_words import as_shown, value_in_model
 from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained
-from stiffcal.workflow.diagnose import diagnosis_key
+from stiffcal.workflow.diagnose import diagnosis_key, shifted_by_missing
 from stiffcal.workflow.history import stored_fits
 from stiffcal.workflow.refits_of_joints import is_of_one_joint, of_all_joints
 from stiffcal.workflow.steps import (
@@ -130,6 +125,7 @@ def view_models(
     share_of = partial(_shares, variables, used=used, evidence=evidence)
     states_key = key_of_table(data.table)
 
+    shifted = shifted_by_missing(data, identified)
     models = []
     for fit in stored_fits(data.store):
         current = fit.states_key == states_key
@@ -146,9 +142,9 @@ def view_models(
                 present=present,
                 fit_rms=fit.fit_rms,
                 heldout_rms=fit.heldout_rms,
-                values=[_value(entry) for entry in estimated_parameters(identified.parameters)]
+                values=[_value(one.name, as_shown(one, (), shifted)) for one in identified.parameters]
                 if present
-                else [_value(entry) for entry in fit.parameters],
+                else [_value(one.name, one.estimate) for one in fit.parameters],
                 residual_fit=inside,
                 residual_heldout=outside,
                 shares=share_of(outside if outside is not None else inside),
@@ -185,19 +181,21 @@ def _in_words(fit: StoredFit) -> str:
     return " + ".join([*(["joint springs"] if joints else []), *names]) or "no effects"
 
 
-def _value(entry: EstimatedParameter) -> ViewValue:
-    value = EstimatedValue(value=entry.value, interval=entry.interval, at_bound=entry.at_bound)
-    shown = _printed(entry.name, value, *printed_unit(entry.unit, entry.drift_follows))
-    return replace(shown, text=f"{shown.text}, {on_limits(entry.rests_on)}") if entry.rests_on else shown
+def _value(name: str, value: Estimate, largest: float | None = None) -> ViewValue:
+    """Return a value as the page shows it.
 
-
-def _printed(name: str, value: EstimatedValue, unit: str, factor: float) -> ViewValue:
+    Parameters
+    ----------
+    largest : of the quantity among the values that stand with it; None: it stands alone.
+    """
+    assert value.quantity is not None
+    unit = value.quantity.unit_for([value.value, largest])
     return ViewValue(
         name=name,
-        unit=unit,
+        unit=unit.name,
         value=value.value,
-        text=value_in_model(value, factor),
-        is_identified=value.value is not None or (value.interval is not None and value.interval[0] is not None),
+        text=value_in_model(value, unit),
+        is_identified=value.is_bounded,
     )
 
 
@@ -247,14 +245,8 @@ def _refits(
 def _refit_value(entry: RefitValue, catalogue: dict[str, Effect]) -> ViewValue:
     effect, _, symbol = entry.name.split(".")
     spec = (FramePose() if effect == FRAME else form_of(catalogue[effect], (symbol,))).spec(symbol)
-    value, interval, unit = entry.value, entry.interval, spec.unit
-    if spec.compliance:
-        low, high = interval or (None, None)
-        interval = [1.0 / high if high else None, 1.0 / low if low else None]
-        value, unit = 1.0 / value if value else None, stiffness_unit(unit)
-    return _printed(
-        entry.name, EstimatedValue(value=value, interval=interval, at_bound=entry.at_bound), *printed_unit(unit)
-    )
+    value = replace(entry.estimate, quantity=quantity_of(spec.unit))
+    return _value(entry.name, value.reciprocal() if spec.compliance else value)
 
 
 def names_in(robot: CompliantRobot) -> set[str]:

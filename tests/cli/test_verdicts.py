@@ -11,16 +11,14 @@ import pytest
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.diagnose import _show_missing, _show_with_all_missing
 from stiffcal.cli.identify import fit_verdict
-from stiffcal.cli.tables import _not_firm, show_parameters
+from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated
 from stiffcal.diagnosis.results import ProposedEffect
-from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters, values_before_and_after
-from stiffcal.identification.fit_results import DriftFollows, IdentifiedParameter
+from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
+from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
-from stiffcal.report.sections.stiffness import _verdict
-from stiffcal.results.value_words import on_limits
-from stiffcal.workflow.view_models import _value
+from stiffcal.quantity import DriftFollows
 
 GROUP = [SimpleNamespace(parameters=["a", "b"])]
 
@@ -104,17 +102,3 @@ def test_a_missing_effect_is_printed_with_its_refitted_values() -> None:
             "\nmissing: backlash (joint 4): 99.0 %, certain\n"
             "  Refitted with all that is missing, ± 95 %: width 2.00 ± 0.20 mrad.\n"
         )
-
-
-@pytest.mark.parametrize(
-    ("names", "words"), [(["a"], "with a at its limit"), (["a", "b"], "with a and b at their limits")]
-)
-def test_what_rests_on_limits_is_in_the_same_words_everywhere(names: list[str], words: str) -> None:
-    spring = IdentifiedParameter(
-        name="joint-compliance.j1.c", effect="joint-compliance", where=Where(joints=[1]), value=1e-5, std=1e-7,
-        interval=[9e-6, 1.1e-5], unit="rad/(N·m)", fixed=False, identifiable=True, rests_on=names,
-    )  # fmt: skip
-    assert on_limits(names) == words
-    assert _value(estimated_parameters([spring])[0]).text.endswith(words)
-    assert _verdict(spring) == words
-    assert _not_firm(spring).strip() == words

@@ -14,17 +14,16 @@ from rich.console import Console
 
 from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.refit_values import _at_bound, _interval
+from stiffcal.estimate import Estimate
 from stiffcal.estimation.parameters import Parameter, reported_parameters
 from stiffcal.identification.before_after import estimated_parameters
 from stiffcal.identification.document import identified_parameter, rest_in_words, resting_on_limits
 from stiffcal.kinds.friction.documents import _identified
 from stiffcal.kinds.friction.page import _value_cell
-from stiffcal.kinds.presentation import Interval
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.python.frames import parameters_frame
-from stiffcal.report.estimates import parameter_text
 from stiffcal.workflow.view_models import _value
 from tests.laboratory.effect_bench import robot_chain
 
@@ -86,7 +85,7 @@ def test_the_warning_agrees_with_how_many_values_rest_on_a_limit(names: list[str
 
 def test_the_page_says_that_a_value_rests_on_a_limit() -> None:
     (one,) = estimated_parameters([replace(identified_parameter(found(0.5 * UPPER)), rests_on=["a.b.c"])])
-    assert "a.b.c" in _value(one).text
+    assert "a.b.c" in _value(one.name, one.estimate).text
 
 
 def test_what_is_absent_has_an_upper_limit() -> None:
@@ -111,11 +110,10 @@ def test_no_medium_shows_an_uncertainty(width: float) -> None:
     terminal = Console(file=io.StringIO(), width=200)
     show_parameters(terminal, [answered])
     assert "±" not in terminal.file.getvalue().splitlines()[-1]  # type: ignore[attr-defined]
-    assert "±" not in parameter_text(answered, 1e3)
     row = parameters_frame([answered]).loc[WIDTH]
     assert row["at_bound"]
     assert row.isna()["std"]
     assert (row["high_95"] == math.inf) == (width > 0.0)
     of_friction = _identified(found(UPPER), None)
     assert of_friction.interval == [pytest.approx(UPPER - 2e-4), None]
-    assert not any(isinstance(word, Interval) for word in _value_cell(of_friction))
+    assert not any(isinstance(word, Estimate) for word in _value_cell(of_friction))

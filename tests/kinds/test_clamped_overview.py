@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.kinds.clamped.documents import DEFINITION, joint_result, run_result
 from stiffcal.kinds.clamped.joints import joints_of
-from stiffcal.kinds.clamped.page import AT_LIMIT, LOW_SLOPE, clamped_overview
+from stiffcal.kinds.clamped.page import AT_SEARCH_LIMIT, LOW_SLOPE, clamped_overview
 from stiffcal.kinds.clamped.results import ClampedRunResult, ClampedSection, Definition, JointResult
 from stiffcal.kinds.clamped.torque_angle_fit import CURVE
 from stiffcal.kinds.presentation import Column, Sentence, Table
@@ -98,7 +98,7 @@ def test_a_curve_at_the_limit_of_its_range_has_no_uncertainty() -> None:
         block for block in clamped_overview(ClampedSection(definition=DEFINITION, joints=[result], runs=[])).blocks
     )
     assert isinstance(table, Table)
-    assert text_of(table.rows[0][1]).endswith(f", {AT_LIMIT}")
+    assert text_of(table.rows[0][1]).endswith(f", {AT_SEARCH_LIMIT}")
     assert "±" not in text_of(table.rows[0][1])
     assert all(tangent.interval == [None, None] for tangent in result.tangent_stiffness if tangent.stiffness)
     # of a play that is none what it may be at most is known

@@ -24,7 +24,8 @@ from stiffcal.diagnosis.results import (
     UnknownLaw,
     UntestableEffect,
 )
-from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
+from stiffcal.estimate import Estimate
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.measurements.state_measures import StateMeasure
@@ -324,7 +325,7 @@ def test_values_that_a_missing_effect_shifts_are_grey_with_the_value_after() -> 
     fit = content().identify
     assert fit is not None
     spring = next(one for one in fit.parameters if one.is_compliance)
-    values = [EstimatedValue(value=value, interval=[0.9 * value, 1.1 * value]) for value in (2.0e5, 3.0e5)]
+    values = [Estimate(value=value, interval=[0.9 * value, 1.1 * value]) for value in (2.0e5, 3.0e5)]
     change = BeforeAfter(
         name=spring.name, effect=spring.effect, where=spring.where, unit="N·m/rad", before=values[0], after=values[1],
         relative=0.5, outside_interval=True,
@@ -339,23 +340,23 @@ def test_values_that_a_missing_effect_shifts_are_grey_with_the_value_after() -> 
 @pytest.mark.parametrize(
     ("after", "fixed", "listed", "cell"),
     [
-        (EstimatedValue(value=2.0e5, interval=[1.9e5, 2.1e5]), False, True, "stays within ±"),
-        (EstimatedValue(value=None, interval=None), False, True, "not identified"),
-        (EstimatedValue(value=None, interval=[4.0e4, None]), False, True, "above 4.00·10⁴"),
+        (Estimate(value=2.0e5, interval=[1.9e5, 2.1e5]), False, True, "stays within ±"),
+        (Estimate(value=None, interval=None), False, True, "not identified"),
+        (Estimate(value=None, interval=[4.0e4, None]), False, True, "above 4.00·10⁴"),
         (None, False, True, "not in the model"),
-        (EstimatedValue(value=2.0e5, interval=None), True, True, ""),
-        (EstimatedValue(value=2.0e5, interval=[1.9e5, 2.1e5]), False, False, ""),
+        (Estimate(value=2.0e5, interval=None), True, True, ""),
+        (Estimate(value=2.0e5, interval=[1.9e5, 2.1e5]), False, False, ""),
     ],
 )
 def test_a_value_stays_within_only_where_it_is_known_before_and_after(
-    after: EstimatedValue | None, fixed: bool, listed: bool, cell: str
+    after: Estimate | None, fixed: bool, listed: bool, cell: str
 ) -> None:
     made = content()
     fit = made.identify
     assert fit is not None
     springs = [one for one in fit.parameters if one.is_compliance][:2]
     spring = replace(springs[0], fixed=fixed)
-    before = EstimatedValue(value=2.0e5, interval=[1.8e5, 2.2e5])
+    before = Estimate(value=2.0e5, interval=[1.8e5, 2.2e5])
     other = BeforeAfter(
         name=springs[1].name, effect=spring.effect, where=springs[1].where, unit="N·m/rad", before=before,
         after=before, relative=0.0, outside_interval=False,

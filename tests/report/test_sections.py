@@ -56,12 +56,12 @@ def test_no_upper_bound_is_said() -> None:
 def test_parameters_without_a_value_are_dashes_never_numbers() -> None:
     nothing = dict.fromkeys(("value", "std", "interval", "stiffness", "stiffness_std", "stiffness_interval"))
     found = cells(compliance(identifiable=False, **nothing))
-    assert found[2:] == ["–", "–", "not identifiable"]
+    assert found[2:] == ["not identifiable", "–"]
 
 
 def test_fixed_parameter_has_no_uncertainty() -> None:
     found = cells(compliance(fixed=True, std=None, interval=None, stiffness_std=None, stiffness_interval=None))
-    assert found[2:] == ["5.00·10⁵", "–", "fixed, not fitted"]
+    assert found[2:] == ["5.00·10⁵ (fixed)", "–"]
 
 
 def test_parameter_that_is_no_stiffness_has_its_own_unit() -> None:

@@ -17,6 +17,7 @@ from stiffcal.mistakes.displacements.springs import work_of_load
 from stiffcal.mistakes.places.mistake import MovedRows, PlacesMistake
 from stiffcal.mistakes.runs.time_order import TimeOrder
 from stiffcal.mistakes.suspect_kinds import SuspectKind
+from stiffcal.wording import length, significant
 
 
 def suspects_of(suspicion: Suspicion, states: LoadStates, chain: Chain) -> list[Suspect]:
@@ -88,14 +89,15 @@ def _time_words(states: LoadStates, neighbours: tuple[int | None, int | None]) -
 def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> list[str]:
     reasons = []
     if suspect.score > suspect.next_score:
-        size = f"{1e3 * suspect.miss_m:.3g} mm, " if math.isfinite(suspect.miss_m) else ""
+        size = f"{length(suspect.miss_m)}, " if math.isfinite(suspect.miss_m) else ""
         reasons.append(
-            f"its displacements differ from the prediction of the {n_others} other runs by {size}{suspect.score:.3g} "
+            f"its displacements differ from the prediction of the {n_others} other runs by "
+            f"{size}{significant(suspect.score)} "
             f"standard errors of that comparison (scatter of the others, and uncertainty of their prediction); the "
-            f"next run differs by {suspect.next_score:.2g} of its own"
+            f"next run differs by {significant(suspect.next_score, 2)} of its own"
         )
     if suspect.place_m > 0.0:
-        reasons.append(f"the target is {1e3 * suspect.place_m:.3g} mm from where the joint angles put it")
+        reasons.append(f"the target is {length(suspect.place_m)} from where the joint angles put it")
     if backwards:
         reasons.append("force and displacement have opposite directions in it")
     if suspect.variant is not None:
@@ -116,7 +118,7 @@ def _likely(suspect: FoundSuspect, states: LoadStates) -> str:
         name = states.runs[suspect.copied].name
         return f'its joint angles are those of run "{name}": give its own angles, or exclude it'
     if suspect.kind is SuspectKind.BUMP and suspect.offset is not None:
-        size = f" by {1e3 * suspect.offset.size_m:.3g} mm" if math.isfinite(suspect.offset.size_m) else ""
+        size = f" by {length(suspect.offset.size_m)}" if math.isfinite(suspect.offset.size_m) else ""
         if suspect.offset.step:
             return (
                 f"a lasting displacement of the target, the tracker or the base{size} before this state would explain "

@@ -27,6 +27,7 @@ from stiffcal.kinds.clamped.sweeps import Sweeps, cut_sweeps
 from stiffcal.kinds.clamped.torque_angle import PlaySegment, TorqueAngleLaw, play_segment
 from stiffcal.kinds.clamped.torque_angle_fit import SeriesFit, fit_series
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import angle
 
 N_BINS = 120
 # Friction counts as found beyond so many standard uncertainties, and beyond this share of the largest torque.
@@ -258,8 +259,8 @@ def judged(runs: Sequence[ClampedRun]) -> list[ClampedRun]:
             )
         if not why and reference > 0.0 and run.motion < LEAST_MOTION * reference:
             why = (
-                f"the motion, {1e3 * run.motion:.3g} mrad, barely exceeds the segment of low slope, "
-                f"{1e3 * reference:.3g} mrad: the flanks are not reached"
+                f"the motion, {angle(run.motion)}, barely exceeds the segment of low slope, "
+                f"{angle(reference)}: the flanks are not reached"
             )
         judged_runs.append(replace(run, left_out=why))
     return judged_runs

@@ -13,6 +13,7 @@ from stiffcal.kinds.clamped.readings import ClampedReadings
 from stiffcal.kinds.clamped.saturation import Saturation, find_saturation
 from stiffcal.kinds.clamped.sweeps import cut_sweeps, driven_one_way, is_too_short, loop_corners
 from stiffcal.measurements.varying import varies
+from stiffcal.wording import significant
 
 # A held flange lets the moved drive alone give, and no other then carries a torque that follows the motion. Links and
 # fixtures give too, some hundredths of a drive's as a rule; beyond this the numbers do not belong together.
@@ -104,7 +105,7 @@ def why_no_sweep(angle: Floats, torque: Floats, saturation: Saturation | None) -
     angle, torque : (n,) of the moved joint, rad, N·m. saturation : the limit that the torque ran into, or None.
     """
     if saturation is not None:
-        limit = f"{saturation.limit:.4g} {saturation.unit}"
+        limit = f"{significant(saturation.limit, 4)} {saturation.unit}"
         return f"{saturation.what} stays at its limit of {limit}, and no complete sweep remains"
     together = float(np.corrcoef(angle, torque)[0, 1]) if varies(angle) and varies(torque) else 0.0
     if together < -FOLLOWS:

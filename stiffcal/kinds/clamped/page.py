@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from stiffcal.errors import InputError
+from stiffcal.estimate import Estimate
 from stiffcal.fault_codes import FaultCode
 from stiffcal.kinds.clamped.curves import ClampedCurve, clamped_curves
 from stiffcal.kinds.clamped.pictures import branches_picture, curves_picture, low_slope_picture, tangents_picture
@@ -16,7 +17,6 @@ from stiffcal.kinds.presentation import (
     Block,
     Column,
     Digits,
-    Interval,
     Joints,
     Listing,
     Names,
@@ -28,6 +28,7 @@ from stiffcal.kinds.presentation import (
     Table,
     Words,
 )
+from stiffcal.quantity import ANGLE, Quantity
 from stiffcal.uncertainty import NORMAL_95
 
 _PER_PICTURE = 6
@@ -81,7 +82,7 @@ def clamped_main_table(section: ClampedSection) -> Table | None:
 def _joint_sentence(joint: JointResult) -> Sentence:
     """Return over which torque a joint's stiffness is meant, how its tangent goes there, and the width of the law."""
     low, high = joint.curve.torque
-    words: list[str | Digits | Interval | Names | Joints] = [
+    words: list[str | Digits | Estimate | Names | Joints] = [
         f"joint {joint.joint}: chord stiffness from ",
         Digits(low),
         " to ",
@@ -91,17 +92,16 @@ def _joint_sentence(joint: JointResult) -> Sentence:
     tangents = [tangent.stiffness for tangent in joint.tangent_stiffness]
     if tangents:
         words += [", with a tangent stiffness between ", Digits(min(tangents)), " and ", Digits(max(tangents))]
-        words += [" N·m/rad", *([f" ({AT_LIMIT})"] if "chord" in joint.at_bound else [])]
+        words += [" N·m/rad", *([f" ({AT_SEARCH_LIMIT})"] if "chord" in joint.at_bound else [])]
     if joint.low_slope_found:
         words += [f"; the {LOW_SLOPE} is that of the law b·tanh(torque/w) with b = "]
-        ends = [None if end is None else 1e3 * end for end in joint.law_width_interval]
-        words += [*_estimate(joint, "width", 1e3 * joint.law_width, ends), " mrad"]
+        words += _estimate(joint, "width", joint.law_width, joint.law_width_interval, ANGLE)
     return Sentence(tuple(words), "joint")
 
 
 # Not "play": that is a parameter of the model, whose value this description does not give.
 LOW_SLOPE = "segment of low slope"
-AT_LIMIT = "at the limit of the search"
+AT_SEARCH_LIMIT = "at the limit of the search"
 CHORD = "chord of torque over angle over the measured range, segment of low slope excluded"
 
 
@@ -249,16 +249,20 @@ def _friction(joint: JointResult) -> Words:
     return _estimate(joint, "friction", joint.friction, [joint.friction - half, joint.friction + half])
 
 
-def _estimate(joint: JointResult, symbol: str, value: float, interval: Sequence[float | None]) -> Words:
+def _estimate(
+    joint: JointResult, symbol: str, value: float, interval: Sequence[float | None], quantity: Quantity | None = None
+) -> Words:
     """Return a number with its 95 % interval; of one on which a search ended at a limit that is said, and no interval.
 
     Parameters
     ----------
     symbol : as in `JointResult.at_bound`. interval : both ends.
+    quantity : in a sentence, what the number is of; None in a column that has a unit.
     """
     if symbol in joint.at_bound:
-        return (Digits(value), f", {AT_LIMIT}")
-    return (Interval(value, interval[0], interval[1]),)
+        known = Digits(value) if quantity is None else Estimate(value=value, interval=None, quantity=quantity)
+        return (known, f", {AT_SEARCH_LIMIT}")
+    return (Estimate(value=value, interval=list(interval), quantity=quantity),)
 
 
 def _curve_table(known: list[tuple[ClampedCurve, JointResult]]) -> Table:

@@ -10,6 +10,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.kinds.clamped.chain import ClampedChain
 from stiffcal.kinds.clamped.readings import ClampedReadings
 from stiffcal.reduction.logs.blocks import noise_of
+from stiffcal.wording import significant
 
 _AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 # A reading that stays at the very same extreme for so many readings while the joint turns is cut off.
@@ -42,8 +43,9 @@ class Saturation:
         """What was measured, in words."""
         share = 100.0 * float(self.beyond.mean())
         return (
-            f"{self.what} stays at its limit of {self.limit:.4g} {self.unit} in {share:.0f} % of the readings: these "
-            f"are excluded, and the joint is not identified beyond {self.torque:.4g} N·m"
+            f"{self.what} stays at its limit of {significant(self.limit, 4)} {self.unit} in "
+            f"{share:.0f} % of the readings: these "
+            f"are excluded, and the joint is not identified beyond {significant(self.torque, 4)} N·m"
         )
 
 

@@ -20,6 +20,7 @@ from stiffcal.kinds.clamped.state_noise import SeriesNoise, fast_noise, residual
 from stiffcal.kinds.clamped.sweeps import is_too_short, loop_corners
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.raw_states import RawStates
+from stiffcal.wording import significant
 
 # Stretches of a half sweep to begin with: those over which angle or torque bend are split, until they are three times
 # as many. Where the noise is correlated over more than a sixth of them, they are longer.
@@ -177,7 +178,8 @@ def _set_aside(stretches: list[_Stretch], quality: RunQuality | None) -> list[Se
     if saturation is None:
         return [IN_USE] * len(stretches)
     cut_off = SetAside(
-        SetAsideCode.CUT_OFF, f"{saturation.what} is at its limit of {saturation.limit:.4g} {saturation.unit}"
+        SetAsideCode.CUT_OFF,
+        f"{saturation.what} is at its limit of {significant(saturation.limit, 4)} {saturation.unit}",
     )
     return [cut_off if saturation.beyond[piece.start : piece.end].any() else IN_USE for piece in stretches]
 

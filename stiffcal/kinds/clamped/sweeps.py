@@ -20,9 +20,11 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.kinds.clamped.readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
+from stiffcal.quantity import JOINT_ANGLE
 from stiffcal.reduction.clocks.lag_minima import PARTS, are_distinguished, lag_minima, nearest_minimum
 from stiffcal.reduction.clocks.offsets import SourceClockOffset
 from stiffcal.reduction.logs.blocks import Blocks, noise_of
+from stiffcal.wording import in_unit, significant
 
 # What an encoder behind a gear shows of a joint that is held: below a fifth of an arc second nothing has moved.
 STANDS_RAD = 1e-6
@@ -211,7 +213,9 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> S
     for rival in rivals:
         same = abs(rival.lag - best.lag) <= max(_SAME_LAG * spread, 2.0 * spacing)
         if not same and not are_distinguished(*([part(lag) for part in parts] for lag in (best.lag, rival.lag))):
-            reason = f"the force follows the motion as well at {best.lag:.3g} s as at {rival.lag:.3g} s"
+            reason = (
+                f"the force follows the motion as well at {significant(best.lag)} s as at {significant(rival.lag)} s"
+            )
             return SourceClockOffset(None, None, reason)
     return SourceClockOffset(best.lag, spread)
 
@@ -293,23 +297,28 @@ def moved_joint(run: str, joints: Floats, given: int | None, names: tuple[str, .
     if span[largest] <= floor[largest]:
         raise InputError.at(
             FaultCode.MOTION_WRONG,
-            f"run {run}", "", f"no joint moved: the motor angles stay within {np.rad2deg(span[largest]):.2g}°",
+            f"run {run}", "", (
+                f"no joint moved: the motor angles stay within "
+                f"{in_unit(span[largest], JOINT_ANGLE.usual, 2)}"
+            ),
             "check the columns and the unit of the motor angles, or remove this run",
         )  # fmt: skip
     joint = largest if given is None else given - 1
     if span[joint] <= floor[joint]:
         raise InputError.at(
             FaultCode.MOTION_WRONG, f"run {run}", "moved_joint",
-            f"joint {joint + 1} ({names[joint]}) never moved: its angle stays within {np.rad2deg(span[joint]):.2g}°",
-            f"joint {largest + 1} ({names[largest]}) moved by {np.rad2deg(span[largest]):.3g}°: "
+            f"joint {joint + 1} ({names[joint]}) never moved: its angle stays within "
+            f"{in_unit(span[joint], JOINT_ANGLE.usual, 2)}",
+            f"joint {largest + 1} ({names[largest]}) moved by {in_unit(span[largest], JOINT_ANGLE.usual)}: "
             f"write moved_joint = {largest + 1}, or measure again",
         )  # fmt: skip
     moving = [k for k in range(span.size) if k != joint and span[k] > max(ALONE * span[joint], floor[k])]
     if moving:
         raise InputError.at(
             FaultCode.MOTION_WRONG, f"run {run}", "moved_joint",
-            f"joint {moving[0] + 1} ({names[moving[0]]}) also moved, by {np.rad2deg(span[moving[0]]):.3g}° against "
-            f"{np.rad2deg(span[joint]):.3g}° of joint {joint + 1}",
+            f"joint {moving[0] + 1} ({names[moving[0]]}) also moved, by "
+            f"{in_unit(span[moving[0]], JOINT_ANGLE.usual)} against "
+            f"{in_unit(span[joint], JOINT_ANGLE.usual)} of joint {joint + 1}",
             "drive one joint at a time, each in a separate run, and state it in moved_joint",
         )  # fmt: skip
     return joint + 1

@@ -15,6 +15,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.kinds.friction.free_motion import smoothed
 from stiffcal.reduction.clocks.lag_minima import PARTS, LagMinimum, are_distinguished, lag_minima, nearest_minimum
 from stiffcal.reduction.clocks.offsets import SourceClockOffset
+from stiffcal.wording import significant
 
 MOST_POINTS = 1 << 15  # of the even grid on which both logs are compared: its work grows with them
 WINDOW = 11  # of the grid's points, over which motion is smoothed before it is differentiated twice
@@ -89,7 +90,9 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
         if abs(rival.lag - best.lag) > max(SAME_LAG * spread, 2.0 * spacing) and not _stands_out(
             best, rival, [misfit(block) for block in blocks]
         ):
-            reason = f"the torques match the motion as well at {best.lag:.3g} s as at {rival.lag:.3g} s"
+            reason = (
+                f"the torques match the motion as well at {significant(best.lag)} s as at {significant(rival.lag)} s"
+            )
             return SourceClockOffset(None, None, reason)
     return SourceClockOffset(best.lag, spread)
 

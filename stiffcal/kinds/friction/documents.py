@@ -234,7 +234,8 @@ def friction_warnings(data: MeasuredRuns, fit: FrictionFit) -> list[str]:
             texts.append(f"joint {name}: the torque opposes the motion; check the sign of torque or gear_ratio")
     if fit.reduced_chi2 is not None and fit.reduced_chi2 > 1.5:
         texts.append(
-            f"friction: residuals are {math.sqrt(fit.reduced_chi2):.2g} times the noise of neighbouring samples: the "
+            f"friction: residuals are {significant(math.sqrt(fit.reduced_chi2), 2)} times the noise "
+            f"of neighbouring samples: the "
             "model lacks an effect (stiffcal diagnose), and the uncertainties cover the noise only"
         )
     if fit.scaled:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.errors import InputError
+from stiffcal.estimate import Estimate
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.kinds.friction.curves import FrictionCurve, friction_curves, unused_passes
@@ -16,7 +17,6 @@ from stiffcal.kinds.presentation import (
     Block,
     Column,
     Digits,
-    Interval,
     Listing,
     Overview,
     Page,
@@ -26,7 +26,7 @@ from stiffcal.kinds.presentation import (
     Words,
 )
 from stiffcal.kinds.results import IdentifiedModel
-from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import AT_LIMIT
 
 _TITLE = "Friction of the drives"
 _PER_PICTURE = 3
@@ -137,15 +137,14 @@ def _value_cell(parameter: IdentifiedParameter | None) -> Words:
         return (Digits(parameter.value), " (fixed)") if parameter.fixed else (Digits(parameter.value),)
     low, high = parameter.interval
     if low is None or high is None:
-        return (Digits(parameter.value), " (at the limit of its range)")
-    return (Interval(parameter.value, low, high),)
+        return (Digits(parameter.value), f" ({AT_LIMIT})")
+    return (Estimate(value=parameter.value, interval=[low, high]),)
 
 
 def _bearing_sentence(bearing: BearingFriction) -> Sentence:
     terms = []
     for value, std in ((bearing.coulomb, bearing.coulomb_std), (bearing.viscous, bearing.viscous_std)):
-        half = NORMAL_95 * std
-        terms.append(Interval(value, value - half, value + half))
+        terms.append(Estimate.of(value, std))
     text: Words = (
         f"joint {bearing.joint}: the shaft of its drive also rotates with other joints; the bearing of the joint adds ",
         terms[0], " N·m and ", terms[1], " N·m·s/rad",
@@ -263,7 +262,9 @@ def _table(curves: tuple[FrictionCurve, ...]) -> Table:
                 cells.append((Digits(None),))
             else:
                 cells.append(
-                    (Digits(value), " (fixed)") if half is None else (Interval(value, value - half, value + half),)
+                    (Digits(value), " (fixed)")
+                    if half is None
+                    else (Estimate(value=value, interval=[value - half, value + half]),)
                 )
         rows.append(((curve.joint,), *cells, (Digits(curve.rms),), (Digits(curve.noise),)))
     return Table(columns, tuple(rows), "Friction of the drives, ± 95 %. A dash: not in the model, or not identified.")

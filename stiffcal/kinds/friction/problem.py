@@ -22,6 +22,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
 from stiffcal.model.motion import Motion, as_motion, is_constant_torque
+from stiffcal.wording import significant
 
 
 @dataclass(frozen=True)
@@ -153,10 +154,10 @@ class FrictionProblem(RowProblem):
         """Return a pass, or a second of other motion, in words."""
         rows, own = self._rows, np.flatnonzero(self.course().group == group)
         time, joint, run = rows.means(rows.motion.time)[own], int(rows.joint[own[0]]), rows.run[own[0]]
-        when = f'{time.min():.3g} s after the first reading, in run "{run}"'
+        when = f'{significant(time.min())} s after the first reading, in run "{run}"'
         if not rows.steady[own[0]]:
             return f"the motion of joint {joint} from {when}"
-        return f"the pass of joint {joint} at {float(np.mean(rows.velocity[own])):.3g} rad/s, {when}"
+        return f"the pass of joint {joint} at {significant(float(np.mean(rows.velocity[own])))} rad/s, {when}"
 
     def usual(self, joint: int) -> UsualMotion:
         """Return how a joint moves and resists."""

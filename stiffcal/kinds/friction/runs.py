@@ -23,6 +23,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.clocks.offsets import SourceClockOffset
 from stiffcal.reduction.holds.unused import UnusedStretch, by_cause, cause_text
 from stiffcal.reduction.logs.blocks import Blocks
+from stiffcal.wording import significant
 
 # A joint moves when it travels this far, more than this share of the widest, and out of its noise: others are held by
 # their servos within arc seconds, and give by some 1e-4 rad when a neighbour accelerates.
@@ -247,7 +248,7 @@ def _check_velocity(place: str, time: Floats, angle: Floats, velocity: Floats) -
         factor = (logged / travel) * (1.0 if correlation > 0.0 else -1.0)
         raise InputError.at(
             FaultCode.UNIT_IMPLAUSIBLE, "campaign.toml", f"{place}, joints.velocity",
-            f"the logged velocity of joint {joint + 1} is {factor:.3g} times that of its angles",
+            f"the logged velocity of joint {joint + 1} is {significant(factor)} times that of its angles",
             "check units.velocity, motor = true and the gear ratios",
         )  # fmt: skip
 
@@ -379,7 +380,7 @@ def _one_way_words(steady: SteadyReadings, chain: Chain) -> list[str]:
         for code in np.unique(steady.set_aside_code[of_joint & ~steady.used]):
             of_code = of_joint & (steady.set_aside_code == code)
             speeds = np.unique(np.abs(steady.velocity[of_code]).round(3))
-            listed = ", ".join(f"{speed:.3g}" for speed in speeds[:4]) + (", …" if speeds.size > 4 else "")
+            listed = ", ".join(significant(speed) for speed in speeds[:4]) + (", …" if speeds.size > 4 else "")
             count, reason = of_code.sum(), steady.set_aside[of_code][0]
             texts.append(f"joint {name}: {count} of {of_joint.sum()} readings set aside (at {listed} rad/s): {reason}")
     return texts

@@ -34,6 +34,7 @@ from stiffcal.mistakes.catalogue.rows.pose_order import PoseOrder
 from stiffcal.mistakes.found import taken_back
 from stiffcal.mistakes.mistake import AsRead, InputPart, TriedOn
 from stiffcal.mistakes.stated_units import stated_units
+from stiffcal.wording import length, significant
 
 # Lines of a terminal that a person reads; the others are counted.
 MOST_NAMED = 4
@@ -117,7 +118,7 @@ def _fault(some: SomeRows, group: _Group) -> Fault:
     count = f" in {len(group.rows)} of {len(table.states)} rows ({table.listed(group.rows)})"
     if len(group.undecided):
         row = "row" if len(group.undecided) == 1 else "rows"
-        limit = f"{1e3 * far_from(some.usual):.2g} mm"
+        limit = length(far_from(some.usual), digits=2)
         count += f", and perhaps in {row} {table.listed(group.undecided)}, off by less than {limit}"
     return Fault(
         group.code,
@@ -164,7 +165,7 @@ def _without_change(some: SomeRows, left: Integers) -> list[_Group]:
         if twin is not None:
             reason = (
                 f"it has exactly the joint angles of row {int(some.table.states.row[twin])}, but its position is "
-                f"{1e3 * missed[k]:.3g} mm away"
+                f"{length(missed[k])} away"
             )
             groups.append(_Group(np.array([k]), code, reason, of_angles=True))
             left = left[left != k]
@@ -181,13 +182,16 @@ def _without_change(some: SomeRows, left: Integers) -> list[_Group]:
         left = left[fitting < 0]
     if not left.size:
         return groups
-    others = f"the others' {1e3 * some.usual:.2g} mm"
+    others = f"the others' {length(some.usual, digits=2)}"
     if len(left) == 1:
-        reason = f"its position is {1e3 * missed[left[0]]:.3g} mm from where its joint angles put it, {others}"
+        reason = f"its position is {length(missed[left[0]])} from where its joint angles put it, {others}"
         groups.append(_Group(left, code, reason))
     else:
         low, high = 1e3 * missed[left].min(), 1e3 * missed[left].max()
-        reason = f"the position is {low:.3g} to {high:.3g} mm from where the joint angles put it, {others},"
+        reason = (
+            f"the position is {significant(low)} to {significant(high)} mm from where the joint "
+            f"angles put it, {others},"
+        )
         groups.append(_Group(left, code, reason))
     return groups
 
@@ -229,7 +233,7 @@ def _moved(some: SomeRows, left: Integers) -> _Group | None:
     offset = float(np.linalg.norm(own.offset - some.met.offset, axis=1).max())
     reason = (
         f"the positions meet the joint angles with the tracker, the base or a target moved (tracker or base by "
-        f"{1e3 * np.linalg.norm(shift):.3g} mm and {angle:.2g}°, targets by {1e3 * offset:.2g} mm)"
+        f"{length(np.linalg.norm(shift))} and {significant(angle, 2)}°, targets by {length(offset, digits=2)})"
     )
     mend = f"exclude them with {some.table.exclusion(left)}, or make a campaign of their own of them"
     sizes = (*vector_from_rotation(turn).tolist(), *shift.tolist())

@@ -46,6 +46,7 @@ from stiffcal.mistakes.some_rows import some_of
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.mistakes.words import listed
 from stiffcal.reduction.registration.registering import WORST_M
+from stiffcal.wording import length
 
 # More rows than this share are no mistakes of single rows: then rows that agree are looked for before the frames are
 # believed, as half of the rows on one side shift a median.
@@ -175,8 +176,8 @@ def _of_the_table(table: TableRows, places: MeasuredPlaces, usual: float) -> Fau
     best, *others = [one for one in left if one.score <= AS_GOOD * least]
     texts = _texts(best.taken)
     also = f" (with {_texts(others[0].taken).words} too)" if others else ""
-    missed = f"joint angles and positions differ by {1e3 * usual:.3g} mm"
-    reason = f"{missed}, and with {texts.words} by {1e3 * best.score:.2g} mm{also}"
+    missed = f"joint angles and positions differ by {length(usual)}"
+    reason = f"{missed}, and with {texts.words} by {length(best.score, digits=2)}{also}"
     mistake, change = best.taken.mistake, best.taken.change
     of_angles = mistake.part is InputPart.ANGLES
     if mistake.part is InputPart.ROBOT:
@@ -213,7 +214,7 @@ def _exchanged_targets(places: MeasuredPlaces, met: Met, states: LoadStates) -> 
             yield Fault(
                 FaultCode.KINEMATICS_MISMATCH, MANIFEST_FILE, f"poses.{moved[0]}",
                 f"{listed(moved)} are interchanged: each is at the position that the manifest gives for the "
-                f"other, {1e3 * own.max():.3g} mm from its own",
+                f"other, {length(own.max())} from its own",
                 "interchange their columns, or their positions on the body", changes=(change,),
             )  # fmt: skip
             return

@@ -20,6 +20,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import joint_springs
 from stiffcal.reduction.motion import MeasuredMotion, motion_of
 from stiffcal.reduction.registration.still_components import rounding_of
+from stiffcal.wording import length
 
 SURE = 1e-3
 """Of the F test: one campaign in a thousand without such rows has a warning, as of `force_zero.tables`."""
@@ -187,7 +188,7 @@ def _words(states: LoadStates, measured: Floats, lost: Sequence[_Stretch], sprin
         what, end = "the target", "it was lost"
     return (
         f"{_places(states, [rows for _, rows in lost])}: {what} reads {'zero' if zero else 'the same'} "
-        f"whatever the load, which by springs fitted to the other rows moves it by {1e3 * size:.2g} mm: {end}, "
+        f"whatever the load, which by springs fitted to the other rows moves it by {length(size, digits=2)}: {end}, "
         "or not measured; these rows are used as they are: exclude them with [[exclude]], or keep them"
     )
 

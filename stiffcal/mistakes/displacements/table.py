@@ -30,6 +30,7 @@ from stiffcal.mistakes.found import taken_back
 from stiffcal.mistakes.mistake import AsRead, InputPart, Scored, TriedOn
 from stiffcal.mistakes.references.match import MISSES_M, TURNED_RAD
 from stiffcal.mistakes.some_rows import some_of
+from stiffcal.wording import length
 
 
 @dataclass(frozen=True)
@@ -90,8 +91,8 @@ def _fault(best: Scored, tried: list[Scored], explained: float, read: AsRead, pl
     rms_m = float(np.sqrt(np.mean(left**2)))
     texts = mistake.texts(change, read.chain)
     reason = (
-        f"joint springs leave {1e3 * rms_m:.3g} of {1e3 * float(np.sqrt(np.mean(measured**2))):.3g} mm of the "
-        f"deflections, and {1e3 * rms_m * np.sqrt((1.0 - best.score) / max(1.0 - explained, 1e-300)):.3g} mm with "
+        f"joint springs leave {length(rms_m)} of {length(float(np.sqrt(np.mean(measured**2))))} of the "
+        f"deflections, and {length(rms_m * np.sqrt((1.0 - best.score) / max(1.0 - explained, 1e-300)))} with "
         f"{texts.words}"
     )
     place = texts.place

@@ -17,6 +17,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.robot_classes import RobotClass, typical_compliance
 from stiffcal.quantities import unit
+from stiffcal.quantity import LINEAR_STIFFNESS
+from stiffcal.wording import in_unit, length, significant
 
 # Industrial robots give 0.1 to 5 N/µm at the tool; machine tools begin near 20 N/µm. The softest that a whole campaign
 # shows is looked at, so that a stiff direction of a single pose is no matter.
@@ -52,7 +54,8 @@ def check_displacement_unit(states: LoadStates, declared: str, place: str, file:
         return []
     stiffness = force / largest
     reason = (
-        f"the largest displacement is {1e3 * largest:.3g} mm under up to {force:.3g} N: {1e-6 * stiffness:.3g} N/µm; "
+        f"the largest displacement is {length(largest)} under up to {significant(force)} N: "
+        f"{in_unit(stiffness, LINEAR_STIFFNESS.usual)}; "
         "robots have 0.1 to 5 N/µm at the tool"
     )
     factor = unit(declared, "translation").factor
@@ -104,7 +107,8 @@ def loads_like_thousands(states: LoadStates, chain: Chain, place: str, file: str
         return []
     softer = float((distance[large] / light[large]).min())
     reason = (
-        f"{1e3 * float(distance.max()):.3g} mm under up to {float(force.max()):.3g} N: {softer:.3g} times what "
+        f"{length(float(distance.max()))} under up to {significant(float(force.max()))} N: "
+        f"{significant(softer)} times what "
         "even the drives of light arms give, or more"
     )
     return [f"{file}: {place}: {reason}; if the log holds kN, write {toml_text.pair('units', {'force': 'kN'})}"]
@@ -141,5 +145,5 @@ def angles_like_radians(states: LoadStates, place: str, file: str = "campaign.to
     joints = int((np.ptp(degrees, axis=0) > LEAST_MOVED_DEG).sum())
     if largest > 2.0 * np.pi or poses < LEAST_POSES or joints < LEAST_JOINTS:
         return []
-    reason = f"all angles of {poses} poses lie within {largest:.3g} degrees of zero: these look like radians"
+    reason = f"all angles of {poses} poses lie within {significant(largest)} degrees of zero: these look like radians"
     return [f'{file}: {place}: {reason}; if they are, write units = {{ position = "rad" }}']

@@ -17,6 +17,7 @@ from stiffcal.mistakes.force_zero.accounts import moved_zeros, without_zeros
 from stiffcal.mistakes.force_zero.moved_zero import LEAST_LEVEL, MovedZero, Part, ZeroChange, started_at
 from stiffcal.mistakes.force_zero.tables import rounded_readings
 from stiffcal.reduction.motion import motion_of
+from stiffcal.wording import significant
 
 # A change of stiffness that no one would act on.
 LEAST_CHANGE = 0.001
@@ -250,4 +251,7 @@ def _bias_words(bias: StiffnessBias | None, chain: Chain) -> str:
         return "; no joint's stiffness changes by more than 0.1 %"
     size = "large" if bias.share > 0.0 else "small"
     name = chain.joint_names[bias.drive]
-    return f"; with these zeros the stiffness of joint {name} comes out {100.0 * abs(bias.share):.2g} % too {size}"
+    return (
+        f"; with these zeros the stiffness of joint {name} comes out "
+        f"{significant(100.0 * abs(bias.share), 2)} % too {size}"
+    )

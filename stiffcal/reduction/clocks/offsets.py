@@ -21,6 +21,7 @@ from stiffcal.documents import KeyIf, Number
 from stiffcal.reduction.clocks.ramps import MOST_STEPS, Integral, ramp_answers, robust_mean, spread_of
 from stiffcal.reduction.holds.finding import Holds, find_holds
 from stiffcal.reduction.logs.blocks import noise_of
+from stiffcal.wording import significant
 
 LEAST_OVERLAP = 0.3  # of the shorter log
 # Logs of one run begin and end within a part of it; a rate or unit that is wrong is so by more than this factor.
@@ -205,7 +206,10 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
         lasts, other = float(np.ptp(second.time)), float(np.ptp(first.time))
         if min(lasts, other) > (1.0 - AS_LONG) * max(lasts, other):
             return found
-        return f"{found}, and lasts {lasts:.4g} s where that lasts {other:.4g} s: did the log of one end early?"
+        return (
+            f"{found}, and lasts {significant(lasts, 4)} s where that lasts {significant(other, 4)} "
+            f"s: did the log of one end early?"
+        )
     return float(lags[best] * step + second.time[0] - first.time[0])
 
 
@@ -214,7 +218,10 @@ def _of_another_length(first: SharedSignal, second: SharedSignal) -> str:
     lasts, other = float(np.ptp(second.time)), float(np.ptp(first.time))
     if other <= MOST_APART * lasts and lasts <= MOST_APART * other:
         return ""
-    return f", and lasts {lasts:.4g} s where that lasts {other:.4g} s: check rate_hz or the unit of time of both"
+    return (
+        f", and lasts {significant(lasts, 4)} s where that lasts {significant(other, 4)} s: check "
+        f"rate_hz or the unit of time of both"
+    )
 
 
 def _interval(time: Floats) -> float:

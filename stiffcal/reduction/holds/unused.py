@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+from stiffcal.wording import significant
+
 
 class UnusedCode(StrEnum):
     """Causes for which a stretch of a log is not used; the words are those of ``code`` in the answer of `ingest`."""
@@ -83,7 +85,7 @@ def cause_text(group: Sequence[UnusedStretch]) -> str:
 
 
 def _range(values: Sequence[float]) -> str:
-    low, high = f"{min(values):.2g}", f"{max(values):.2g}"
+    low, high = significant(min(values), 2), significant(max(values), 2)
     return low if low == high else f"{low} to {high}"
 
 

@@ -17,6 +17,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.reduction.motion import less_means_of_runs, motion_of
 from stiffcal.uncertainty import NORMAL_95, is_poorly_known
+from stiffcal.wording import significant
 
 # A torque below this share of the largest joint's is none that matters.
 NO_TORQUE = 1e-3
@@ -137,4 +138,6 @@ def _verdict(name: str, torque: float, relative: float, *, is_loaded: bool, pris
     if is_poorly_known(1.0, relative):
         text = f"poorly determined, ± {half_width:.0f} % (95 %): more {load} {axis} would help"
         return JointExcitation(name, torque, relative, True, text)
-    return JointExcitation(name, torque, relative, True, f"expected uncertainty about ± {half_width:.2g} % (95 %)")
+    return JointExcitation(
+        name, torque, relative, True, f"expected uncertainty about ± {significant(half_width, 2)} % (95 %)"
+    )

@@ -11,6 +11,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.quantities import unit
 from stiffcal.reduction.raw_states import RawStates
+from stiffcal.wording import significant
 
 # m/s²
 STANDARD_GRAVITY = 9.80665
@@ -59,5 +60,5 @@ def weight_warnings(raw_states: RawStates) -> list[str]:
         if abs(ratio * unit(logged, "force").factor / unit(declared, "force").factor - 1.0) <= MATCHES
     ]
     fits = f" (possible: {' or '.join(fitting)})" if fitting else ""
-    sentence = f"measured forces are {ratio:.3g} times the weight of the masses of dead_weight"
+    sentence = f"measured forces are {significant(ratio)} times the weight of the masses of dead_weight"
     return [f"{sentence}: check the unit of force of the whole campaign{fits}"]

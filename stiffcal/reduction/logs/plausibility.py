@@ -18,13 +18,14 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import Unit
+from stiffcal.quantity import DELAY
 from stiffcal.reduction.logs.coarse_clock import coarse_clock
 from stiffcal.reduction.logs.filled_numbers import FilledNumber, filled_number
 from stiffcal.reduction.logs.frozen import FrozenChannels
 from stiffcal.reduction.logs.reading_bounds import first_impossible
 from stiffcal.reduction.logs.sampled_readings import ReadingSampler
 from stiffcal.reduction.logs.summary import SATURATED, ChannelRemark, LogSummary, column_of_channel
-from stiffcal.wording import count, listing
+from stiffcal.wording import count, in_unit, listing, significant
 
 GAP = 10.0  # times the usual interval
 MOST_GAPS = 3  # that are listed one by one
@@ -123,7 +124,8 @@ class LogQuality:
             ticks = coarse_clock(time) if step[k] == 0.0 else None
             if ticks is not None:
                 reason = (
-                    f"the time resolution is {1e3 * ticks.tick_s:.3g} ms, with {ticks.rows_per_tick:.3g} rows per step"
+                    f"the time resolution is {in_unit(ticks.tick_s, DELAY.usual)}, with "
+                    f"{significant(ticks.rows_per_tick)} rows per step"
                 )
                 mend = f"if rows are equally spaced, write time = {{ rate_hz = {ticks.rate_hz:.6g} }} for this source"
             raise InputError.at(FaultCode.TIME_ORDER, self.file, self.place_of_row(int(number[k])), reason, mend)
@@ -205,7 +207,8 @@ class LogQuality:
         low_read, high_read = own.others
         reason = (
             f"{'column ' if len(found) == 1 else 'columns '}{listing(list(found))}: {own.number:.10g} in {rows.size} "
-            f"row{'s' * (rows.size > 1)} ({_stretches(rows)}) where all others are {low_read:.4g} to {high_read:.4g}: "
+            f"row{'s' * (rows.size > 1)} ({_stretches(rows)}) where all others are "
+            f"{significant(low_read, 4)} to {significant(high_read, 4)}: "
             "a number that was written where there was no reading"
         )
         condition = toml_text.pair("rows", " and ".join(one.condition(column) for column, one in found.items()))
@@ -290,8 +293,9 @@ class LogQuality:
             where = ", ".join(f"{begin:.3f} … {end:.3f} s" for begin, end in self.gaps)
             suffix = f" and {self.n_gaps - len(self.gaps)} more" if self.n_gaps > len(self.gaps) else ""
             text = (
-                f"a gap of {self.longest:.3g} s before {self.longest_at:.3f} s "
-                f"(usual interval {self.interval:.3g} s; all: {where}{suffix}); gaps are not filled, a dwell is the "
+                f"a gap of {significant(self.longest)} s before {self.longest_at:.3f} s "
+                f"(usual interval {significant(self.interval)} s; all: {where}{suffix}); gaps are not "
+                f"filled, a dwell is the "
                 "mean of the available readings"
             )
             remarks.append(ChannelRemark(self.file, text))

@@ -31,10 +31,12 @@ from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
+from stiffcal.quantity import JOINT_ANGLE
 from stiffcal.reduction.registration.frames import AXES, Registration
 from stiffcal.reduction.registration.poses import different_poses, refuse_few_poses
 from stiffcal.reduction.registration.run_apart import run_apart
 from stiffcal.reduction.registration.still_components import still_words
+from stiffcal.wording import in_unit, length
 
 # A robot's absolute accuracy is some tenths of a millimetre to millimetres; an estimate less certain than this is none.
 WORST_POSITION_M = 0.02
@@ -107,7 +109,7 @@ def _run_apart(problem: _RegistrationProblem, n_poses: int) -> Fault | None:
     name, left = found
     reason = (
         "its joint angles and its positions contradict those of all other runs: with it they differ by "
-        f"{1e3 * missed:.3g} mm rms whatever the frames, without it by {1e3 * left:.2g} mm"
+        f"{length(missed)} rms whatever the frames, without it by {length(left, digits=2)}"
     )
     mend = (
         "check that its joint angles and its positions belong together, or leave out its rows ([[exclude]]) or its logs"
@@ -380,7 +382,8 @@ class _RegistrationProblem:
                     FaultCode.KINEMATICS_MISMATCH,
                     _file_of_positions(self.manifest), "lengths of the robot",
                     f"measured positions differ from those of the robot file by {1e3 * missed:.0f} mm rms whatever the "
-                    f"frames, while orientations agree to {np.degrees(turned):.2g}° rms: the joint angles are right, "
+                    f"frames, while orientations agree to {in_unit(turned, JOINT_ANGLE.usual, 2)} "
+                    f"rms: the joint angles are right, "
                     f"only lengths can be wrong{still}",
                     f"{first}check the lengths of the robot file (is it of this robot?) and the unit of the positions",
                 )  # fmt: skip

@@ -13,6 +13,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.tracker_axes import places_in_tracker
 from stiffcal.reduction.logs.reading_bounds import LARGEST_DEFLECTION_M
 from stiffcal.reduction.registration.still_components import lost_states, rounding_of
+from stiffcal.wording import significant
 
 MOST_NAMED = 10
 
@@ -33,7 +34,7 @@ def _fault_of(run: LoadStates, file: str) -> Fault:
     largest = _moved(run)
     lost = lost_states(run)
     place = f"run {run.runs[int(run.run[0])].name}"
-    reason = f"the target moved by {largest:.3g} m under load"
+    reason = f"the target moved by {significant(largest)} m under load"
     mend = (
         'millimetres read as metres? write units = { position = "mm" }; or two poses in one run; rows of a '
         'lost target (−9999): [[exclude]], or rows = "X > -1000" under the source'

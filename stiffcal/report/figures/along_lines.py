@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiffcal.quantity import LENGTH, ShownUnit
 from stiffcal.report.content import ReportStates
 from stiffcal.report.figures import canvas
 
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 PER_ROW, PER_SHEET = 3, 6
 ROW_MM = 46.0
+# m: a residual below it is not enlarged.
+_LEAST_SCALE_M = 1e-6
 
 
 @canvas.styled
@@ -29,7 +32,9 @@ def draw_along_lines(states: ReportStates, runs: list[int], names: list[str]) ->
     rows = -(-len(runs) // PER_ROW)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, ROW_MM * rows + 6)
     panels = figure.subplots(2 * rows, PER_ROW, squeeze=False, gridspec_kw={"height_ratios": [2.2, 1.0] * rows})
-    largest = _largest_left(states, runs)
+    used = states.used & np.isin(states.run, runs)
+    unit = canvas.unit_of(LENGTH, states.measured[used, :3])
+    largest = unit.factor * _largest_left(states, runs)
     for place in range(rows * PER_ROW):
         above, below = (
             panels[2 * (place // PER_ROW), place % PER_ROW],
@@ -39,11 +44,11 @@ def draw_along_lines(states: ReportStates, runs: list[int], names: list[str]) ->
             above.set_axis_off()
             below.set_axis_off()
             continue
-        _draw_run(above, below, states, runs[place], names[place])
+        _draw_run(above, below, states, runs[place], names[place], unit)
         below.set_ylim(-1.1 * largest, 1.1 * largest)
         if place % PER_ROW == 0:
-            above.set_ylabel("displacement [mm]")
-            below.set_ylabel("residual [mm]")
+            above.set_ylabel(unit.in_brackets("displacement"))
+            below.set_ylabel(unit.in_brackets("residual"))
         if place + PER_ROW >= len(runs):
             below.set_xlabel("force along the line of action [N]")
     canvas.share_legend(figure, list(panels[0, 0].get_legend_handles_labels()[0]))
@@ -51,13 +56,13 @@ def draw_along_lines(states: ReportStates, runs: list[int], names: list[str]) ->
 
 
 def _largest_left(states: ReportStates, runs: list[int]) -> float:
-    """Return the largest residual of these runs, mm: their lower panels have one scale."""
+    """Return the largest residual of these runs, m: their lower panels have one scale."""
     inside = states.used & np.isin(states.run, runs)
     residual = np.linalg.norm((states.measured - states.predicted)[inside, :3], axis=1)
-    return float(np.nanmax(1e3 * residual, initial=1e-3))
+    return float(np.nanmax(residual, initial=_LEAST_SCALE_M))
 
 
-def _draw_run(above: Axes, below: Axes, states: ReportStates, run: int, name: str) -> None:
+def _draw_run(above: Axes, below: Axes, states: ReportStates, run: int, name: str, unit: ShownUnit) -> None:
     """Draw one run."""
     run_states = np.flatnonzero(states.used & (states.run == run))
     assert states.along is not None
@@ -72,13 +77,16 @@ def _draw_run(above: Axes, below: Axes, states: ReportStates, run: int, name: st
         these = is_unloading == going_back
         colour = canvas.COLOURS[1 if going_back else 0]
         face, size = ("none", 3.2) if going_back else (colour, 2.0)
-        for panel, values, label in ((above, 1e3 * measured, text), (below, 1e3 * (measured - predicted), None)):
+        for panel, values, label in (
+            (above, unit.factor * measured, text),
+            (below, unit.factor * (measured - predicted), None),
+        ):
             panel.plot(
                 force[these], values[these], linestyle="none", marker="o", color=colour, markerfacecolor=face,
                 markersize=size, markeredgewidth=0.5, label=label, zorder=3,
             )  # fmt: skip
     order = np.argsort(force, kind="stable")
-    above.plot(force[order], 1e3 * predicted[order], color=canvas.MODEL, linewidth=0.7, label="model", zorder=2)
+    above.plot(force[order], unit.factor * predicted[order], color=canvas.MODEL, linewidth=0.7, label="model", zorder=2)
     above.set_title(f"{name}, along {_words(line[0])}")
     above.tick_params(labelbottom=False)
 

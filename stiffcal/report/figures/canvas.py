@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.quantity import Quantity, ShownUnit
 from stiffcal.report.drawing_library import drawing_library
 from stiffcal.report.figures.light_axes import lighten_axes
 from stiffcal.report.figures.margins import place_panels
@@ -165,6 +166,11 @@ def padded_limits(values: Sequence[float] | Floats, share: float = 0.06) -> tupl
     low, high = (min(0.0, float(finite.min())), max(0.0, float(finite.max()))) if finite.size else (0.0, 1.0)
     width = (high - low) or 1.0
     return low - share * width, high + share * width
+
+
+def unit_of(quantity: Quantity, *values: Floats) -> ShownUnit:
+    """Return the one unit of all that panels show of a quantity, by the largest number, SI."""
+    return quantity.unit_for(float(np.nanmax(np.abs(one), initial=0.0)) for one in values)
 
 
 def zero_lines(axes: Axes) -> None:

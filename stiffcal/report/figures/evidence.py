@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.quantity import ANGLE, JOINT_ANGLE, LENGTH, ShownUnit
 from stiffcal.report.content import EvidenceFigure
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.effect_picture import draw_on
@@ -30,7 +31,7 @@ def draw_evidence(drawn: EvidenceFigure, example: bool = True) -> Figure:
 
     Returns
     -------
-    Figure; residuals in mm or mrad, the covariate in its own unit (° for angles).
+    Figure; residuals in one unit, the covariate in its own unit (° for angles).
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, _HEIGHT_MM if example else _FIRST_PAGE_MM)
     if drawn.picture is None or not example:
@@ -42,19 +43,19 @@ def draw_evidence(drawn: EvidenceFigure, example: bool = True) -> Figure:
         draw_on(simple, drawn.picture)
         simple.set_title("effect (example)")
     value, covariate = covariate_axis(drawn)
-    factor, unit = 1e3, residual_unit(drawn)
+    unit = residual_unit(drawn)
     finite = np.flatnonzero(np.isfinite(drawn.before) & np.isfinite(drawn.after) & np.isfinite(value))
     finite = finite[canvas.thinned(np.abs(drawn.before[finite]), MOST_POINTS)]
     for panel, residual, title in (
         (without, drawn.before, "without the effect"),
         (with_it, drawn.after, "with the effect"),
     ):
-        _draw_points(panel, value, residual * factor, drawn, finite)
+        _draw_points(panel, value, residual * unit.factor, drawn, finite)
         panel.set_title(f"{drawn.evidence.effect}: {title}" if len(drawn.evidence.effect) < 14 else title)
         panel.set_xlabel(covariate)
-    without.set_ylabel(f"residual along the effect [{unit}]")
+    without.set_ylabel(unit.in_brackets("residual along the effect"))
     with_it.tick_params(labelleft=False)
-    extremes = np.concatenate([drawn.before[finite], drawn.after[finite]]) * factor
+    extremes = np.concatenate([drawn.before[finite], drawn.after[finite]]) * unit.factor
     without.set_ylim(*canvas.padded_limits(np.concatenate([extremes, -extremes])))
     handles = {handle.get_label(): handle for handle in without.get_legend_handles_labels()[0]}
     canvas.share_legend(figure, list(handles.values()))
@@ -64,16 +65,17 @@ def draw_evidence(drawn: EvidenceFigure, example: bool = True) -> Figure:
 def covariate_axis(drawn: EvidenceFigure) -> tuple[Floats, str]:
     """Return the covariate's values and its label; angles of joints in degrees."""
     if drawn.evidence.unit == "rad" and "angle" in drawn.evidence.driver:
-        return np.degrees(drawn.value), f"{drawn.evidence.driver} [°]"
+        unit = JOINT_ANGLE.usual
+        return unit.factor * drawn.value, unit.in_brackets(drawn.evidence.driver)
     if drawn.evidence.unit == "s" and np.nanmax(np.abs(drawn.value), initial=0.0) > 1000.0:
         return drawn.value / 60.0, f"{drawn.evidence.driver} [min]"
     unit = "" if drawn.evidence.unit in ("", "1") else f" [{drawn.evidence.unit}]"
     return drawn.value, drawn.evidence.driver + unit
 
 
-def residual_unit(drawn: EvidenceFigure) -> str:
-    """Return the unit of the residuals, a thousandth of the SI unit."""
-    return "mrad" if drawn.rotational else "mm"
+def residual_unit(drawn: EvidenceFigure) -> ShownUnit:
+    """Return the unit of the residuals."""
+    return canvas.unit_of(ANGLE if drawn.rotational else LENGTH, drawn.before)
 
 
 def _draw_points(axes: Axes, value: Floats, residual: Floats, drawn: EvidenceFigure, known: Integers) -> None:
@@ -116,17 +118,17 @@ def draw_errors_by_run(drawn: EvidenceFigure, noise: float | None) -> Figure:
 
     Returns
     -------
-    Figure; mm or mrad.
+    Figure; errors in one unit.
     """
     from stiffcal.report.figures.load_deformation import name_runs
 
     runs = drawn.evidence.by_run
-    factor, unit = 1e3, residual_unit(drawn)
+    unit = residual_unit(drawn)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 38)
     axes = figure.subplots()
     at = np.arange(len(runs))
-    before = np.array([run.before for run in runs]) * factor
-    after = np.array([run.after for run in runs]) * factor
+    before = np.array([run.before for run in runs]) * unit.factor
+    after = np.array([run.after for run in runs]) * unit.factor
     axes.vlines(at, after, before, color=canvas.PALE, linewidth=2.0, zorder=1)
     axes.plot(
         at, before, linestyle="none", marker="s", markerfacecolor="white", color=canvas.ACCENT, markersize=4.5,
@@ -134,12 +136,14 @@ def draw_errors_by_run(drawn: EvidenceFigure, noise: float | None) -> Figure:
     )  # fmt: skip
     axes.plot(at, after, linestyle="none", marker="o", color=canvas.COLOURS[0], markersize=4.0, label="with the effect")
     if noise is not None:
-        axes.axhline(noise * factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)")
+        axes.axhline(
+            noise * unit.factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)"
+        )
     axes.set_ylim(0.0, float(max(before.max(), after.max())) * 1.12)
     axes.set_xlim(-0.7, len(at) - 0.3)
     axes.grid(visible=False, axis="x")
     of_what = "motors' error" if drawn.of_motors else "rotation error" if drawn.rotational else "error"
-    axes.set_ylabel(f"{of_what}, held-out [{unit}]")
+    axes.set_ylabel(unit.in_brackets(f"{of_what}, held-out"))
     name_runs(axes, [run.label for run in runs])
     canvas.share_legend(figure, axes.get_legend_handles_labels()[0])
     return figure

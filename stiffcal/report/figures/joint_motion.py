@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stiffcal.quantity import ANGLE, FORCE, LENGTH, MOMENT, ShownUnit
 from stiffcal.report.figures import canvas
 from stiffcal.report.joint_curves import JointCurve, JointPicture
 
@@ -58,7 +59,7 @@ def draw_about_axes(joints: Sequence[JointPicture]) -> Figure:
 def _draw(
     panel: Axes, curve: JointCurve, runs: tuple[str, ...], law: tuple[NDArray[np.float64], NDArray[np.float64]] | None
 ) -> None:
-    load_scale, moved_scale = _scales(curve)
+    load_scale, moved_scale = (unit.factor for unit in _units(curve))
     canvas.zero_lines(panel)
     for number in range(len(runs)):
         in_run = np.flatnonzero((curve.run == number) & np.isfinite(curve.displacement))
@@ -84,8 +85,9 @@ def _draw(
 def _label(panel: Axes, curve: JointCurve) -> None:
     axis = curve.line.component[1]
     turns = curve.line.component[0] == "r"
-    panel.set_xlabel(f"moment about {axis} [N·m]" if turns else f"force along {axis} [kN]")
-    panel.set_ylabel(f"rotation {axis} [mrad]" if turns else f"translation {axis} [mm]")
+    load, moved = _units(curve)
+    panel.set_xlabel(load.in_brackets(f"moment about {axis}" if turns else f"force along {axis}"))
+    panel.set_ylabel(moved.in_brackets(f"rotation {axis}" if turns else f"translation {axis}"))
     panel.set_title(_words(curve))
 
 
@@ -97,13 +99,15 @@ def _words(curve: JointCurve) -> str:
     return "significant, nonlinear" if curve.line.curved else "significant"
 
 
-def _scales(curve: JointCurve) -> tuple[float, float]:
-    """Return the factors from SI: kN and mm, N·m and mrad."""
-    return (1.0, 1e3) if curve.line.component[0] == "r" else (1e-3, 1e3)
+def _units(curve: JointCurve) -> tuple[ShownUnit, ShownUnit]:
+    """Return the units of load and motion: usual ones, as panels of several joints are compared."""
+    return (MOMENT.usual, ANGLE.usual) if curve.line.component[0] == "r" else (FORCE.usual, LENGTH.usual)
 
 
 def _same_heights(panels: Sequence[Axes], curves: Sequence[JointCurve]) -> None:
-    displacements = np.concatenate([curve.displacement[np.isfinite(curve.displacement)] for curve in curves]) * 1e3
+    displacements = np.concatenate(
+        [_units(curve)[1].factor * curve.displacement[np.isfinite(curve.displacement)] for curve in curves]
+    )
     if displacements.size:
         largest = 1.08 * float(np.max(np.abs(displacements))) or 1.0
         for panel in panels:

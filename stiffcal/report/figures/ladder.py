@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from stiffcal.quantity import ShownUnit, of_measure
 from stiffcal.report import wording
 from stiffcal.report.figures import canvas
 
@@ -20,12 +21,12 @@ if TYPE_CHECKING:
     from stiffcal.results.history_results import HistoryEntry, StoredFit
 
 _LABEL_WIDTH = 46
-# Unit, factor and name of each measure of an error.
-SCALES = {
-    "translation": ("mm", 1e3, "translation error, rms length"),
-    "rotation": ("mrad", 1e3, "rotation error, rms length"),
-    "motor_angle": ("mrad", 1e3, "error of clamped motors' angles, rms"),
-    "torque": ("N·m", 1.0, "error of drives' torques in motion, rms"),
+# Name of each measure of an error.
+_TITLES = {
+    "translation": "translation error, rms length",
+    "rotation": "rotation error, rms length",
+    "motor_angle": "error of clamped motors' angles, rms",
+    "torque": "error of drives' torques in motion, rms",
 }
 # Steps that change the error by less than this factor are not worth a number.
 _SIGNIFICANT = 1.05
@@ -61,7 +62,7 @@ def draw_ladder(
 
     Returns
     -------
-    Figure; rms in mm, mrad or N·m.
+    Figure; rms in one unit.
     """
     rungs = ladder_rungs(fits, zero_model, component)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 26 + 8 * len(rungs))
@@ -80,16 +81,18 @@ def fill_ladder(
     axes : the panel. rungs : from the top down. floor : the noise, m or rad; None where it cannot be judged.
     component : as for `draw_ladder`. label_size : letters in a line of a rung's label, and lines at most.
     """
-    unit, factor, title = SCALES[component]
+    errors = [value for rung in rungs for value in (rung.heldout, rung.fitted)]
+    unit = of_measure(component).unit_for([*errors, floor])
+    factor = unit.factor
     axes.set_xscale("log")
     _draw_steps(axes, rungs, factor)
     above: float | None = None
     for row, rung in enumerate(rungs):
-        _draw_rung(axes, row, rung, (unit, factor), above)
+        _draw_rung(axes, row, rung, unit, above)
         above = rung.heldout or above
     floor = None if floor is None else factor * floor
     handles = _legend(axes, floor)
-    known = [factor * value for rung in rungs for value in (rung.heldout, rung.fitted) if value]
+    known = [factor * value for value in errors if value]
     low, high = _limits([*known, floor])
     axes.set_xlim(low, high)
     if floor is not None:
@@ -98,7 +101,7 @@ def fill_ladder(
     axes.set_yticks(range(len(rungs)), ["\n".join(label_lines(rung.label, label_size)) for rung in rungs])
     axes.xaxis.set_major_formatter(lambda value, _: wording.significant(value, 1))
     axes.xaxis.set_minor_formatter(lambda value, _: wording.significant(value, 1) if f"{value:e}"[0] in "25" else "")
-    axes.set_xlabel(f"{title} [{unit}], logarithmic")
+    axes.set_xlabel(f"{unit.in_brackets(_TITLES[component])}, logarithmic")
     return handles
 
 
@@ -146,22 +149,27 @@ def _draw_steps(axes: Axes, rungs: Sequence[Rung], factor: float) -> None:
         axes.plot([error, lower, lower], [row, row, below], color=canvas.COLOURS[0], linewidth=0.9, zorder=2, alpha=0.7)
 
 
-def _draw_rung(axes: Axes, row: int, rung: Rung, scale: tuple[str, float], above: float | None) -> None:
+def _draw_rung(axes: Axes, row: int, rung: Rung, unit: ShownUnit, above: float | None) -> None:
     """Draw one rung, with the factor by which it lowers or raises the error of the one above it."""
-    unit, per_unit = scale
     if rung.fitted is not None:
         axes.plot(
-            rung.fitted * per_unit, row, marker="D", markersize=7.5, color=canvas.INK, markerfacecolor="none", zorder=3
+            rung.fitted * unit.factor,
+            row,
+            marker="D",
+            markersize=7.5,
+            color=canvas.INK,
+            markerfacecolor="none",
+            zorder=3,
         )
     if rung.heldout is not None:
-        axes.plot(rung.heldout * per_unit, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
-        text = f"{wording.significant(rung.heldout * per_unit)} {unit}"
+        axes.plot(rung.heldout * unit.factor, row, marker="o", markersize=4.5, color=canvas.COLOURS[0], zorder=4)
+        text = wording.in_unit(rung.heldout, unit)
         factor = above / rung.heldout if above and rung.heldout else 1.0
         if max(factor, 1.0 / factor) > _SIGNIFICANT:
             sign = "÷" if factor > 1.0 else "×"
             text += f"  ({sign} {wording.significant(max(factor, 1.0 / factor), 2)})"
         axes.annotate(
-            text, (rung.heldout * per_unit, row), xytext=(8, -7 if above else 0), textcoords="offset points",
+            text, (rung.heldout * unit.factor, row), xytext=(8, -7 if above else 0), textcoords="offset points",
             va="center", fontsize=6.5, zorder=5,
         )  # fmt: skip
     elif rung.fitted is None:

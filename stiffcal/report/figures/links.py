@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.quantity import LENGTH, of_component
+from stiffcal.report import wording
 from stiffcal.report.figures import canvas
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
 from stiffcal.uncertainty import NORMAL_95
@@ -28,15 +30,18 @@ NAME_SHARE = 0.16
 def draw_rods(picture: LinkPicture) -> Figure:
     """Draw every rod's change over the force, run by run: marks as read, lines the model."""
     figure, panels = _grid(len(picture.large_runs))
+    unit = canvas.unit_of(LENGTH, *(picture.runs[number].lengths for number in picture.large_runs))
     for panel, number in zip(panels, picture.large_runs, strict=False):
         run = picture.runs[number]
         for rod, name in enumerate(picture.rods):
-            label = f"{name}, {1e3 * picture.rod_lengths[rod]:.0f} mm"
+            label = f"{name}, {wording.length(picture.rod_lengths[rod])}"
             colour = canvas.COLOURS[rod % len(canvas.COLOURS)]
-            _marks(panel, run, 1e3 * run.lengths[:, rod], colour, canvas.MARKERS[rod % len(canvas.MARKERS)], label)
+            _marks(
+                panel, run, unit.factor * run.lengths[:, rod], colour, canvas.MARKERS[rod % len(canvas.MARKERS)], label
+            )
             if run.modelled is not None:
-                _line(panel, run.force, 1e3 * run.modelled[:, rod], colour, "-", None)
-        _dress(panel, run, "change of length [mm]")
+                _line(panel, run.force, unit.factor * run.modelled[:, rod], colour, "-", None)
+        _dress(panel, run, unit.in_brackets("change of length"))
     canvas.share_legend(figure, _handles(panels))
     return figure
 
@@ -46,16 +51,16 @@ def draw_end(picture: LinkPicture, number: int) -> Figure:
     """Draw the six displacements of the link's end over the force: marks from the rods, lines by the compliance."""
     run = picture.runs[number]
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 78)
-    for panel, first, factor, unit in zip(figure.subplots(1, 2), (0, 3), (1e3, 1e3), ("mm", "mrad"), strict=True):
+    for panel, first in zip(figure.subplots(1, 2), (0, 3), strict=True):
+        unit = canvas.unit_of(of_component(first), run.end[:, first : first + 3])
         for k in range(first, first + 3):
             if not np.isfinite(run.end[:, k]).any():
                 continue
             colour = canvas.COLOURS[k - first]
-            half = NORMAL_95 * factor * float(run.end_std[k])
-            label = f"{COMPONENTS[k]} ± {half:.2g} {unit}"
-            _marks(panel, run, factor * run.end[:, k], colour, canvas.MARKERS[k - first], label)
-            _line(panel, run.force, factor * run.by_wrench[:, k], colour, "-", None)
-        _dress(panel, run, f"{'displacement' if first == 0 else 'turn'} of the link's end [{unit}]")
+            label = f"{COMPONENTS[k]} ± {wording.in_unit(NORMAL_95 * float(run.end_std[k]), unit, 2)}"
+            _marks(panel, run, unit.factor * run.end[:, k], colour, canvas.MARKERS[k - first], label)
+            _line(panel, run.force, unit.factor * run.by_wrench[:, k], colour, "-", None)
+        _dress(panel, run, unit.in_brackets(f"{'displacement' if first == 0 else 'turn'} of the link's end"))
         panel.legend(loc="best")
     return figure
 
@@ -82,19 +87,22 @@ def _draw_tool_run(above: Axes, below: Axes, run: LinkRun) -> None:
     """Draw one run: displacement above, what the model leaves of it below."""
     assert run.tool is not None
     assert run.with_link is not None
+    unit = canvas.unit_of(LENGTH, run.tool)
     canvas.zero_lines(above)
-    _marks(above, run, 1e3 * run.tool, canvas.COLOURS[0], "o", "measured")
-    _line(above, run.force, 1e3 * run.with_link, canvas.MODEL, "-", "model with the link")
+    _marks(above, run, unit.factor * run.tool, canvas.COLOURS[0], "o", "measured")
+    _line(above, run.force, unit.factor * run.with_link, canvas.MODEL, "-", "model with the link")
     if run.without_link is not None:
-        _line(above, run.force, 1e3 * run.without_link, canvas.COLOURS[1], (0, (4, 2)), "same model, link rigid")
+        _line(
+            above, run.force, unit.factor * run.without_link, canvas.COLOURS[1], (0, (4, 2)), "same model, link rigid"
+        )
     above.set_title(f"{run.name}, along {run.along}")
-    above.set_ylabel("tool [mm]")
+    above.set_ylabel(unit.in_brackets("tool"))
     above.tick_params(labelbottom=False)
     canvas.zero_lines(below)
-    _marks(below, run, 1e3 * (run.tool - run.with_link), canvas.COLOURS[0], "o", None)
+    _marks(below, run, unit.factor * (run.tool - run.with_link), canvas.COLOURS[0], "o", None)
     if run.without_link is not None:
-        _line(below, run.force, 1e3 * (run.with_link - run.without_link), canvas.COLOURS[1], (0, (4, 2)), None)
-    below.set_ylabel("residual [mm]")
+        _line(below, run.force, unit.factor * (run.with_link - run.without_link), canvas.COLOURS[1], (0, (4, 2)), None)
+    below.set_ylabel(unit.in_brackets("residual"))
     below.set_xlabel(f"force along {run.along} [N]")
 
 
@@ -125,7 +133,7 @@ def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: flo
         linewidth=1.6,
         label="axis, deflected",
     )
-    scale = float(np.abs(bent.change).max()) or 1.0
+    scale, unit = float(np.abs(bent.change).max()) or 1.0, canvas.unit_of(LENGTH, bent.change)
     named: list[tuple[float, bool, float]] = []
     for rod, name in enumerate(picture.rods):
         colour = canvas.COLOURS[1] if bent.change[rod] > 0.0 else canvas.COLOURS[5]
@@ -133,7 +141,8 @@ def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: flo
         x, y = (bent.start[rod, 0], bent.end[rod, 0]), (bent.start[rod, across], bent.end[rod, across])
         width = 0.6 + 2.4 * abs(float(bent.change[rod])) / scale
         panel.plot(x, y, color=colour, linewidth=width, label=word, solid_capstyle="butt", zorder=2)
-        text = f"{name} {1e3 * bent.change[rod]:+.4f} mm".replace("-", "−")
+        sign = "+" if bent.change[rod] > 0.0 else ""
+        text = f"{name} {sign}{wording.in_unit(float(bent.change[rod]), unit)}"
         # the outermost rods are named on their outer side, the others towards the axis
         outermost = abs(y[0]) >= float(np.abs(bent.start[:, across]).max()) - 1e-9
         place, up = _free_place(named, (min(x), max(x)), y[0], (y[0] >= 0.0) == outermost, float(bent.x1[-1]))

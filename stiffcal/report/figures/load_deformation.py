@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.quantity import LENGTH, ShownUnit
 from stiffcal.report.content import ReportStates
 from stiffcal.report.figures import canvas
 
@@ -96,10 +97,15 @@ def states_of_run(states: ReportStates, run: int) -> Integers:
     return np.flatnonzero(keep)
 
 
-def _draw_panel(axes: Axes, states: ReportStates, run: int, axis: int, styles: dict[str, tuple[str, str]]) -> None:
-    """Draw the deflection along one base axis [mm] against the force along it [N]."""
+def _draw_panel(
+    axes: Axes, states: ReportStates, run: int, axis: int, styles: dict[str, tuple[str, str]], unit: ShownUnit
+) -> None:
+    """Draw the deflection along one base axis against the force along it [N]."""
     chosen = states_of_run(states, run)
-    force, measured, predicted = states.force[:, axis], states.measured[:, axis] * 1e3, states.predicted[:, axis] * 1e3
+    force, (measured, predicted) = (
+        states.force[:, axis],
+        (unit.factor * values[:, axis] for values in (states.measured, states.predicted)),
+    )
     canvas.zero_lines(axes)
     for branch, style in (("loading", "-"), ("unloading", (0, (4, 2)))):
         path = _joined([indices for name, indices in branch_stretches(states, chosen) if (name or "loading") == branch])
@@ -198,21 +204,22 @@ def draw_load_deformation(states: ReportStates, run: int, name: str = "") -> Fig
 
     Returns
     -------
-    Figure; forces in N, deflections in mm, residuals in mm, base axes.
+    Figure; forces in N, deflections and residuals in one unit, base axes.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 80)
     panels = figure.subplots(2, 3, sharex="col", sharey="row", height_ratios=(2.6, 1.0))
     chosen = states_of_run(states, run)
     styles = direction_styles(states, chosen)
-    residual = (states.measured - states.predicted) * 1e3
+    unit = canvas.unit_of(LENGTH, states.measured[chosen, :3])
+    residual = (states.measured - states.predicted) * unit.factor
     for axis, letter in enumerate(canvas.AXES_NAMES):
         upper, lower = panels[0, axis], panels[1, axis]
-        _draw_panel(upper, states, run, axis, styles)
+        _draw_panel(upper, states, run, axis, styles, unit)
         canvas.zero_lines(lower)
         _draw_markers(lower, states, chosen, styles, (states.force[:, axis], residual[:, axis]))
         upper.set_title(f"{name}, along {letter}" if name else f"along {letter}")
-        upper.set_ylabel(f"deflection D{letter} [mm]")
-        lower.set_ylabel("residual [mm]")
+        upper.set_ylabel(unit.in_brackets(f"deflection D{letter}"))
+        lower.set_ylabel(unit.in_brackets("residual"))
         lower.set_xlabel(f"force F{letter} [N]")
     canvas.share_legend(figure, _legend_handles(states, [run], styles))
     return figure
@@ -230,19 +237,20 @@ def draw_load_deformation_sheet(states: ReportStates, runs: list[int], names: li
 
     Returns
     -------
-    Figure; forces in N, deflections in mm, base axes.
+    Figure; forces in N, deflections in one unit, base axes.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 15 + 18.0 * len(runs))
     panels = figure.subplots(len(runs), 3, sharex="col", sharey=True, squeeze=False)
     every = np.concatenate([states_of_run(states, run) for run in runs])
     many = direction_styles(states, every)
+    unit = canvas.unit_of(LENGTH, states.measured[every, :3])
     for row, (run, name) in enumerate(zip(runs, names, strict=True)):
         styles = {label: many[label] for label in many if (states.direction[states_of_run(states, run)] == label).any()}
         for axis, letter in enumerate(canvas.AXES_NAMES):
             panel = panels[row, axis]
-            _draw_panel(panel, states, run, axis, styles)
+            _draw_panel(panel, states, run, axis, styles, unit)
             panel.set_title(f"{name}, {letter}", fontsize=6.5, pad=2)
-            panel.set_ylabel(f"D{letter} [mm]")
+            panel.set_ylabel(unit.in_brackets(f"D{letter}"))
             if row == len(runs) - 1:
                 panel.set_xlabel(f"force F{letter} [N]")
     canvas.share_legend(figure, _legend_handles(states, runs, many))
@@ -261,21 +269,22 @@ def draw_deflection_by_run(states: ReportStates, names: list[str], runs: list[in
 
     Returns
     -------
-    Figure; deflections in mm, base axes; runs along the abscissa.
+    Figure; deflections in one unit, base axes; runs along the abscissa.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 96)
     panels = figure.subplots(3, 1, sharex=True)
     used = np.flatnonzero(states.used & np.isin(states.run, runs))
+    unit = canvas.unit_of(LENGTH, states.measured[used, :3])
     at = np.array([runs.index(run) for run in states.run[used]], dtype=np.float64)
     for axis, (letter, panel) in enumerate(zip(canvas.AXES_NAMES, panels, strict=True)):
-        measured, predicted = states.measured[used, axis] * 1e3, states.best_prediction[used, axis] * 1e3
+        measured, predicted = (unit.factor * of[used, axis] for of in (states.measured, states.best_prediction))
         panel.axhline(0.0, color=canvas.QUIET, linewidth=0.5)
         panel.vlines(at, measured, predicted, color=canvas.QUIET, linewidth=1.0)
         panel.plot(at, measured, linestyle="none", marker="o", color=canvas.COLOURS[0], label="measured")
         panel.plot(
             at, predicted, linestyle="none", marker="D", color=canvas.INK, markerfacecolor="white", label="predicted"
         )
-        panel.set_ylabel(f"D{letter} [mm]")
+        panel.set_ylabel(unit.in_brackets(f"D{letter}"))
         panel.set_xlim(-0.8, len(runs) - 0.2)
     name_runs(panels[-1], [names[run] for run in runs])
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])

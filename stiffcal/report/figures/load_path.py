@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans
 from stiffcal.compensation.predict_result import LoadPath
+from stiffcal.quantity import LENGTH
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:
@@ -36,12 +37,13 @@ def draw_load_path(path: LoadPath) -> Figure:
 
     Returns
     -------
-    Figure; forces in N, deflections in mm, base axes; named loads numbered in order.
+    Figure; forces in N, deflections in one unit, base axes; named loads numbered in order.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 66)
     panels = figure.subplots(1, 3)
+    unit = canvas.unit_of(LENGTH, path.deflection[:, :3])
     for axis, (letter, panel) in enumerate(zip(canvas.AXES_NAMES, panels, strict=True)):
-        force, deflection = path.force[:, axis], path.deflection[:, axis] * 1e3
+        force, deflection = path.force[:, axis], path.deflection[:, axis] * unit.factor
         canvas.zero_lines(panel)
         panel.plot(
             force, deflection, color=canvas.COLOURS[0], linewidth=1.2, label="stiffness of the usual sign", zorder=3
@@ -63,7 +65,7 @@ def draw_load_path(path: LoadPath) -> Figure:
             )
         panel.margins(0.12)
         panel.set_xlabel(f"force F{letter} [N]")
-        panel.set_ylabel(f"deflection D{letter} [mm]")
+        panel.set_ylabel(unit.in_brackets(f"deflection D{letter}"))
     handles = {
         label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
     }

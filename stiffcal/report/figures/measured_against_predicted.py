@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stiffcal.quantity import of_component
 from stiffcal.report.content import ReportStates
 from stiffcal.report.figures import canvas
 
@@ -48,17 +49,18 @@ def draw_measured_against_predicted(states: ReportStates) -> Figure:
 
     Returns
     -------
-    Figure; deflections in mm, rotations in mrad, base axes.
+    Figure; deflections and rotations in a unit each, base axes.
     """
     rows = 2 if states.has_rotation else 1
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 9 + 44 * rows)
     panels = figure.subplots(rows, 3, squeeze=False)
     for row in range(rows):
+        unit = canvas.unit_of(of_component(3 * row), states.measured[states.used, 3 * row : 3 * row + 3])
         for axis, letter in enumerate(canvas.AXES_NAMES):
             panel = panels[row, axis]
-            _draw_panel(panel, states, 3 * row + axis, 1e3)
-            quantity, unit = (f"R{letter}", "mrad") if row else (f"D{letter}", "mm")
-            panel.set_xlabel(f"predicted {quantity} [{unit}]")
-            panel.set_ylabel(f"measured {quantity} [{unit}]")
+            _draw_panel(panel, states, 3 * row + axis, unit.factor)
+            name = f"{'R' if row else 'D'}{letter}"
+            panel.set_xlabel(unit.in_brackets(f"predicted {name}"))
+            panel.set_ylabel(unit.in_brackets(f"measured {name}"))
     canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])
     return figure

@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.compensation.compensate_result import PathError
+from stiffcal.quantity import LENGTH
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.robot_poses import round_scale
 from stiffcal.uncertainty import NORMAL_95
@@ -47,15 +48,16 @@ def draw_path_error(path: PathError) -> Figure:
 
     Returns
     -------
-    Figure; places and way in mm, errors in mm.
+    Figure; places, way and errors in the units of lengths.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 76)
     plan, along = figure.subplots(1, 2, width_ratios=(1.0, 1.35))
     _draw_plan(plan, path)
-    distance = 1e3 * np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.place, axis=0), axis=1))])
+    place, error = LENGTH.usual, canvas.unit_of(LENGTH, path.before, path.after)
+    distance = place.factor * np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path.place, axis=0), axis=1))])
     canvas.zero_lines(along)
-    along.plot(distance, 1e3 * shown_error(path, path.before), **_WITHOUT)
-    after, half = 1e3 * shown_error(path, path.after), 1e3 * half_width(path)
+    along.plot(distance, error.factor * shown_error(path, path.before), **_WITHOUT)
+    after, half = error.factor * shown_error(path, path.after), error.factor * half_width(path)
     along.plot(distance, after, **_WITH)
     handles = along.get_legend_handles_labels()[0]
     if half.any():
@@ -70,8 +72,8 @@ def draw_path_error(path: PathError) -> Figure:
             label="model uncertainty (95 %)",
         )
         handles.append(band)
-    along.set_xlabel("distance along the path [mm]")
-    along.set_ylabel(f"{path.along} [mm]")
+    along.set_xlabel(place.in_brackets("distance along the path"))
+    along.set_ylabel(error.in_brackets(path.along))
     along.set_title(f"error, predicted by {path.judge}")
     canvas.share_legend(figure, handles)
     return figure
@@ -84,14 +86,17 @@ def _draw_plan(axes: Axes, path: PathError) -> None:
     size = float(np.linalg.norm(span))
     longest = float(max(np.abs(path.before[:, [i, j]]).max(), np.abs(path.after[:, [i, j]]).max()))
     scale = round_scale(longest, _SHARE * size)
-    axes.plot(1e3 * path.place[:, i], 1e3 * path.place[:, j], color=canvas.INK, linewidth=0.8, label="wanted")
+    unit = LENGTH.usual
+    axes.plot(
+        unit.factor * path.place[:, i], unit.factor * path.place[:, j], color=canvas.INK, linewidth=0.8, label="wanted"
+    )
     for error, style in ((path.before, _WITHOUT), (path.after, _WITH)):
-        points = 1e3 * (path.place + scale * error)
+        points = unit.factor * (path.place + scale * error)
         axes.plot(points[:, i], points[:, j], **{key: value for key, value in style.items() if key != "label"})
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
-    axes.set_xlabel(f"{canvas.AXES_NAMES[i]} [mm]")
-    axes.set_ylabel(f"{canvas.AXES_NAMES[j]} [mm]")
+    axes.set_xlabel(unit.in_brackets(canvas.AXES_NAMES[i]))
+    axes.set_ylabel(unit.in_brackets(canvas.AXES_NAMES[j]))
     axes.set_title(f"path (thin), errors × {scale:g}")
 
 

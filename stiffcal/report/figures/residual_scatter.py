@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stiffcal.arrays import Floats
+from stiffcal.quantity import ANGLE, LENGTH
 from stiffcal.report.drawing_library import drawing_library
 
 if TYPE_CHECKING:
@@ -45,8 +46,9 @@ def draw_residual_scatter(content: ScatterContent, axes: Axes | None) -> Axes:
         from matplotlib import pyplot
 
         axes = pyplot.subplots()[1]
-    # one unit, whatever the residual's size: pictures of two models compare
-    unit, residual = "mrad" if content.rotation else "mm", 1e3 * content.residual
+    # the usual unit, whatever the residual's size: pictures of two models compare
+    unit = (ANGLE if content.rotation else LENGTH).usual
+    residual = unit.factor * content.residual
     axes.axhline(0.0, color="0.7", linewidth=0.8)
     if content.shades is None:
         axes.scatter(content.values, residual, s=12)
@@ -54,5 +56,5 @@ def draw_residual_scatter(content: ScatterContent, axes: Axes | None) -> Axes:
         points = axes.scatter(content.values, residual, s=12, c=content.shades)
         axes.get_figure(root=True).colorbar(points, ax=axes, label=content.shade_label)  # type: ignore[union-attr]
     axes.set_xlabel(content.label)
-    axes.set_ylabel(f"residual {content.component} [{unit}]")
+    axes.set_ylabel(unit.in_brackets(f"residual {content.component}"))
     return axes

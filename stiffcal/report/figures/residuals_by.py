@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from stiffcal.quantity import ShownUnit, Units, of_measure
 from stiffcal.report import wording
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.load_deformation import name_runs
@@ -19,15 +20,14 @@ if TYPE_CHECKING:
     from stiffcal.validation.results import ErrorSlice
 
 Slices: TypeAlias = "Sequence[ErrorSlice]"
-_UNITS = {"translation": "mm", "rotation": "mrad", "length": "mm"}
+_COMPONENTS = ("translation", "rotation", "length")
 
 
-def _draw_bars(axes: Axes, parts: Slices, component: str, noise: float | None) -> None:
+def _draw_bars(axes: Axes, parts: Slices, component: str, noise: float | None, unit: ShownUnit) -> None:
     """Draw rms as bars, the largest residual as a mark, the noise as a line."""
-    factor, unit = 1e3, _UNITS[component]
     at = np.arange(len(parts))
     rms, largest = (
-        np.array([wording.part(measure, component) or np.nan for measure in measures]) * factor
+        np.array([wording.part(measure, component) or np.nan for measure in measures]) * unit.factor
         for measures in ([part.rms for part in parts], [part.max for part in parts])
     )
     axes.bar(
@@ -38,16 +38,20 @@ def _draw_bars(axes: Axes, parts: Slices, component: str, noise: float | None) -
             at, largest, linestyle="none", marker="_", markersize=6, color=canvas.INK, label="largest single residual"
         )
     if noise is not None:
-        axes.axhline(noise * factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)")
+        axes.axhline(
+            noise * unit.factor, color=canvas.ACCENT, linestyle=(0, (5, 2)), linewidth=1.0, label="noise (rms)"
+        )
     axes.set_ylim(0, canvas.padded_limits(np.concatenate([rms, largest]))[1])
     axes.set_xlim(-0.7, len(parts) - 0.3)
     axes.grid(visible=False, axis="x")
     words = {"translation": "residual", "length": "rods’ residual"}.get(component, f"{component} residual")
-    axes.set_ylabel(f"{words} [{unit}]")
+    axes.set_ylabel(unit.in_brackets(words))
 
 
 def _components(parts: Slices) -> list[str]:
-    return [key for key in _UNITS if any(wording.part(part.rms, key) is not None for part in parts)] or ["translation"]
+    return [key for key in _COMPONENTS if any(wording.part(part.rms, key) is not None for part in parts)] or [
+        "translation"
+    ]
 
 
 def _row_height(components: Sequence[str]) -> float:
@@ -66,13 +70,13 @@ def draw_residuals_by_run(parts: Slices, noise: Rms | None = None) -> Figure:
 
     Returns
     -------
-    Figure; mm, mrad.
+    Figure; one unit a quantity.
     """
-    components = _components(parts)
+    components, units = _components(parts), Units.of_errors(part.max for part in parts)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 12 + _row_height(components))
     panels = figure.subplots(len(components), 1, sharex=True, squeeze=False)[:, 0]
     for panel, component in zip(panels, components, strict=True):
-        _draw_bars(panel, parts, component, wording.part(noise, component))
+        _draw_bars(panel, parts, component, wording.part(noise, component), units.of(of_measure(component)))
     name_runs(panels[-1], [part.label for part in parts])
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure
@@ -89,10 +93,10 @@ def draw_residuals_by(groups: Sequence[tuple[str, Slices]], noise: Rms | None = 
 
     Returns
     -------
-    Figure; mm, mrad; one scale for all columns.
+    Figure; one unit a quantity, one scale for all columns.
     """
     every = [part for _, parts in groups for part in parts]
-    components = _components(every)
+    components, units = _components(every), Units.of_errors(part.max for part in every)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 22 + _row_height(components))
     widths = [max(2.0, len(parts)) for _, parts in groups]
     panels = figure.subplots(
@@ -102,7 +106,7 @@ def draw_residuals_by(groups: Sequence[tuple[str, Slices]], noise: Rms | None = 
         top = 0.0
         for column, (title, parts) in enumerate(groups):
             panel = panels[row, column]
-            _draw_bars(panel, parts, component, wording.part(noise, component))
+            _draw_bars(panel, parts, component, wording.part(noise, component), units.of(of_measure(component)))
             top = max(top, panel.get_ylim()[1])
             panel.set_ylim(0, top)
             if column:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.quantity import LENGTH, of_component, of_load
 from stiffcal.report.compensation_content import ComparedPose, TimePair, WithAndWithout
 from stiffcal.report.figures import canvas
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 _OFF: dict[str, Any] = {"color": canvas.ACCENT, "marker": "s", "linestyle": (0, (4.0, 1.5))}
 _ON: dict[str, Any] = {"color": canvas.COLOURS[0], "marker": "o", "linestyle": "-"}
 _WITHOUT, _WITH = "without compensation", "with compensation"
-_COMPONENTS = (("Fx", "N"), ("Fy", "N"), ("Fz", "N"), ("Tx", "N·m"), ("Ty", "N·m"), ("Tz", "N·m"))
+_COMPONENTS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 
 
 @canvas.styled
@@ -25,20 +26,21 @@ def draw_before_and_after(pose: ComparedPose) -> Figure:
 
     Returns
     -------
-    Figure; forces in N, deflections in mm, base axes.
+    Figure; forces in N, deflections in one unit, base axes.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 66)
     panels = figure.subplots(1, 3, sharey=True)
+    unit = canvas.unit_of(LENGTH, pose.off.displacement, pose.on.displacement)
     for axis, (letter, panel) in enumerate(zip(canvas.AXES_NAMES, panels, strict=True)):
         canvas.zero_lines(panel)
         for half, style, label in ((pose.off, _OFF, _WITHOUT), (pose.on, _ON, _WITH)):
             along = _mostly_along(half.force, axis)
             panel.plot(
-                half.force[along, axis], 1e3 * half.displacement[along, axis], linewidth=0.8, markersize=3.0,
+                half.force[along, axis], unit.factor * half.displacement[along, axis], linewidth=0.8, markersize=3.0,
                 label=label, markerfacecolor="white" if half is pose.on else style["color"], **style,
             )  # fmt: skip
         panel.set_xlabel(f"force F{letter} [N]")
-    panels[0].set_ylabel("deflection along the same axis [mm]")
+    panels[0].set_ylabel(unit.in_brackets("deflection along the same axis"))
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure
 
@@ -58,21 +60,22 @@ def draw_errors_by_pose(pairs: WithAndWithout) -> Figure:
 
     Returns
     -------
-    Figure; mm and mrad.
+    Figure; one unit a panel.
     """
     has_rotation = all(np.isfinite([pose.error_off[1], pose.error_on[1]]).all() for pose in pairs.poses)
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 62)
     panels = figure.subplots(1, 2 if has_rotation else 1, squeeze=False)[0]
     place = np.arange(len(pairs.poses))
     for component, panel in enumerate(panels):
+        unit = of_component(3 * component).unit_for(pose.largest_off[component] for pose in pairs.poses)
         for side, (key, largest, style, hatch, label) in enumerate(
             (
                 ("error_off", "largest_off", _OFF, "////", _WITHOUT),
                 ("error_on", "largest_on", _ON, "", _WITH),
             )
         ):
-            values = 1e3 * np.array([getattr(pose, key)[component] for pose in pairs.poses])
-            top = 1e3 * np.array([getattr(pose, largest)[component] for pose in pairs.poses])
+            values = unit.factor * np.array([getattr(pose, key)[component] for pose in pairs.poses])
+            top = unit.factor * np.array([getattr(pose, largest)[component] for pose in pairs.poses])
             at = place + (side - 0.5) * 0.38
             panel.bar(
                 at, values, width=0.36, color="white" if hatch else style["color"], edgecolor=style["color"],
@@ -81,7 +84,7 @@ def draw_errors_by_pose(pairs: WithAndWithout) -> Figure:
             panel.plot(at, top, linestyle="none", marker="_", markersize=8, color=canvas.INK, zorder=4)
         panel.set_xticks(place, [pose.off.name for pose in pairs.poses])
         panel.tick_params(axis="x", labelrotation=30.0 if len(place) > 4 else 0.0)
-        panel.set_ylabel(("position error [mm]", "orientation error [mrad]")[component])
+        panel.set_ylabel(unit.in_brackets(("position error", "orientation error")[component]))
         panel.grid(visible=False, axis="x")
     canvas.share_legend(figure, panels[0].get_legend_handles_labels()[0])
     return figure
@@ -93,22 +96,23 @@ def draw_step(pair: TimePair) -> Figure:
 
     Returns
     -------
-    Figure; s, N and mm.
+    Figure; s, N and a length.
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 78)
     force, displacement_panel = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.5))
+    unit = canvas.unit_of(LENGTH, pair.off.displacement, pair.on.displacement)
     for trace, style, label in ((pair.off, _OFF, _WITHOUT), (pair.on, _ON, _WITH)):
         line = {key: value for key, value in style.items() if key != "marker"}
         size = np.linalg.norm(trace.wrench[:, :3] - np.median(trace.wrench[:20, :3], axis=0), axis=1)
         force.plot(trace.time, size, linewidth=0.8, **line)
-        displacement_panel.plot(trace.time, 1e3 * trace.displacement, linewidth=1.0, label=label, **line)
+        displacement_panel.plot(trace.time, unit.factor * trace.displacement, linewidth=1.0, label=label, **line)
     if np.isfinite(pair.delay):
         for panel in (force, displacement_panel):
             panel.axvspan(0.0, pair.delay, color=canvas.PALE, zorder=0)
     stop = float(pair.on.time[np.linalg.norm(pair.on.wrench[:, :3], axis=1).argmax()]) + 1.5
     displacement_panel.set_xlim(max(float(pair.on.time[0]), -0.3), min(float(pair.on.time[-1]), max(stop, 1.0)))
     force.set_ylabel("force [N]")
-    displacement_panel.set_ylabel("displacement [mm]")
+    displacement_panel.set_ylabel(unit.in_brackets("displacement"))
     displacement_panel.set_xlabel("time since load application [s]")
     canvas.share_legend(figure, displacement_panel.get_legend_handles_labels()[0])
     return figure
@@ -124,11 +128,11 @@ def draw_process(pair: TimePair) -> Figure:
     """
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 96)
     panels = figure.subplots(2, 3, sharex=True)
-    for number, ((name, unit), panel) in enumerate(zip(_COMPONENTS, panels.ravel(), strict=True)):
+    for number, (name, panel) in enumerate(zip(_COMPONENTS, panels.ravel(), strict=True)):
         for trace, style, label in ((pair.off, _OFF, _WITHOUT), (pair.on, _ON, _WITH)):
             line = {key: value for key, value in style.items() if key != "marker"}
             panel.plot(trace.time, trace.wrench[:, number], linewidth=0.8, label=label, **line)
-        panel.set_title(f"{name} [{unit}]")
+        panel.set_title(of_load(number).usual.in_brackets(name))
     for panel in panels[1]:
         panel.set_xlabel("time since half of the force [s]")
     canvas.share_legend(figure, panels[0, 0].get_legend_handles_labels()[0])

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.quantity import ANGLE, LENGTH, LINEAR_STIFFNESS
+from stiffcal.report import wording
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:
@@ -38,14 +40,18 @@ def _quantities(result: MapResult) -> list[_Quantity]:
     workspace, task, shape = result.found, result.task, result.grid.shape
     quantities = []
     if task.wrench.any():
-        for name, size, unit in (
-            ("position error", workspace.position_error, "mm"),
-            ("orientation error", workspace.orientation_error, "mrad"),
+        for name, size, quantity in (
+            ("position error", workspace.position_error, LENGTH),
+            ("orientation error", workspace.orientation_error, ANGLE),
         ):
-            quantities.append(_Quantity(name, unit, 1e3 * size.reshape(shape)))
+            unit = canvas.unit_of(quantity, size)
+            quantities.append(_Quantity(name, unit.name, unit.factor * size.reshape(shape)))
     if task.direction is not None:
-        text = ", ".join(f"{value:.3g}" for value in task.direction)
-        quantities.append(_Quantity(f"stiffness along ({text})", "N/mm", 1e-3 * workspace.stiffness.reshape(shape)))
+        text = ", ".join(wording.significant(value) for value in task.direction)
+        unit = canvas.unit_of(LINEAR_STIFFNESS, workspace.stiffness)
+        quantities.append(
+            _Quantity(f"stiffness along ({text})", unit.name, unit.factor * workspace.stiffness.reshape(shape))
+        )
     return quantities
 
 
@@ -54,7 +60,7 @@ def _title(result: MapResult) -> str:
     load = "no load"
     if wrench.any():
         force, moment = (
-            ", ".join(f"{value:.4g}" for value in components + 0.0) for components in (wrench[:3], wrench[3:])
+            ", ".join(wording.significant(value) for value in components) for components in (wrench[:3], wrench[3:])
         )
         load = f"load ({force}) N" + (f", ({moment}) N·m" if wrench[3:].any() else "")
     kept = "orientation as in the pose drawn"

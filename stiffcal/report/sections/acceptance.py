@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stiffcal.quantity import ANGLE, LENGTH, SHARE, STIFFNESS, Quantity, quantity_of
 from stiffcal.report import wording
 from stiffcal.report.blocks import LeftOut, Paragraph, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
@@ -14,13 +15,13 @@ if TYPE_CHECKING:
 ORDER, IN_SHORT = 14, True
 _TITLE = "Acceptance"
 
-# Each limit's quantity, the factor to the unit in which people read it, and that unit.
-_QUANTITIES = {
-    "max_rms_m": ("position error in held-out data (rms), at most", 1e3, "mm"),
-    "max_rms_rad": ("orientation error in held-out data (rms), at most", 1e3, "mrad"),
-    "max_relative": ("error in held-out data over deflection, at most", 1e2, "%"),
-    "max_over_noise": ("error in held-out data over noise, at most", 1.0, ""),
-    "min_stiffness": ("stiffness, at least", 1.0, "N·m/rad"),
+# Each limit's name, and what it is of.
+_LIMITS: dict[str, tuple[str, Quantity]] = {
+    "max_rms_m": ("position error in held-out data (rms), at most", LENGTH),
+    "max_rms_rad": ("orientation error in held-out data (rms), at most", ANGLE),
+    "max_relative": ("error in held-out data over deflection, at most", SHARE),
+    "max_over_noise": ("error in held-out data over noise, at most", quantity_of("1")),
+    "min_stiffness": ("stiffness, at least", STIFFNESS),
 }
 
 
@@ -53,7 +54,8 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
 
 
 def _row(check: ThresholdCheck) -> tuple[str, ...]:
-    name, factor, unit = _QUANTITIES.get(check.threshold, (check.threshold, 1.0, check.unit))
-    value = "not known" if check.value is None else wording.significant(check.value * factor)
+    name, quantity = _LIMITS.get(check.threshold, (check.threshold, quantity_of(check.unit)))
+    unit = quantity.unit_for([check.limit, check.value])
+    value = "not known" if check.value is None else wording.significant(check.value * unit.factor)
     result = {True: "passed", False: "FAILED", None: "not judged"}[check.held]
-    return name, check.where, wording.significant(check.limit * factor), value, unit, result
+    return name, check.where, wording.significant(check.limit * unit.factor), value, unit.name, result

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.printed_units import printed_unit
+from stiffcal.identification.before_after import BeforeAfter, units_of_values
+from stiffcal.quantity import Units
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
@@ -53,7 +53,8 @@ def _values(values: Sequence[BeforeAfter], content: ReportContent) -> list[Block
         TableColumn("before"), TableColumn("after"), TableColumn("unit", align="left"),
         TableColumn("change"),
     )  # fmt: skip
-    rows = tuple(_row(value, content) for value in listed)
+    units = units_of_values(listed)
+    rows = tuple(_row(value, content, units) for value in listed)
     caption = (
         "Values, ± 95 %, that changed by more than their 95 % interval, and values that only one of the two models "
         "contains."
@@ -61,9 +62,9 @@ def _values(values: Sequence[BeforeAfter], content: ReportContent) -> list[Block
     return [TableBlock(columns, rows, f"{caption} {within}" if n_within else caption)]
 
 
-def _row(value: BeforeAfter, content: ReportContent) -> tuple[str, ...]:
+def _row(value: BeforeAfter, content: ReportContent, units: Units) -> tuple[str, ...]:
     symbol = value.name.rsplit(".", 1)[-1]
-    printed, scale = printed_unit(value.unit, content.drift_follows)
+    unit = units.of(value.quantity)
     change = wording.DASH
     if value.relative is not None:
         sign = "+" if value.relative > 0 else ""
@@ -71,5 +72,5 @@ def _row(value: BeforeAfter, content: ReportContent) -> tuple[str, ...]:
     return (
         value.setup_part or where_words(value.where, content.joint_names),
         value.effect + ("" if symbol == "c" else f", {symbol}"),
-        value_in_model(value.before, scale), value_in_model(value.after, scale), printed, change,
+        value_in_model(value.before, unit), value_in_model(value.after, unit), unit.name, change,
     )  # fmt: skip

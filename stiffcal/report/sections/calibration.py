@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
 
 from stiffcal.identification.geometry_results import GeometryFound
+from stiffcal.quantity import JOINT_ANGLE, LENGTH, ShownUnit, of_joint
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
@@ -60,14 +60,15 @@ def _distances(distance: Distances) -> TableBlock:
     """Return the table of distances: the fit and what was left out, and the targets of the latter."""
     summaries = [("fit", distance.fit), ("poses held out at random", distance.heldout_random)]
     summaries.append(("held-out regions", distance.heldout_region))
-    rows = [(name, *_cells(of), str(of.n)) for name, of in summaries if of is not None]
+    unit = LENGTH.unit_for(of.max for _, of in summaries if of is not None)
+    rows = [(name, *_cells(of, unit), str(of.n)) for name, of in summaries if of is not None]
     judged = distance.heldout_region or distance.fit
     if len(judged.by_target) > 1:
-        rows += [(f"of these, {target.target}", *_cells(target), str(target.n)) for target in judged.by_target]
+        rows += [(f"of these, {target.target}", *_cells(target, unit), str(target.n)) for target in judged.by_target]
     noise = distance.noise
     if noise is not None:
-        cells = (wording.significant(1e3 * value) for value in (noise.mean, noise.median, noise.p95))
-        rows.append(("noise alone", *cells, "", wording.significant(1e3 * noise.rms), ""))
+        cells = (wording.significant(unit.factor * value) for value in (noise.mean, noise.median, noise.p95))
+        rows.append(("noise alone", *cells, "", wording.significant(unit.factor * noise.rms), ""))
     caption = (
         "Distances between predicted and measured positions. The value for held-out regions applies to new "
         "regions of the workspace."
@@ -77,7 +78,7 @@ def _distances(distance: Distances) -> TableBlock:
             " Noise alone: distances of a right model from the readings, σ the uncertainty of one axis: mean 1.60 σ, "
             "rms 1.73 σ."
         )
-    return TableBlock(_columns("data", "places"), tuple(rows), caption)
+    return TableBlock(_columns("data", "places", unit), tuple(rows), caption)
 
 
 def regions_table(distance: Distances, prismatic: frozenset[int] = frozenset()) -> TableBlock:
@@ -87,43 +88,47 @@ def regions_table(distance: Distances, prismatic: frozenset[int] = frozenset()) 
     ----------
     prismatic : joints, from 1, whose mean is a position.
     """
-    columns = (*_columns("region", "places"), TableColumn("mean joint angles", "°", align="left"))
+    unit, angle = LENGTH.unit_for(region.max for region in distance.by_region), JOINT_ANGLE.usual.name
+    columns = (*_columns("region", "places", unit), TableColumn("mean joint angles", angle, align="left"))
     if prismatic:
-        columns = (*columns[:-1], TableColumn("mean joint positions", "° and mm", align="left"))
+        both = f"{angle} and {LENGTH.usual.name}"
+        columns = (*columns[:-1], TableColumn("mean joint positions", both, align="left"))
     rows = tuple(
-        (str(region.region), *_cells(region), str(region.n), _centre(region.centre, prismatic))
+        (str(region.region), *_cells(region, unit), str(region.n), _centre(region.centre, prismatic))
         for region in distance.by_region
     )
     return TableBlock(columns, rows, "Distances in each region, by a fit without that region.")
 
 
 def _centre(angles: list[float], prismatic: frozenset[int]) -> str:
-    """Return joint angles in whole degrees, positions in mm; nothing where an older store does not have them."""
-    whole = [round(1e3 * a if k in prismatic else math.degrees(a)) for k, a in enumerate(angles, start=1)]
+    """Return joint angles and positions in whole units; nothing where an older store does not have them."""
+    whole = [round(of_joint(k in prismatic).usual.factor * a) for k, a in enumerate(angles, start=1)]
     return ", ".join(map(str, whole)).replace("-", "−")
 
 
-def _columns(first: str, last: str) -> tuple[TableColumn, ...]:
+def _columns(first: str, last: str, unit: ShownUnit) -> tuple[TableColumn, ...]:
     names = ("mean", "median", "95 %", "worst", "rms")
-    return (TableColumn(first, align="left"), *(TableColumn(name, "mm") for name in names), TableColumn(last))
+    return (TableColumn(first, align="left"), *(TableColumn(name, unit.name) for name in names), TableColumn(last))
 
 
-def _cells(of: object) -> tuple[str, ...]:
+def _cells(of: object, unit: ShownUnit) -> tuple[str, ...]:
     names = ("mean", "median", "p95", "max", "rms")
-    return tuple(wording.significant(1e3 * float(getattr(of, name))) for name in names)
+    return tuple(wording.significant(unit.factor * float(getattr(of, name))) for name in names)
 
 
 def _ladder(ladder: list[LadderStep]) -> TableBlock:
     """Return the ladder from the nominal robot to the present model."""
+    unit = LENGTH.unit_for(error for step in ladder for error in _errors(step))
     columns = (
-        TableColumn("model", align="left"), TableColumn("parameters"), TableColumn("fit, rms", "mm"),
-        TableColumn("random, rms", "mm"), TableColumn("region, rms", "mm"), TableColumn("region, mean", "mm"),
+        TableColumn("model", align="left"), TableColumn("parameters"), TableColumn("fit, rms", unit.name),
+        TableColumn("random, rms", unit.name), TableColumn("region, rms", unit.name),
+        TableColumn("region, mean", unit.name),
     )  # fmt: skip
     rows = tuple(
         (
             step.step,
             str(step.n_parameters),
-            *map(_length, (step.fit, step.heldout_random, step.heldout_region, step.mean_region)),
+            *(_length(error, unit) for error in _errors(step)),
         )
         for step in ladder
     )
@@ -134,5 +139,5 @@ def _errors(step: LadderStep) -> tuple[float | None, ...]:
     return step.fit, step.heldout_random, step.heldout_region, step.mean_region
 
 
-def _length(metres: float | None) -> str:
-    return wording.DASH if metres is None else wording.significant(1e3 * metres)
+def _length(metres: float | None, unit: ShownUnit) -> str:
+    return wording.DASH if metres is None else wording.significant(unit.factor * metres)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from stiffcal.measurements.state_measures import StateMeasure
+from stiffcal.quantity import LENGTH, ShownUnit, of_joint
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -109,28 +110,29 @@ def runs_table(content: ReportContent) -> TableBlock:
     finite = any(np.isfinite(run.joints).any() for run in content.runs)
     angles = content.joint_names if few and finite else ()
     slides = content.prismatic_joints
-    of_joints = [TableColumn(name, "mm" if k in slides else "°") for k, name in enumerate(angles, start=1)]
+    of_joints = [TableColumn(name, of_joint(k in slides).usual.name) for k, name in enumerate(angles, start=1)]
     columns = [TableColumn("run", align="left"), *of_joints]
     states = content.states
     loads = states is not None and _lists_loads(content, states)
     if states is not None:
         if loads:
             columns += [TableColumn("states"), TableColumn("largest load", "N")]
-        columns += [TableColumn(name, "mm") for name in _lengths(content)]
+        unit = LENGTH.unit_for([float(np.linalg.norm(states.measured[states.used, :3], axis=1).max(initial=0.0))])
+        columns += [TableColumn(name, unit.name) for name in _lengths(content)]
         if states.set_aside is not None and (states.set_aside != "").any():
             columns.append(TableColumn("set aside", "states"))
     rows = []
     for number, run in enumerate(content.runs):
         cells = [run.name.replace(" ", "\u00a0") + (" (holdout)" if run.holdout else "")]
         joints = enumerate(run.joints, start=1) if angles else ()
-        positions = [float(1e3 * joint if k in slides else np.rad2deg(joint)) for k, joint in joints]
+        positions = [float(of_joint(k in slides).usual.factor * joint) for k, joint in joints]
         # adding zero makes no difference but to a rounded −0.0
         cells += [
             f"{round(angle, 1) + 0.0:.1f}".replace("-", "−") if math.isfinite(angle) else wording.DASH
             for angle in positions
         ]
         if states is not None:
-            n_states, load, length, *further = _run_cells(states, number)
+            n_states, load, length, *further = _run_cells(states, number, unit)
             at = min(1, len(_lengths(content)) - 1) if run.measures is StateMeasure.PLACE else 0
             lengths = [length if k == at else wording.DASH for k in range(len(_lengths(content)))]
             cells += [*((n_states, load) if loads else ()), *lengths, *further]
@@ -171,12 +173,12 @@ def _largest(content: ReportContent) -> str:
     return "largest distance from the nominal robot" if content.absolute_alone else "largest deflection"
 
 
-def _run_cells(states: ReportStates, number: int) -> list[str]:
+def _run_cells(states: ReportStates, number: int, unit: ShownUnit) -> list[str]:
     inside = states.used & (states.run == number)
     cells = [str(int(inside.sum()))]
     if inside.any():
         largest = float(np.linalg.norm(states.measured[inside, :3], axis=1).max())
-        cells += [wording.significant(float(states.load[inside].max())), wording.significant(largest * 1e3)]
+        cells += [wording.significant(float(states.load[inside].max())), wording.significant(largest * unit.factor)]
     else:
         cells += [wording.DASH, wording.DASH]
     if states.set_aside is not None:

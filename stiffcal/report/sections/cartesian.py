@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from stiffcal.quantity import of_stiffness
 from stiffcal.report import wording
 from stiffcal.report.blocks import Paragraph, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import PoseStiffness, ReportContent
@@ -13,8 +12,6 @@ from stiffcal.wording import estimate
 ORDER = 32
 _TITLE = "Cartesian stiffness"
 _AXES = ("along x", "along y", "along z", "about x", "about y", "about z")
-# N/µm along an axis, kN·m/rad about one.
-_SCALES, _UNITS = (1e-6, 1e-3), ("N/µm", "kN·m/rad")
 
 
 def section(content: ReportContent) -> ReportSection | None:
@@ -37,13 +34,13 @@ def _table(number: int, pose: PoseStiffness, content: ReportContent) -> TableBlo
     )  # fmt: skip
     rows = []
     for k, axis in enumerate(_AXES):
-        scale, unit = _SCALES[k > 2], _UNITS[k > 2]
-        held = wording.DASH if pose.held is None else wording.significant(float(pose.held[k]) * scale)
-        rows.append((axis, _stiffness(float(pose.compliance[k]), float(pose.std[k]), scale), held, unit))
+        unit = of_stiffness(k).usual
+        held = wording.DASH if pose.held is None else wording.significant(float(pose.held[k]) * unit.factor)
+        rows.append((axis, _stiffness(float(pose.compliance[k]), float(pose.std[k]), unit.factor), held, unit.name))
     angles = ", ".join(
-        f"{name} {1e3 * at:.1f} mm" if k in content.prismatic_joints else f"{name} {np.degrees(at):.1f}°"
+        f"{name} {wording.position(float(at), k in content.prismatic_joints)}"
         for k, (name, at) in enumerate(zip(content.joint_names, pose.joints, strict=False), start=1)
-    ).replace("-", "−")
+    )
     return TableBlock(columns, tuple(rows), f"Stiffness at {pose.target}, pose {number}: {angles}.")
 
 

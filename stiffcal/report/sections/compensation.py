@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.quantity import DELAY, LENGTH
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -83,23 +84,24 @@ def _reverses_motion(pose: ComparedPose) -> bool:
 
 
 def _table(poses: list[ComparedPose]) -> TableBlock:
+    unit = LENGTH.unit_for(pose.largest_off[0] for pose in poses)
     columns = (
         TableColumn("without", align="left", mono=True),
         TableColumn("with", align="left", mono=True),
-        TableColumn("rms without", "mm"),
-        TableColumn("rms with", "mm"),
-        TableColumn("largest without", "mm"),
-        TableColumn("largest with", "mm"),
+        TableColumn("rms without", unit.name),
+        TableColumn("rms with", unit.name),
+        TableColumn("largest without", unit.name),
+        TableColumn("largest with", unit.name),
         TableColumn("gone", "%"),
     )
     rows = tuple(
         (
             pose.off.name,
             pose.on.name,
-            wording.significant(1e3 * pose.error_off[0]),
-            wording.significant(1e3 * pose.error_on[0]),
-            wording.significant(1e3 * pose.largest_off[0]),
-            wording.significant(1e3 * pose.largest_on[0]),
+            wording.significant(unit.factor * pose.error_off[0]),
+            wording.significant(unit.factor * pose.error_on[0]),
+            wording.significant(unit.factor * pose.largest_off[0]),
+            wording.significant(unit.factor * pose.largest_on[0]),
             f"{100.0 * pose.gone:.0f}",
         )
         for pose in poses
@@ -128,8 +130,8 @@ def _caption_over_time(pair: TimePair) -> str:
     if not np.isfinite(pair.delay):
         return f"{names}: the displacement of {wording.length(pair.uncorrected)} is never compensated by half."
     return (
-        f"{names}: half of the deflection is compensated {1e3 * pair.delay:.0f} ms after load application (grey), "
-        f"including filter and delay of the controller; {wording.length(pair.remaining)} of "
+        f"{names}: half of the deflection is compensated {wording.in_unit(pair.delay, DELAY.usual)} after "
+        f"load application (grey), including filter and delay of the controller; {wording.length(pair.remaining)} of "
         f"{wording.length(pair.uncorrected)} remain. After unloading the correction persists for the same time, and "
         f"the target moves to the other side."
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import partial
 
@@ -18,7 +17,7 @@ from stiffcal.diagnosis.results import (
 from stiffcal.diagnosis.words import pattern_in_words, what_is_followed
 from stiffcal.judgement.numbers import NAMED
 from stiffcal.measurements.rms import Rms, VarianceRatio
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import JOINT_ANGLE, quantity_of
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -214,12 +213,12 @@ def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
 
 def _law(law: UnknownLaw, curve: LawCurveAt) -> list[Block]:
     """Lay out the curve of a law that no catalogue holds."""
-    unit, factor = printed_unit(curve.value_unit)
-    over_unit, over_factor = ("°", 180.0 / math.pi) if curve.unit == "rad" else printed_unit(curve.unit)
+    unit = quantity_of(curve.value_unit).unit_for(curve.value)
+    over = (JOINT_ANGLE if curve.unit == "rad" else quantity_of(curve.unit)).unit_for(curve.at)
     what, _, joint = curve.over.partition(":")
-    columns = (TableColumn(f"{what} of joint {joint}", over_unit), TableColumn(f"law of {law.of}", unit))
+    columns = (TableColumn(f"{what} of joint {joint}", over.name), TableColumn(f"law of {law.of}", unit.name))
     rows = tuple(
-        (wording.significant(over_factor * at), wording.significant(factor * value))
+        (wording.significant(over.factor * at), wording.significant(unit.factor * value))
         for at, value in zip(curve.at, curve.value, strict=True)
     )
     caption = (

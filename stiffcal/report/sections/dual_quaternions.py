@@ -5,6 +5,7 @@ from __future__ import annotations
 from stiffcal.report import wording
 from stiffcal.report.blocks import Paragraph, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
+from stiffcal.wording import significant
 
 ORDER = 48
 _TITLE = "The same springs in dual quaternions"
@@ -20,7 +21,7 @@ def section(content: ReportContent) -> ReportSection | None:
         "identify joint springs from their change (eq. 10 to 35), balanced on the deformed robot with its "
         "complementary stiffness (eq. 27 to 29). With the weights of the six displacements carried over by the exact "
         f"linear map this is the same estimate: the largest relative difference is "
-        f"{comparison.largest_relative_difference:.1g}. "
+        f"{significant(comparison.largest_relative_difference, 1)}. "
         "Eq. 35 as printed leaves the weights out and counts lengths and pure numbers alike: it changes with the unit "
         "of length."
     )

@@ -11,12 +11,11 @@ import numpy as np
 
 from stiffcal.diagnosis.results import DiagnoseResult, EffectEvidenceSummary
 from stiffcal.identification.fit_results import IdentifiedParameter
-from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import EvidenceFigure, ReportContent
-from stiffcal.report.estimates import parameter_text
 from stiffcal.report.figures.evidence import MOST_POINTS, draw_errors_by_run, draw_evidence
+from stiffcal.results.value_words import value_text
 from stiffcal.validation.schemes import held_out_by_diagnosis
 
 ORDER = 74
@@ -35,7 +34,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
         return LeftOut(_TITLE, why) if why else None
     blocks: list[Block] = [Paragraph(HOW_JUDGED)]
     for figure in figures:
-        blocks.extend(evidence_of(content.diagnose, figure, content.drift_follows))
+        blocks.extend(evidence_of(content.diagnose, figure))
     return ReportSection(_TITLE, tuple(blocks))
 
 
@@ -58,15 +57,12 @@ def _why_none(diagnosis: DiagnoseResult) -> str:
     return ""
 
 
-def evidence_of(
-    diagnosis: DiagnoseResult, figure: EvidenceFigure, drift_follows: str, by_run: bool = True
-) -> list[Block]:
+def evidence_of(diagnosis: DiagnoseResult, figure: EvidenceFigure, by_run: bool = True) -> list[Block]:
     """Lay out the evidence for one effect.
 
     Parameters
     ----------
-    diagnosis : of the present fit. figure : the effect. drift_follows : as in `ReportContent`.
-    by_run : with the chart of errors run by run.
+    diagnosis : of the present fit. figure : the effect. by_run : with the chart of errors run by run.
     """
     evidence = figure.evidence
     blocks: list[Block] = [SubheadingBlock(f"{wording.effect_at(evidence)}: {evidence.status}")]
@@ -77,7 +73,7 @@ def evidence_of(
         facts.append(
             (
                 "as fitted, ± 95 %",
-                "; ".join(_parameter_words(parameter, drift_follows) for parameter in figure.parameters),
+                "; ".join(_parameter_words(parameter) for parameter in figure.parameters),
             )
         )
     if figure.seen:
@@ -134,9 +130,10 @@ def _caption(figure: EvidenceFigure) -> str:
     return text
 
 
-def _parameter_words(parameter: IdentifiedParameter, drift_follows: str) -> str:
-    unit, scale = printed_unit(parameter.unit, drift_follows)
+def _parameter_words(parameter: IdentifiedParameter) -> str:
+    unit = parameter.quantity.unit_for([parameter.value])
     symbol = parameter.name.rpartition(".")[2]
-    if parameter.value is None and not parameter.identifiable:
-        return f"{symbol}: not identifiable"
-    return f"{symbol} = {parameter_text(parameter, scale)} {unit}".rstrip()
+    estimate = parameter.estimate
+    if not estimate.is_identifiable:
+        return f"{symbol}: {value_text(estimate, unit)}"
+    return f"{symbol} = {value_text(estimate, unit)} {unit.name}".rstrip()

@@ -21,7 +21,7 @@ def section(content: ReportContent) -> ReportSection | None:
     needed = [figure for figure in figures if not _is_superfluous(diagnosis, figure)]
     blocks: list[Block] = [Paragraph(HOW_JUDGED)]
     for figure in needed:
-        blocks.extend(evidence_of(diagnosis, figure, content.drift_follows, by_run=False))
+        blocks.extend(evidence_of(diagnosis, figure, by_run=False))
     unneeded = [figure for figure in figures if figure not in needed]
     if unneeded:
         blocks.append(_not_needed(unneeded))

@@ -6,6 +6,7 @@ from functools import partial
 
 from stiffcal.documents import Number
 from stiffcal.identification.body_results import CartesianStiffnessResult
+from stiffcal.quantity import LINEAR_STIFFNESS, STIFFNESS, of_stiffness
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -81,11 +82,14 @@ def _table(joints: tuple[JointPicture, ...]) -> TableBlock:
     rows: list[tuple[str, ...]] = []
     for joint in joints:
         for curve in sorted(joint.curves, key=lambda drawn_curve: drawn_curve.line.component[0] != "r"):
-            scale, unit = (1.0, "N·m/rad") if curve.line.component[0] == "r" else (1e-6, "N/µm")
+            unit = (STIFFNESS if curve.line.component[0] == "r" else LINEAR_STIFFNESS).usual
+            scale = unit.factor
             measured = _stiffness(curve.line.compliance, curve.line.std, curve.line.above_noise, scale)
             whole = joint.together.get(curve.line.component)
             together = wording.DASH if whole is None else _stiffness(*whole, scale)
-            rows.append((joint.name, _NAMES[curve.line.component], measured, together, unit, _verdict(curve, whole)))
+            rows.append(
+                (joint.name, _NAMES[curve.line.component], measured, together, unit.name, _verdict(curve, whole))
+            )
     caption = (
         "All displacements, rotations first; ± 95 %. Separately: a straight line through the displacements of that "
         "joint. All joints together: the fit of this report to all bodies; a dash where its model has no such spring. "
@@ -159,12 +163,7 @@ def _cartesian(poses: list[CartesianStiffnessResult]) -> list[Block]:
     columns = (
         TableColumn("pose", align="left"),
         TableColumn("way", align="left"),
-        TableColumn("x", "N/µm"),
-        TableColumn("y", "N/µm"),
-        TableColumn("z", "N/µm"),
-        TableColumn("about x", "kN·m/rad"),
-        TableColumn("about y", "kN·m/rad"),
-        TableColumn("about z", "kN·m/rad"),
+        *(TableColumn(f"{'about ' * (k > 2)}{'xyz'[k % 3]}", of_stiffness(k).usual.name) for k in range(6)),
     )
     rows = []
     for pose in poses:
@@ -172,7 +171,7 @@ def _cartesian(poses: list[CartesianStiffnessResult]) -> list[Block]:
             ("Schneider et al. 2014, eq. 15", pose.equation_15),
             ("from the compliance", pose.from_compliance),
         ):
-            diagonal = [float(matrix[k, k]) * (1e-6 if k < 3 else 1e-3) for k in range(6)]
+            diagonal = [float(matrix[k, k]) * of_stiffness(k).usual.factor for k in range(6)]
             rows.append((pose.run, words, *(wording.significant(value) for value in diagonal)))
     shares = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
     text = (

@@ -7,6 +7,7 @@ from functools import partial
 
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
+from stiffcal.quantity import Units, of_measure
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, PictureBlock, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
@@ -31,9 +32,6 @@ _TITLES = {
     "motor_angle": "clamped motors",
     "torque": "drives' torque",
 }
-
-# A torque stays in N·m; lengths and angles are printed in thousandths.
-_UNITS = {name: {"torque": "N·m", "rotation": "mrad", "motor_angle": "mrad"}.get(name, "mm") for name in _TITLES}
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
@@ -79,19 +77,20 @@ def _amount(component: str, value: float | None) -> str:
     return wording.measure_text({component: value})
 
 
-def _cell(component: str, value: float | None) -> str:
+def _cell(component: str, value: float | None, units: Units) -> str:
     """Return an error in the unit of its column."""
-    return wording.DASH if value is None else wording.significant(value * (1.0 if component == "torque" else 1e3))
+    return wording.DASH if value is None else wording.significant(value * units.of(of_measure(component)).factor)
 
 
 def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
     measures = [name for name in _TITLES if any(wording.part(fit.fit_rms, name) is not None for fit in fits)]
+    units = Units.of_errors(rms for fit in fits for rms in (fit.heldout_rms, fit.fit_rms))
     columns = (
         TableColumn("fit", align="left"),
         TableColumn("time (UTC)", align="left"),
         TableColumn("model", align="left", width=1.0),
         *(
-            TableColumn(f"{_TITLES[name]},\n{data}", _UNITS[name])
+            TableColumn(f"{_TITLES[name]},\n{data}", units.of(of_measure(name)).name)
             for name in measures
             for data in ("held-out", "fitted")
         ),
@@ -102,7 +101,9 @@ def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
         time = fit.time[:16].replace("T", "\n")
         model = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
         before = fit.model
-        errors = [_cell(name, wording.part(rms, name)) for name in measures for rms in (fit.heldout_rms, fit.fit_rms)]
+        errors = [
+            _cell(name, wording.part(rms, name), units) for name in measures for rms in (fit.heldout_rms, fit.fit_rms)
+        ]
         text = model or "the same model"
         rows.append(
             (

@@ -6,8 +6,15 @@ from functools import partial
 
 import numpy as np
 
-from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
-from stiffcal.printed_units import LINK_COMPLIANCE, printed_unit
+from stiffcal.identification.link_results import (
+    LINK_COMPLIANCE,
+    CoupledEstimate,
+    CouplingResult,
+    LinkResult,
+    Way,
+    compliance_units,
+)
+from stiffcal.quantity import quantity_of
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -106,8 +113,10 @@ def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
 def _compliance(picture: LinkPicture, link_result: LinkResult) -> TableBlock:
     rows = []
     low, high = link_result.compliance_interval
+    units = compliance_units(link_result)
     for row, column, text, si_unit in LINK_COMPLIANCE:
-        unit, factor = printed_unit(si_unit)
+        shown = units.of(quantity_of(si_unit))
+        unit, factor = shown.name, shown.factor
         value, ends = link_result.compliance[row][column], (low[row][column], high[row][column])
         if value is None or ends[0] is None or ends[1] is None:
             rows.append((text, "not identifiable", unit))

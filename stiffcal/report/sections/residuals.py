@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
+from stiffcal.quantity import FORCE, MOMENT, ShownUnit, Units, of_joint
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -28,7 +28,6 @@ from stiffcal.validation.schemes import held_out
 
 ORDER = 70
 _TITLE = "Residuals"
-_FACTORS = {"°": math.degrees(1.0), "mm": 1e3}
 _GROUPS: tuple[tuple[Callable[[ValidateResult], list[ErrorSlice]], str, str], ...] = (
     (lambda validation: validation.by_direction, "direction of force", ""),
     (lambda validation: validation.by_load, "load", " [N]"),
@@ -127,7 +126,7 @@ def _by_groups(validation: ValidateResult, content: ReportContent) -> list[Block
             text += f" Not grouped by {wording.listing(missing)}: only one group in these data."
         names = wording.listing([title for title, _, _ in several])
         caption = f"Residual by {names}. {text}{_noise_words(validation)}"
-        groups = [(f"{title}{unit}", short_ranges(parts, "")) for title, unit, parts in several]
+        groups = [(f"{title}{unit}", short_ranges(parts, ShownUnit(""))) for title, unit, parts in several]
         blocks.append(PictureBlock(partial(draw_residuals_by, groups, validation.noise), caption))
     angles = validation.by_joint_angle
     if len(angles) > 1:
@@ -140,7 +139,7 @@ def _by_groups(validation: ValidateResult, content: ReportContent) -> list[Block
         for sheet in wording.in_sheets(range(len(joints)), _JOINTS_PER_PICTURE):
             groups = [
                 (
-                    f"joint {joints[number]} [{_unit_of(joints[number], prismatic)}]",
+                    f"joint {joints[number]} [{_unit_of(joints[number], prismatic).name}]",
                     short_ranges(
                         [part for part in angles if part.joint == joints[number]],
                         _unit_of(joints[number], prismatic),
@@ -152,8 +151,8 @@ def _by_groups(validation: ValidateResult, content: ReportContent) -> list[Block
     return blocks
 
 
-def _unit_of(joint: int | None, prismatic: frozenset[int]) -> str:
-    return "mm" if joint in prismatic else "°"
+def _unit_of(joint: int | None, prismatic: frozenset[int]) -> ShownUnit:
+    return of_joint(joint in prismatic).usual
 
 
 def ranges_of_joints(parts: Sequence[ErrorSlice], prismatic: frozenset[int] = frozenset()) -> list[str]:
@@ -164,18 +163,19 @@ def ranges_of_joints(parts: Sequence[ErrorSlice], prismatic: frozenset[int] = fr
             words.append(part.label)
             continue
         unit = _unit_of(part.joint, prismatic)
-        mark, factor = ("°", _FACTORS["°"]) if unit == "°" else (" mm", _FACTORS["mm"])
-        words.append(f"{round(part.low * factor)}{mark} to {round(part.high * factor)}{mark}".replace("-", "−"))
+        low, high = (f"{round(end * unit.factor)}{unit.mark}" for end in (part.low, part.high))
+        words.append(f"{low} to {high}".replace("-", "−"))
     return words
 
 
-def short_ranges(parts: Sequence[ErrorSlice], unit: str) -> list[ErrorSlice]:
-    """Write ranges as labels of whole numbers, in degrees or mm where `unit` is one of them; other labels stay."""
-    factor = _FACTORS.get(unit, 1.0)
+def short_ranges(parts: Sequence[ErrorSlice], unit: ShownUnit) -> list[ErrorSlice]:
+    """Write ranges as labels of whole numbers of a unit; other labels stay."""
     return [
         part
         if part.low is None or part.high is None
-        else replace(part, label=f"{round(part.low * factor)} … {round(part.high * factor)}".replace("-", "−"))
+        else replace(
+            part, label=f"{round(part.low * unit.factor)} … {round(part.high * unit.factor)}".replace("-", "−")
+        )
         for part in parts
     ]
 
@@ -186,16 +186,19 @@ def _worst(validation: ValidateResult, of_places: bool) -> list[Block]:
     if not worst:
         return []
     columns: list[TableColumn] = [TableColumn("run", align="left"), TableColumn("row"), TableColumn("residual")]
+    shown = Units([("m", [state.residual_m for state in worst]), ("rad", [state.residual_rad for state in worst])])
     rows: list[tuple[str, ...]] = [
         (
             state.run.replace(" ", "\u00a0"),
             str(state.row),
-            wording.length(state.residual_m) if state.residual_rad is None else wording.angle(state.residual_rad),
+            wording.length(state.residual_m, shown)
+            if state.residual_rad is None
+            else wording.angle(state.residual_rad, shown),
         )
         for state in worst
     ]
     if any(state.load for state in worst):
-        units = ["N" if state.residual_rad is None else "N·m" for state in worst]
+        units = [(FORCE if state.residual_rad is None else MOMENT).usual.name for state in worst]
         alike = len(set(units)) == 1
         columns.append(TableColumn("load", units[0] if alike else ""))
         loads = [wording.significant(state.load) for state in worst]

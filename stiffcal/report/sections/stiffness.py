@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
+from stiffcal.estimate import Estimate
+from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import ShownUnit, Units
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, LeftOut, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn
 from stiffcal.report.content import ReportContent
-from stiffcal.report.estimates import STIFFNESS_UNITS, parameter_text, stiffness_text
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.results.value_words import on_limits, value_in_model
+from stiffcal.results.value_words import as_shown, remark, shifted_values, value_in_model, value_text
 
 ORDER, IN_SHORT = 30, True
 _TITLE = "Stiffness"
@@ -33,16 +33,26 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     if not parameters:
         return LeftOut(_TITLE, "the model contains no parameter")
     blocks: list[Block] = [Paragraph(_lead(content.identify))]
+    shown = shown_estimates(content)
     springs = [parameter for parameter in parameters if _is_spring(parameter)]
     other_parameters = [parameter for parameter in parameters if not _is_spring(parameter)]
-    for unit, (printed, scale) in STIFFNESS_UNITS.items():
-        members = [spring for spring in springs if wording.unit_words(spring.unit) == unit]
-        if members:
-            blocks.append(_stiffness_table(members, printed, scale, content.joint_names, not_claimed(content)))
+    units = units_of_springs(springs)
+    for quantity in dict.fromkeys(spring.quantity for spring in springs):
+        members = [spring for spring in springs if spring.quantity == quantity]
+        unit = units.of(quantity.reciprocal())
+        blocks.append(_stiffness_table(members, unit, content.joint_names, shown))
     if other_parameters:
         blocks.append(SubheadingBlock("Other parameters"))
-        blocks.append(_other_table(other_parameters, content))
+        blocks.append(other_table(other_parameters, content.joint_names, shown))
     return ReportSection(_TITLE, tuple(blocks))
+
+
+def shown_estimates(content: ReportContent) -> dict[str, Estimate]:
+    """Return every parameter as tables show it, by name, with what diagnosis and validation say of it."""
+    parameters = [] if content.identify is None else content.identify.parameters
+    missing = content.diagnose is not None and content.diagnose.missing
+    shifted = shifted_values(content.diagnose.before_after) if missing and content.diagnose is not None else ()
+    return {parameter.name: as_shown(parameter, not_claimed(content), shifted) for parameter in parameters}
 
 
 def not_claimed(content: ReportContent) -> frozenset[int]:
@@ -69,7 +79,8 @@ def short_stiffness_table(
     """
     springs = [parameter for parameter in parameters if parameter.name not in elsewhere and _is_spring(parameter)]
     shown = springs[:MOST_ON_FIRST_PAGE]
-    rows = tuple(_short_row(spring, joint_names, unclaimed) for spring in shown)
+    units = units_of_springs(shown)
+    rows = tuple(_short_row(spring, joint_names, unclaimed, units) for spring in shown)
     if not rows:
         return None
     if changes:
@@ -101,41 +112,49 @@ def _with_values_after(
         TableColumn("unit", align="left"),
         TableColumn("remark", align="left", width=1.0),
     )
+    units = units_of_springs(springs)
     moved = {name: one for name, one in changes.items() if one.outside_interval and one.after is not None}
     made: list[tuple[str, ...]] = []
-    for spring, (where, effect, text, unit, remark) in zip(springs, rows, strict=True):
+    for spring, (where, effect, text, unit, words) in zip(springs, rows, strict=True):
         relative = moved[spring.name].relative if spring.name in moved else None
         sign = "+" if (relative or 0.0) > 0.0 else ""
         shifted = "" if relative is None else f"changes by {sign}{wording.share(relative)}"
-        after = _value_after(spring, changes.get(spring.name))
-        made.append((where, effect, text, after, unit, remark or shifted))
+        after = _value_after(spring, changes.get(spring.name), units)
+        made.append((where, effect, text, after, unit, words or shifted))
     caption = "Stiffness, ± 95 %. Grey: shifted by what the model lacks, not to be used; next to it the value with it."
     caption += f" {more} more under “{_TITLE}”." if more > 0 else ""
     doubtful = tuple((k, 2) for k, spring in enumerate(springs) if spring.name in moved)
     return replace(_without_empty_remarks(columns, made, caption), doubtful=doubtful)
 
 
-def _value_after(spring: IdentifiedParameter, change: BeforeAfter | None) -> str:
+def _value_after(spring: IdentifiedParameter, change: BeforeAfter | None, units: Units) -> str:
     """Return a spring's value with what is missing; "" of what is not fitted, or where nothing is known of a change."""
     if change is None or (spring.fixed and change.after is not None):
         return ""
-    if not change.outside_interval and _has_interval(change.before) and _is_known(change.after):
+    if (
+        not change.outside_interval
+        and _known_with_interval(change.before)
+        and change.after is not None
+        and change.after.is_known
+    ):
         return "stays within ±"
-    return value_in_model(change.after, printed_unit(change.unit)[1])
+    return value_in_model(change.after, units.of(change.quantity))
 
 
-def _is_known(value: EstimatedValue | None) -> bool:
-    return value is not None and value.value is not None and not value.at_bound
+def _known_with_interval(value: Estimate | None) -> bool:
+    return value is not None and value.is_known and value.interval is not None
 
 
-def _has_interval(value: EstimatedValue | None) -> bool:
-    return value is not None and _is_known(value) and value.interval is not None
+def units_of_springs(springs: Sequence[IdentifiedParameter]) -> Units:
+    """Return the units in which a table of springs shows their stiffness."""
+    return Units((spring.quantity.reciprocal(), [spring.known_stiffness]) for spring in springs)
 
 
-def _short_row(spring: IdentifiedParameter, joint_names: tuple[str, ...], unclaimed: frozenset[int]) -> tuple[str, ...]:
-    unit, scale = STIFFNESS_UNITS[wording.unit_words(spring.unit)]
-    remark = _spring_verdict(spring, unclaimed)
-    return _place(spring, joint_names), _effect(spring), stiffness_text(spring, scale), unit, remark
+def _short_row(
+    spring: IdentifiedParameter, joint_names: tuple[str, ...], unclaimed: frozenset[int], units: Units
+) -> tuple[str, ...]:
+    unit, estimate = units.of(spring.quantity.reciprocal()), as_shown(spring, unclaimed)
+    return _place(spring, joint_names), _effect(spring), value_text(estimate, unit), unit.name, remark(estimate)
 
 
 def _place(spring: IdentifiedParameter, joint_names: tuple[str, ...]) -> str:
@@ -149,7 +168,7 @@ def _effect(spring: IdentifiedParameter) -> str:
 
 
 def _is_spring(parameter: IdentifiedParameter) -> bool:
-    return parameter.is_compliance and wording.unit_words(parameter.unit) in STIFFNESS_UNITS
+    return parameter.is_compliance and bool(parameter.quantity.inverse)
 
 
 def _lead(fit: IdentifyResult) -> str:
@@ -181,77 +200,46 @@ def where_words(where: Where, joint_names: tuple[str, ...]) -> str:
     return wording.place(where)
 
 
-def _spring_verdict(spring: IdentifiedParameter, unclaimed: frozenset[int]) -> str:
-    """Return the remark on a spring; a value that the places do not support is no claim."""
-    own = _verdict(spring)
-    joints = spring.where.joints or []
-    return own or ("not identified by these poses" if unclaimed.intersection(joints) else "")
-
-
-def _verdict(parameter: IdentifiedParameter) -> str:
-    if _is_poorly_known(parameter):
-        return "poorly determined" + (", no upper bound" if _is_open_ended(parameter) else "")
-    if parameter.fixed:
-        return "fixed, not fitted"
-    if not parameter.identifiable or parameter.value is None:
-        return "not identifiable"
-    if parameter.at_bound:
-        return "at the limit of its range"
-    if parameter.rests_on:
-        return on_limits(parameter.rests_on)
-    if parameter.above_noise is False:
-        return "not significant (below 3σ)"
-    return ""
-
-
-def _is_poorly_known(parameter: IdentifiedParameter) -> bool:
-    """Return whether a value was found, above the noise and off its bounds, with a wide interval."""
-    estimated = parameter.identifiable and parameter.value is not None and not parameter.fixed
-    if not estimated or parameter.at_bound or parameter.above_noise is False:
-        return False
-    return parameter.poorly_known or _is_open_ended(parameter)
-
-
-def _is_open_ended(parameter: IdentifiedParameter) -> bool:
-    interval = parameter.stiffness_interval
-    return interval is not None and interval[1] is None
-
-
 def _stiffness_table(
     members: list[IdentifiedParameter],
-    unit: str,
-    scale: float,
+    unit: ShownUnit,
     joint_names: tuple[str, ...],
-    unclaimed: frozenset[int],
+    shown: Mapping[str, Estimate],
 ) -> TableBlock:
     # The column on geometry only where a share is known.
     shared = any(spring.from_geometry is not None for spring in members)
     columns = (
         TableColumn("place", align="left"),
         TableColumn("effect", align="left"),
-        TableColumn("stiffness, ± 95 %", unit),
+        TableColumn("stiffness, ± 95 %", unit.name),
         TableColumn("standard\nuncertainty", "%"),
         *(TableColumn("share of\ngeometry", "%"),) * shared,
         TableColumn("remark", align="left", width=1.0),
     )
     rows: list[tuple[str, ...]] = []
     for spring in members:
-        value, std = spring.known_stiffness, spring.known_stiffness_std
+        estimate = shown[spring.name]
+        relative = estimate.relative_std()
         rows.append(
-            (_place(spring, joint_names), _effect(spring), stiffness_text(spring, scale),
-             wording.significant(100 * std / value, 2) if std and value else wording.DASH,
+            (_place(spring, joint_names), _effect(spring), value_text(estimate, unit),
+             wording.DASH if relative is None else wording.significant(100.0 * relative, 2),
              *(wording.DASH if spring.from_geometry is None else f"{100.0 * spring.from_geometry:.0f}",) * shared,
-             _spring_verdict(spring, unclaimed))
+             remark(estimate))
         )  # fmt: skip
-    poorly = list(dict.fromkeys(_place(spring, joint_names) for spring in members if _is_poorly_known(spring)))
-    caption = f"Stiffness in {unit}."
+    poorly = list(
+        dict.fromkeys(_place(spring, joint_names) for spring in members if shown[spring.name].is_poorly_determined)
+    )
+    doubtful = tuple((k, 2) for k, spring in enumerate(members) if shown[spring.name].is_shifted)
+    caption = f"Stiffness in {unit.name}."
     if shared:
         caption += " Share of geometry: part of the variance caused by the tolerances of lengths and angles."
     if poorly:
         caption += (
             f" Poorly determined: {wording.listing(poorly)}; the loads produce little torque on it in these poses."
         )
-    return _without_empty_remarks(columns, rows, caption)
+    if doubtful:
+        caption += " Grey: shifted by what the model lacks, not to be used."
+    return replace(_without_empty_remarks(columns, rows, caption), doubtful=doubtful)
 
 
 def _without_empty_remarks(columns: tuple[TableColumn, ...], rows: list[tuple[str, ...]], caption: str) -> TableBlock:
@@ -260,24 +248,28 @@ def _without_empty_remarks(columns: tuple[TableColumn, ...], rows: list[tuple[st
     return TableBlock(columns[:last], tuple(row[:last] for row in rows), caption)
 
 
-def _included(parameter: IdentifiedParameter) -> str:
-    """Return which conventions of the frames a value of geometry holds: then it is not that of the robot alone."""
-    frames = [name for name in parameter.includes or () if name.startswith("frame.")]
-    return f"includes {wording.listing(frames)}" if frames else ""
+def other_table(
+    members: list[IdentifiedParameter], joint_names: tuple[str, ...], shown: Mapping[str, Estimate]
+) -> TableBlock:
+    """Return the table of parameters that are no springs.
 
-
-def _other_table(members: list[IdentifiedParameter], content: ReportContent) -> TableBlock:
+    Parameters
+    ----------
+    members : in its rows. joint_names : of the robot. shown : every parameter as tables show it, by name.
+    """
     columns = (
         TableColumn("parameter", align="left"), TableColumn("place", align="left"), TableColumn("value, ± 95 %"),
         TableColumn("unit", align="left"), TableColumn("remark", align="left", width=1.0),
     )  # fmt: skip
     rows: list[tuple[str, ...]] = []
+    units = Units((parameter.quantity, [parameter.value]) for parameter in members)
     for parameter in members:
-        printed, scale = printed_unit(parameter.unit, content.drift_follows)
-        place = where_words(parameter.where, content.joint_names)
-        remark = _verdict(parameter) or _included(parameter)
-        rows.append((parameter.name, place, parameter_text(parameter, scale), printed, remark))
+        unit = units.of(parameter.quantity)
+        place = where_words(parameter.where, joint_names)
+        estimate = shown[parameter.name]
+        rows.append((parameter.name, place, value_text(estimate, unit), unit.name, remark(estimate)))
     caption = "Other parameters of the model."
-    if any(unit in ("µm/h", "mrad/h", "µm/K", "mrad/K") for *_, unit, _ in rows):
-        caption += f" The drift is counted over the {content.drift_follows}."
+    counted = next((parameter.drift_follows for parameter in members if parameter.drift_follows is not None), None)
+    if counted is not None:
+        caption += f" The drift is counted over the {counted}."
     return _without_empty_remarks(columns, rows, caption)

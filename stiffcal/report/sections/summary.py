@@ -10,6 +10,7 @@ from stiffcal.diagnosis.results import ProposedEffect
 from stiffcal.identification.before_after import BeforeAfter
 from stiffcal.identification.state_kinds import state_kinds
 from stiffcal.measurements.rms import Rms
+from stiffcal.quantity import STIFFNESS
 from stiffcal.reduction.registration.frames import RegistrationSummary
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
@@ -210,14 +211,17 @@ def _changed(values: Sequence[BeforeAfter], content: ReportContent, cause: str) 
     """Return the stiffness that moved most beyond its 95 % interval; "" where none did."""
     moved = [
         value for value in values
-        if value.outside_interval and value.relative is not None and value.where.joints and value.unit == "N·m/rad"
+        if value.outside_interval and value.relative is not None and value.where.joints and value.quantity == STIFFNESS
     ]  # fmt: skip
     if not moved:
         return ""
     most = max(moved, key=lambda value: abs(value.relative or 0.0))
-    before, after = (estimate(value.value, value.interval) for value in (most.before, most.after) if value is not None)
+    unit = STIFFNESS.usual
+    before, after = (
+        estimate(value.value, value.interval, unit.factor) for value in (most.before, most.after) if value is not None
+    )
     place = where_words(most.where, content.joint_names)
-    return f" {cause} changes the stiffness of {place} most: from {before} to {after} {most.unit}."
+    return f" {cause} changes the stiffness of {place} most: from {before} to {after} {unit.name}."
 
 
 def _next_step(content: ReportContent) -> str:

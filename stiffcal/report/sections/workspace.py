@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from stiffcal.compensation.map_result import MapResult
+from stiffcal.quantity import LENGTH, LINEAR_STIFFNESS
 from stiffcal.report import wording
 from stiffcal.report.blocks import PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
@@ -31,10 +32,11 @@ def _caption(found: MapResult) -> str:
         low, high = (wording.length(float(end)) for end in found.position_error)
         text += f" Position error {low} to {high}."
     if found.stiffness is not None:
-        softest, stiffest = (wording.significant(1e-6 * float(end)) for end in found.stiffness)
-        text += f" Stiffness {softest} to {stiffest} N/µm."
+        unit = LINEAR_STIFFNESS.unit_for(map(float, found.stiffness))
+        softest, stiffest = (wording.significant(unit.factor * float(end)) for end in found.stiffness)
+        text += f" Stiffness {softest} to {stiffest} {unit.name}."
     worst = found.worst
     if worst is not None:
-        place = ", ".join(wording.significant(1e3 * float(value)) for value in worst.position)
-        text += f" Largest error at ({place}) mm, base axes."
+        place = ", ".join(wording.significant(LENGTH.usual.factor * float(value)) for value in worst.position)
+        text += f" Largest error at ({place}) {LENGTH.usual.name}, base axes."
     return text

@@ -14,6 +14,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.mistakes.mistake import Adjustment, AsRead, ChangeTexts, InputPart, Mistake, TriedOn
 from stiffcal.mistakes.words import millimetres
+from stiffcal.quantity import JOINT_ANGLE
+from stiffcal.wording import in_unit
 
 
 class MisplacedTracker(Mistake):
@@ -34,7 +36,8 @@ class MisplacedTracker(Mistake):
         angle = float(np.linalg.norm(turn))
         about = ", ".join(f"{part:.2f}" for part in turn / max(angle, 1e-12))
         words = (
-            f"the tracker frame rotated by {np.degrees(angle):.2g}° about ({about}) through the centre of the "
+            f"the tracker frame rotated by {in_unit(angle, JOINT_ANGLE.usual, 2)} about ({about}) "
+            f"through the centre of the "
             f"positions and moved by ({millimetres(shift)}) mm in base axes"
         )
         mend = "correct the tracker's frame, or write estimate = true there to estimate it from these poses"

@@ -28,6 +28,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.mistakes.places.mistake import LeftOfPlaces, MovedRows, PlacesMistake
 from stiffcal.mistakes.places.steps import LEAST_ROWS, Steps
 from stiffcal.mistakes.suspect_kinds import SuspectKind
+from stiffcal.wording import angle, length, significant
 
 # Moves whose probability by chance, of all rows, is larger are none.
 MOST_P = 0.01
@@ -107,7 +108,7 @@ class MovedBase(PlacesMistake):
             if moved.or_drift
             else ("", "fit")
         )
-        motion = f"{1e3 * size:.3g} mm and {1e3 * turn:.2g} mrad"
+        motion = f"{length(size)} and {angle(turn, digits=2)}"
         displaced = (
             f"the rows' positions are displaced more and more, or at once by {motion} from row {likeliest} on"
             if moved.or_drift
@@ -117,7 +118,7 @@ class MovedBase(PlacesMistake):
             f"the base or the tracker moved between rows {first} and {last}{most_likely}{drift}: {cure} only the rows "
             "on one side of it; exclude the other rows or repeat them"
         )
-        return f"{displaced}, {moved.standard_errors:.2g} standard errors", likely
+        return f"{displaced}, {significant(moved.standard_errors, 2)} standard errors", likely
 
     def rows_in_words(self, count: int) -> str:
         """Return the rows on one side of the move."""

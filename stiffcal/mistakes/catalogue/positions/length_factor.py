@@ -9,6 +9,7 @@ from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.wording import significant
 
 FACTORS = {
     1e-3: "a thousand times too large",
@@ -55,11 +56,11 @@ class LengthFactor(Mistake):
         if change.value:
             of, place = f"{change.value} of the positions", f"columns {change.value} of the positions"
             mend = f"{of} is {wrong}: correct its column"
-            return ChangeTexts(place, f"{of} multiplied by {factor:.4g}", mend, f"{of} is {wrong}")
+            return ChangeTexts(place, f"{of} multiplied by {significant(factor, 4)}", mend, f"{of} is {wrong}")
         of = f"the positions of {change.names[0]}" if change.names else "the positions"
         place = f"poses.{change.names[0]}.units.position" if change.names else "units.position"
         mend = f"{of} are {wrong}: correct their unit"
-        return ChangeTexts(place, f"{of} multiplied by {factor:.4g}", mend, f"{of} are {wrong}")
+        return ChangeTexts(place, f"{of} multiplied by {significant(factor, 4)}", mend, f"{of} are {wrong}")
 
     def is_in_manifest(self, change: InputChange) -> bool:
         """Return whether a unit is wrong that the manifest states, not that of one axis."""

@@ -9,6 +9,8 @@ import numpy as np
 
 from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
 from stiffcal.mistakes.rods.readings import RodReadings, left_over, squares_left
+from stiffcal.quantity import LENGTH
+from stiffcal.wording import in_unit
 
 
 class WarmingRods(RodMistake):
@@ -32,7 +34,8 @@ class WarmingRods(RodMistake):
     def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
         """Return it in words."""
         return (
-            f"all rods grow with the logged temperature, {1e6 * trial.size:.3g} µm per metre and kelvin: {rms}; "
+            f"all rods grow with the logged temperature, "
+            f"{in_unit(trial.size, LENGTH.unit_for([trial.size]))} per metre and kelvin: {rms}; "
             "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])"
         )
 
