@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from stiffcal.model.summary import EffectAt, Where
     from stiffcal.workflow.followed import FollowedResidual
 
-MOST_ROWS = 8
+MOST_ROWS, MOST_PLACES = 8, 4
 BAR, ROOMY = 10, 100
 """Columns of a bar of probability, and of a terminal that has room for one."""
 EXPLAINS = (
@@ -136,7 +136,7 @@ def show_diagnosis(
         names = ", ".join(effect_words(effect) for effect in result.missing)
         show_moved(console, result.before_after, f"what adding {names} would change")
     _show_in_model(console, result)
-    _show_excluded(console, result, folder, store)
+    _show_excluded(console, result, folder, store, details)
     if result.could_be:
         console.print("\ncannot be distinguished in these poses and loads:")
         for candidate in result.could_be:
@@ -271,7 +271,9 @@ def _show_in_model(console: AnswerConsole, result: DiagnoseResult) -> None:
         console.print(f"in the model: {effect_words(effect)}: {p}{words}", soft_wrap=True)
 
 
-def _show_excluded(console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None) -> None:
+def _show_excluded(
+    console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None, details: bool
+) -> None:
     """Print how large an effect at each place would have been found, where nothing is, and what load would decide."""
     if result.missing or result.unexplained or not result.excluded_sizes:
         return
@@ -280,7 +282,9 @@ def _show_excluded(console: AnswerConsole, result: DiagnoseResult, folder: Path,
     known = [one for one in sizes if one.of not in hidden]
     if known:
         measure = "torque, rms" if any(one.size_Nm for one in known) else "rms at the tool"
-        listed = ", ".join(f"{one.of} {_size_words(one.size_m, one.size_Nm)} ({one.effect})" for one in known)
+        shown = known if details else known[:MOST_PLACES]
+        listed = ", ".join(f"{one.of} {_size_words(one.size_m, one.size_Nm)} ({one.effect})" for one in shown)
+        listed += f"; less at {len(known) - len(shown)} further places (--details)" if len(shown) < len(known) else ""
         console.print(f"\nwould have been found in nine campaigns of ten, {measure}: {listed}", soft_wrap=True)
     if hidden:
         more = "; load along other axes, in other poses" if result.rms.torque is None else ""

@@ -68,14 +68,19 @@ def suspicion_of(
 def misplaced_in(campaign: Campaign, states: LoadStates, loss: str, progress: Progress) -> Suspicion:
     """Return the runs whose places are not where their joint angles put them, and a move of the base.
 
-    Displacements say nothing of these: they are left out before anything is judged. Parameters as of `suspicion_of`.
+    Displacements say nothing of these: they are left out before anything is judged. Whether absolute rows are off is
+    part of what is judged. Parameters as of `suspicion_of`.
     """
+    from stiffcal.diagnosis.suspects.result import NotCheckedReason
+
     suspicion = suspicion_of(campaign, states, loss, progress)
+    open_rows = suspicion.not_checked is not None and suspicion.not_checked.code is NotCheckedReason.ABSOLUTE_ROWS
     chosen = [k for k, one in enumerate(suspicion.suspects) if one.place_m > 0.0 or one.copied is not None]
     return replace(
         suspicion,
         suspects=tuple(suspicion.suspects[k] for k in chosen),
         without_each=tuple(suspicion.without_each[k] for k in chosen),
+        not_checked=None if open_rows else suspicion.not_checked,
     )
 
 
