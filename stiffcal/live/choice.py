@@ -13,7 +13,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes.toml_text import escaped
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import effects_with
-from stiffcal.workflow.edit_model import model_with, model_without
+from stiffcal.model.editing import model_with, model_without
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign

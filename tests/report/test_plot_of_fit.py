@@ -1,0 +1,34 @@
+"""Pictures of a fit: which readings they are of, in which unit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stiffcal.identification.identify import identify_parameters
+from stiffcal.measurements.load_states import Sigma
+from stiffcal.report.gathering.plot_of_fit import picture_of_fit, residuals_in_noises
+from stiffcal.stages.steps import RunContext, up_to_date_states
+from tests.laboratory.simulated_states import medium_robot, played
+
+
+def test_residuals_are_in_noises_by_what_was_read() -> None:
+    truth = medium_robot()
+    states = played(truth, noise=Sigma(15e-6, 2e-5), seed=3)
+    fit = identify_parameters(states, truth)
+    found = residuals_in_noises(fit)
+    assert list(found) == ["displacements and gauges", "rotations"]
+    for values in found.values():
+        # n readings scatter by one, to 1 / sqrt(2 n)
+        assert np.sqrt(np.mean(values**2)) == pytest.approx(1.0, abs=4.0 / np.sqrt(2.0 * values.size))
+
+
+@pytest.mark.parametrize("of", ["correlation", "influence"])
+def test_a_model_without_a_free_parameter_says_so(of: str, campaign: Path) -> None:
+    model = campaign / "model.toml"
+    held = ", ".join(f'"joint-compliance.j{k}.c" = {{ value = 2e-6, fixed = true }}' for k in range(1, 7))
+    model.write_text(model.read_text(encoding="utf-8") + f"parameters = {{ {held} }}\n", encoding="utf-8")
+    context = RunContext()
+    assert picture_of_fit(of, up_to_date_states(campaign, context), context).panels[0].empty
