@@ -11,7 +11,8 @@ from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model_file import MODEL_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.editing import Wanted, edit_file
+from stiffcal.model.editing import Wanted, edit_text, places_at
+from stiffcal.model.summary import Where
 from stiffcal.results.command_results import EditResult
 from stiffcal.stages.history import can_be_restored, model_of, stored_fits
 from stiffcal.stages.steps import RunContext, open_store
@@ -53,12 +54,53 @@ def edit_model(
     InputError : no such effect or place; or no place given, with the places that there are.
     """
     campaign = load_campaign(Path(folder), check_files=False)
+    places = places_of_words(campaign, where or {})
+    return change_model(
+        campaign, action, effect, where=places, everywhere=everywhere, curved=curved, start=start, context=context
+    )
+
+
+def change_model(
+    campaign: Campaign,
+    action: Literal["add", "remove"],
+    effect: str,
+    *,
+    where: Where,
+    everywhere: bool = False,
+    curved: bool = False,
+    start: Mapping[str, float] | None = None,
+    context: RunContext | None = None,
+) -> EditResult:
+    """Do the same where the places are at hand as values.
+
+    Raises
+    ------
+    InputError : as `edit_model`.
+    """
+    from stiffcal.campaign.model_editing import editable_text, save_model
+
     kept = _is_kept(campaign, context or RunContext())
-    changes = edit_file(campaign, campaign.folder, action, effect, Wanted(where or {}, everywhere, curved, start or {}))
+    text = editable_text(campaign.folder, campaign.chain.n_joints)
+    wanted = Wanted(where, everywhere, curved, start or {})
+    edited, changes = edit_text(campaign, text, action, effect, wanted)
+    if edited != text:
+        save_model(campaign.folder, edited)
     if kept:
         note_written(campaign.folder / MODEL_FILE, MODEL)
     model = load_campaign(campaign.folder, check_files=False).model
     return EditResult(warnings=[], changes=changes, model=model_of(model))
+
+
+def places_of_words(campaign: Campaign, where: Mapping[str, str | None]) -> Where:
+    """Return the places that the command line has as words, joints by number or by name: "2,A3", "swing,arm", "5-6".
+
+    Raises
+    ------
+    InputError : the robot has no such joint, or what should be a pair is none.
+    """
+    words = {kind: [word.strip() for word in (text or "").split(",") if word.strip()] for kind, text in where.items()}
+    pairs = [[end.strip() for end in word.split("-")] for word in words.get("pairs", [])]
+    return places_at(campaign, words.get("joints", []), words.get("links", []), pairs)
 
 
 def _is_kept(campaign: Campaign, context: RunContext) -> bool:

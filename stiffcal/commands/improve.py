@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.commands.edit_model import edit_model
+from stiffcal.commands.edit_model import change_model
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.diagnosis.words import effect_in_words
@@ -196,9 +197,8 @@ class _StepRecorder:
         """Add or remove an effect, then validate the changed model."""
         proposed = effect if isinstance(effect, ProposedEffect) else None
         start = None if proposed is None else proposed.form
-        edit_model(
-            self.folder, change, effect.effect, where=places_as_options(effect.where), start=start, context=self.context
-        )
+        campaign = load_campaign(Path(self.folder), check_files=False)
+        change_model(campaign, change, effect.effect, where=effect.where, start=start, context=self.context)
         if change == "add":
             self.added.append((change, effect.effect, effect.where))
         step = self.validate_and_add_step(change, effect.effect, effect.where)
@@ -329,23 +329,7 @@ def _planned_steps(diagnosed: DiagnoseResult, likely: bool) -> list[ImproveStep]
     ]
 
 
-def places_as_options(where: Where) -> dict[str, str | None]:
-    """Return places as the options of `add` and `remove`: ``joints``, ``links`` and ``pairs``; None where left out.
-
-    Examples
-    --------
-    >>> places_as_options(Where(pairs=[[5, 6]]))["pairs"]
-    '5-6'
-    """
-    return {
-        "joints": ",".join(str(joint) for joint in where.joints or []) or None,
-        "links": ",".join(where.links or []) or None,
-        "pairs": ",".join(f"{first}-{second}" for first, second in where.pairs or []) or None,
-    }
-
-
 def _present_model(folder: Path) -> ModelSummary:
-    from stiffcal.campaign.loading import load_campaign
     from stiffcal.stages.history import model_of
 
     return model_of(load_campaign(Path(folder), check_files=False).model)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.model_file import model_of_text
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.commands.edit_model import edit_model
+from stiffcal.commands.edit_model import change_model
 from stiffcal.errors import Progress
 from stiffcal.live.choice import ModelChoice, model_of_choice, placed_name
 from stiffcal.live.forecasts import Forecasts
@@ -208,8 +208,9 @@ class LiveModels:
             model_of_choice(load_campaign(self._folder, check_files=False), self._text_now(), choice)
             for action, names in (("remove", choice.removed), ("add", choice.added)):
                 for name in names:
-                    effect, where = placed_name(load_campaign(self._folder, check_files=False), name)
-                    edit_model(self._folder, "add" if action == "add" else "remove", effect, where=where)
+                    campaign = load_campaign(self._folder, check_files=False)
+                    effect, where = placed_name(campaign, name)
+                    change_model(campaign, "add" if action == "add" else "remove", effect, where=where)
             tried, earlier = self._tried.get(choice.key), self._judged(OF_EARLIER_MODEL, same_states=True)
             self._begin_anew()
             self._earlier = None if is_changed else earlier

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import difflib
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.model_file import MODEL_FILE
-from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import read_regular
-from stiffcal.limits import TOML
+from stiffcal.model.summary import Where
 
 if TYPE_CHECKING:
     from stiffcal.model.effect import Effect
@@ -26,7 +21,7 @@ def model_with(
     text: str,
     effect: str,
     *,
-    where: Mapping[str, str | None],
+    where: Where,
     curved: bool,
     start: Mapping[str, float] | None = None,
 ) -> str:
@@ -45,7 +40,7 @@ def model_with(
     return _edited(campaign, text, "add", effect, Wanted(where, False, curved, start or {}))
 
 
-def model_without(campaign: Campaign, text: str, effect: str, *, where: Mapping[str, str | None]) -> str:
+def model_without(campaign: Campaign, text: str, effect: str, *, where: Where) -> str:
     """Return model.toml with an effect removed, as `edit_model` would write it; the campaign's folder stays as it is.
 
     Parameters
@@ -62,21 +57,19 @@ def model_without(campaign: Campaign, text: str, effect: str, *, where: Mapping[
 
 
 def _edited(campaign: Campaign, text: str, action: Literal["add", "remove"], effect: str, wanted: Wanted) -> str:
-    with tempfile.TemporaryDirectory(prefix="stiffcal-") as place:
-        folder = Path(place)
-        (folder / MANIFEST_FILE).write_bytes(read_regular(campaign.folder / MANIFEST_FILE, MANIFEST_FILE, limit=TOML))
-        if text:
-            (folder / MODEL_FILE).write_text(text, encoding="utf-8", newline="\n")
-        edit_file(campaign, folder, action, effect, wanted)
-        return (folder / MODEL_FILE).read_text(encoding="utf-8")
+    from stiffcal.campaign.model_editing import default_text
+
+    text = text.removeprefix("\ufeff") or default_text(campaign.folder, campaign.chain.n_joints)
+    edited, _ = edit_text(campaign, text, action, effect, wanted)
+    return edited.replace("\r\n", "\n").replace("\r", "\n")
 
 
 @dataclass(frozen=True)
 class Wanted:
     """Where an effect is to be added or removed, and in which form."""
 
-    where: Mapping[str, str | None]
-    """Places as words."""
+    where: Where
+    """The places."""
     everywhere: bool
     """At every place."""
     curved: bool
@@ -85,10 +78,19 @@ class Wanted:
     """Values by symbol from which the fit starts."""
 
 
-def edit_file(
-    campaign: Campaign, folder: Path, action: Literal["add", "remove"], effect: str, wanted: Wanted
-) -> list[str]:
-    """Edit the model file of a folder, which holds the campaign's model; return the changes, in words."""
+def edit_text(
+    campaign: Campaign, text: str, action: Literal["add", "remove"], effect: str, wanted: Wanted
+) -> tuple[str, list[str]]:
+    """Return a model file with an effect added or removed, and the changes in words.
+
+    Parameters
+    ----------
+    campaign : its model is the one that `text` holds. text : of the model file.
+
+    Raises
+    ------
+    InputError : no such effect or place; or no place given, with the places that there are.
+    """
     from stiffcal.campaign.model_editing import add_effect, remove_effect
     from stiffcal.model.campaign_effects import effects_with
     from stiffcal.model.forms import curve_of
@@ -103,7 +105,7 @@ def edit_file(
     law = _form_of(catalogue[effect], tuple(wanted.start))
     kind = catalogue[effect].place_kind
     possible = [place.label for place in catalogue[effect].places(campaign.chain)]
-    given = _places(wanted.where, kind, campaign)
+    given = _given(wanted.where, kind, campaign)
     if wanted.everywhere and action == "add":
         given = _every_place(catalogue[effect].places(campaign.chain), kind)
     if kind != "setup" and not any(given.values()) and not wanted.everywhere:
@@ -114,27 +116,27 @@ def edit_file(
         )
     _check_possible(catalogue[effect], given, possible, campaign.chain.prismatic_joints)
     n_joints = campaign.chain.n_joints
-    changes = []
     if action == "add":
         _check_not_included(campaign, catalogue, effect, given)
-        changes += _remove_replaced(folder, campaign, law, given)
-        new = add_effect(folder, effect, **given, n_joints=n_joints)
+        text, changes = _remove_replaced(text, campaign, law, given)
+        text, new = add_effect(text, effect, **given, n_joints=n_joints)
         if new or not wanted.curved:
             changes.append(
                 f"added {effect}: {', '.join(new)}" if new else f"{effect} is already in the model: nothing changed"
             )
         if wanted.start:
-            _set_start(folder, campaign, effect, wanted.start, given)
+            text = _set_start(text, campaign, effect, wanted.start, given)
         if wanted.curved:
-            changes.append(_bend(folder, campaign, catalogue[effect], given))
+            text, bent = _bend(text, campaign, catalogue[effect], given)
+            changes.append(bent)
     else:
-        removed = remove_effect(folder, effect, **given, n_joints=n_joints)
-        changes.append(f"removed {effect}: {', '.join(removed)}")
-        changes += _add_held(folder, campaign, catalogue[effect], removed)
-    return changes
+        text, removed = remove_effect(text, effect, **given, n_joints=n_joints)
+        text, held = _add_held(text, campaign, catalogue[effect], removed)
+        changes = [f"removed {effect}: {', '.join(removed)}", *held]
+    return text, changes
 
 
-def _add_held(folder: Path, campaign: Campaign, effect: Effect, removed: Sequence[str]) -> list[str]:
+def _add_held(text: str, campaign: Campaign, effect: Effect, removed: Sequence[str]) -> tuple[str, list[str]]:
     """Add the springs that a removed law held at its places as a part of its curve, and report it."""
     from stiffcal.campaign.model_editing import add_effect
     from stiffcal.campaign.model_file import place_names
@@ -148,9 +150,10 @@ def _add_held(folder: Path, campaign: Campaign, effect: Effect, removed: Sequenc
         if label not in removed or not isinstance(form, TorqueCurve):
             continue
         for held in form.includes:
-            if new := add_effect(folder, held, joints=[joint], links=[], pairs=[], n_joints=campaign.chain.n_joints):
+            text, new = add_effect(text, held, joints=[joint], n_joints=campaign.chain.n_joints)
+            if new:
                 changes.append(f"added {held}: {', '.join(new)} (it was a part of {effect.name})")
-    return changes
+    return text, changes
 
 
 def _form_of(effect: Effect, symbols: Sequence[str]) -> Effect:
@@ -168,18 +171,18 @@ def _form_of(effect: Effect, symbols: Sequence[str]) -> Effect:
 
 
 def _set_start(
-    folder: Path, campaign: Campaign, effect: str, start: Mapping[str, float], given: Mapping[str, Sequence[Any]]
-) -> None:
+    text: str, campaign: Campaign, effect: str, start: Mapping[str, float], given: Mapping[str, Sequence[Any]]
+) -> str:
     """Write values from which an effect's fit starts at these places: the file then holds the form that they are of."""
     from stiffcal.campaign.model_editing import set_starts
     from stiffcal.campaign.model_file import place_names
 
     labels = place_names(given["joints"], given["links"], given["pairs"]) or ["setup"]
     values = {f"{effect}.{label}.{symbol}": value for label in labels for symbol, value in start.items()}
-    set_starts(folder, effect, values, campaign.chain.n_joints)
+    return set_starts(text, effect, values, campaign.chain.n_joints)[0]
 
 
-def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> str:
+def _bend(text: str, campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> tuple[str, str]:
     """Name the amplitudes of the effect's curved form at these places, and report it."""
     from stiffcal.campaign.model_editing import set_starts
     from stiffcal.campaign.model_file import place_names
@@ -189,11 +192,10 @@ def _bend(folder: Path, campaign: Campaign, effect: Effect, given: Mapping[str, 
     curve = curve_of(effect) or effect
     bends = [symbol for symbol in symbols_of(curve) if symbol not in symbols_of(effect)]
     values = {f"{effect.name}.{label}.{symbol}": 0.0 for label in labels for symbol in bends}
-    new = set_starts(folder, effect.name, values, campaign.chain.n_joints)
+    text, new = set_starts(text, effect.name, values, campaign.chain.n_joints)
     new_labels = [label for label in labels if any(name.split(".")[1] == label for name in new)]
-    return (
-        f"curved: {', '.join(new_labels)}" if new_labels else f"{effect.name} is already curved there: nothing changed"
-    )
+    change = f"{effect.name} is already curved there: nothing changed"
+    return text, f"curved: {', '.join(new_labels)}" if new_labels else change
 
 
 def _no_curve(effect: str, catalogue: Mapping[str, Effect]) -> NoReturn:
@@ -204,11 +206,29 @@ def _no_curve(effect: str, catalogue: Mapping[str, Effect]) -> NoReturn:
     raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--curved", f"{effect} has no curved form", mend)
 
 
-def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> dict[str, Sequence[Any]]:
+def places_at(
+    campaign: Campaign,
+    joints: Iterable[int | str] = (),
+    links: Iterable[str] = (),
+    pairs: Iterable[Sequence[int | str]] = (),
+) -> Where:
+    """Return places whose joints are given by number or by name.
+
+    Raises
+    ------
+    InputError : the robot has no such joint, or a pair has not two.
+    """
+    return Where(
+        joints=[_joint(joint, campaign, "joints") for joint in joints] or None,
+        links=list(links) or None,
+        pairs=[list(_pair(pair, campaign)) for pair in pairs] or None,
+    )
+
+
+def _given(where: Where, kind: str, campaign: Campaign) -> dict[str, Sequence[Any]]:
+    """Return the places by kind, checked against the robot's joints and the kind of place at which the effect acts."""
     places: dict[str, Sequence[Any]] = {"joints": (), "links": (), "pairs": ()}
-    for name, text in where.items():
-        if text is None:
-            continue
+    for name, given in where.items():
         if name != kind:
             raise InputError.at(
                 FaultCode.PLACE_INVALID,
@@ -217,33 +237,34 @@ def _places(where: Mapping[str, str | None], kind: str, campaign: Campaign) -> d
                 f"this effect acts at {kind}",
                 f"use --{kind} instead",
             )
-        labels = [word.strip() for word in text.split(",") if word.strip()]
         if name == "joints":
-            places[name] = [_joint(word, campaign, name) for word in labels]
+            places[name] = [_joint(joint, campaign, name) for joint in given]
         elif name == "links":
-            places[name] = labels
+            places[name] = given
         else:
-            places[name] = [_pair(word, campaign) for word in labels]
+            places[name] = [_pair(pair, campaign) for pair in given]
     return places
 
 
-def _joint(word: str, campaign: Campaign, option: str) -> int:
+def _joint(word: int | str, campaign: Campaign, option: str) -> int:
     names = campaign.chain.joint_names
-    if word in names:
+    if isinstance(word, int) and 1 <= word <= len(names):
+        return word
+    if isinstance(word, str) and word in names:
         return names.index(word) + 1
-    if len(word) < 10 and word.isdecimal() and 1 <= int(word) <= len(names):
+    if isinstance(word, str) and len(word) < 10 and word.isdecimal() and 1 <= int(word) <= len(names):
         return int(word)
     mend = f"number 1 to {len(names)}, or one of {', '.join(names)}"
     raise InputError.at(FaultCode.JOINT_UNKNOWN, "command line", f"--{option}", f"unknown joint {word}", mend)
 
 
-def _pair(word: str, campaign: Campaign) -> tuple[int, int]:
-    ends = word.split("-")
+def _pair(ends: Sequence[int | str], campaign: Campaign) -> tuple[int, int]:
     if len(ends) != 2:
+        word = "-".join(str(end) for end in ends)
         raise InputError.at(
             FaultCode.OPTION_INVALID, "command line", "--pairs", f"{word} is not a pair", "write it like 5-6"
         )
-    a, b = sorted(_joint(end.strip(), campaign, "pairs") for end in ends)
+    a, b = sorted(_joint(end, campaign, "pairs") for end in ends)
     return a, b
 
 
@@ -298,7 +319,9 @@ def _check_not_included(
             raise InputError.at(FaultCode.EFFECT_CONFLICT, "command line", effect, reason, mend)
 
 
-def _remove_replaced(folder: Path, campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]) -> list[str]:
+def _remove_replaced(
+    text: str, campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]
+) -> tuple[str, list[str]]:
     """Take out what the new effect includes or excludes at the same places, and report it."""
     from stiffcal.campaign.model_editing import remove_effect
     from stiffcal.campaign.model_file import place_names
@@ -315,7 +338,7 @@ def _remove_replaced(folder: Path, campaign: Campaign, effect: Any, given: Mappi
         }
         if not any(shared.values()):
             continue
-        removed = remove_effect(folder, entry.type, **shared, n_joints=campaign.chain.n_joints)
+        text, removed = remove_effect(text, entry.type, **shared, n_joints=campaign.chain.n_joints)
         verb = "includes" if entry.type in effect.includes else "excludes"
         changes.append(f"removed {entry.type}: {', '.join(removed)} ({effect.name} {verb} it)")
-    return changes
+    return text, changes

@@ -291,16 +291,12 @@ class CampaignSession:
         InputError : there is no such effect or place.
         """
         from stiffcal.campaign.model_file import model_of_text
-        from stiffcal.model.editing import model_with
+        from stiffcal.model.editing import model_with, places_at
         from stiffcal.store.trial import TrialResults
 
-        where = {
-            "joints": ",".join(map(str, joints)) or None,
-            "links": ",".join(links) or None,
-            "pairs": ",".join("-".join(map(str, pair)) for pair in pairs) or None,
-        }
         with self._logged():
             campaign = self._campaign()
+            where = places_at(campaign, joints, links, pairs)
             text = model_with(campaign, self.model, effect, where=where, curved=curved)
             trial = TrialModel(text, model_of_text(text, campaign.chain.n_joints), TrialResults())
         return CampaignSession(self.folder, replace(self._context, trial=trial))

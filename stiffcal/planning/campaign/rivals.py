@@ -26,8 +26,8 @@ class NamedRival:
 
     effect: str
     """Its name."""
-    where: dict[str, str | None]
-    """By kind of place, as `edit_model` takes it."""
+    where: Where
+    """Its place."""
     label: str
     """Effect and place as the user writes them: ``backlash j4``."""
 
@@ -38,14 +38,14 @@ def named_rival(text: str) -> NamedRival:
     if not words or len(words) > 2:
         mend = 'write an effect and its place, as "backlash j4" or "link-beam swing"'
         raise InputError.at(FaultCode.OPTION_INVALID, "--tell", text, "not an effect with a place", mend)
-    where: dict[str, str | None] = {"joints": None, "links": None, "pairs": None}
+    where = Where()
     if len(words) == 2:
         if match := _PAIR.fullmatch(words[1]):
-            where["pairs"] = f"{match[1]}-{match[2]}"
+            where = Where(pairs=[[int(match[1]), int(match[2])]])
         elif match := _JOINT.fullmatch(words[1]):
-            where["joints"] = match[1]
+            where = Where(joints=[int(match[1])])
         else:
-            where["links"] = words[1]
+            where = Where(links=[words[1]])
     return NamedRival(words[0], where, " ".join(words))
 
 
@@ -68,11 +68,9 @@ def rivals_of_diagnosis(diagnosis: DiagnoseResult, campaign: Campaign) -> list[N
 
 
 def _rival_at(effect: str, where: Where) -> NamedRival:
-    texts: dict[str, str | None] = {"joints": None, "links": None, "pairs": None}
     label = effect
     for kind, places in where.items():
         words = ["-".join(map(str, place)) if kind == "pairs" else str(place) for place in places]
-        texts[kind] = ",".join(words)
         prefix = "j" if kind == "joints" else ""
         label = f"{effect} {','.join(prefix + word for word in words)}"
-    return NamedRival(effect, texts, label)
+    return NamedRival(effect, where, label)
