@@ -131,7 +131,8 @@ def compensate(
     Example: stiffcal compensate demo --path path.csv --force 0,150,-300 -o corrected.csv --picture error.svg
     """
     with answering(as_json) as answer:
-        from stiffcal.commands.compensate import CompensateRequest, compensate_campaign
+        from stiffcal.commands.compensate import compensate_campaign
+        from stiffcal.compensation.corrected_path import CompensateRequest
         from stiffcal.compensation.path import Forces
         from stiffcal.stages.steps import RunContext
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
@@ -11,15 +10,13 @@ from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
-from stiffcal.identification.fit_results import IdentifiedParameter
-from stiffcal.mechanics.chain import Chain
-from stiffcal.model.measured_frames import FRAME
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import IDENTIFY, RunContext, up_to_date_states
 from stiffcal.store.origin import worst_of
 from stiffcal.validation.change import CHANCE, change_of
 from stiffcal.validation.compare_result import CompareResult
+from stiffcal.validation.one_robot import amplitude_of, parameters_of_robot, require_one_robot
 from stiffcal.wording import significant
 
 
@@ -73,46 +70,6 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
     )
 
 
-def parameters_of_robot(
-    campaigns: Sequence[Sequence[IdentifiedParameter]],
-) -> list[list[IdentifiedParameter]]:
-    """Return of each campaign the parameters that do not depend on where its own registration puts the tracker.
-
-    Frames count from there, and so do lengths and angles next to a tracker that was found together with them: of its
-    place along and about the first axis the registration decides, and the next links make up for it. They are then
-    compared in no campaign.
-    """
-    if all(parameter.effect != FRAME for parameters in campaigns for parameter in parameters):
-        return [list(parameters) for parameters in campaigns]
-    return [[p for p in parameters if p.effect != FRAME and not _is_geometry(p)] for parameters in campaigns]
-
-
-def _is_geometry(parameter: IdentifiedParameter) -> bool:
-    from stiffcal.model.catalogue import find_effects
-
-    effect = find_effects().get(parameter.effect)
-    return effect is not None and effect.spec(parameter.name.rsplit(".", 1)[1]).tolerance is not None
-
-
-def require_one_robot(chains: list[Chain], before: Path, after: Path) -> None:
-    """Raise InputError where the joints of two chains differ in number, or their axes lie otherwise to each other."""
-    from stiffcal.mechanics.axis_distances import first_difference
-
-    first, second = chains
-    reason = ""
-    if first.n_joints != second.n_joints:
-        reason = f"its robot has {second.n_joints} joints, that of {before} has {first.n_joints}"
-    elif (joint := first_difference(first, second)) is not None:
-        reason = (
-            f"its robot ({second.name}) is not that of {before} ({first.name}): distance or angle of axes {joint} and "
-            f"{joint + 1} differs"
-        )
-    if reason:
-        raise InputError.at(
-            FaultCode.ROBOT_MISMATCH, str(after), "robot", reason, "select two campaigns of the same robot"
-        )
-
-
 def _together(fits: list[IdentifyResult]) -> float | None:
     """Return the probability of so large changes of all shared free parameters together by chance."""
     import numpy as np
@@ -136,17 +93,6 @@ def _together(fits: list[IdentifyResult]) -> float | None:
         return None
     distance = difference @ np.linalg.solve(covariances[0] + covariances[1], difference)
     return float(chdtrc(len(names), distance))
-
-
-def amplitude_of(parameter: IdentifiedParameter) -> float:
-    """Return the quantity that the fit's covariance is of: the value, for stiffness-like parameters its inverse."""
-    from stiffcal.model.catalogue import find_effects
-
-    if parameter.value is None:
-        return math.nan
-    effect = find_effects().get(parameter.effect)
-    symbol = parameter.name.rsplit(".", 1)[1]
-    return parameter.value if effect is None else effect.spec(symbol).amplitude_of(parameter.value)
 
 
 def _warnings(fits: list[IdentifyResult], before: Path, after: Path) -> list[str]:

@@ -87,8 +87,14 @@ def stiffness_in_poses(
 
 
 def _map(folder: Path, settings: MapSettings, context: RunContext) -> MapResult:
-    from stiffcal.commands.map import MapRequest, map_campaign
+    from stiffcal.commands.map import robot_to_map
+    from stiffcal.compensation.workspace_map import MapWish, map_of_robot
 
-    load = ",".join(repr(component) for component in settings.load_N)
-    request = MapRequest(load, None, settings.stiffness, settings.plane, settings.at_m, points=_MAP_POINTS)
-    return map_campaign(folder, request, context)
+    wish = MapWish(
+        wrench=np.array([*settings.load_N, 0.0, 0.0, 0.0]),
+        direction=None if settings.stiffness is None else np.eye(3)["xyz".index(settings.stiffness)],
+        plane=settings.plane,
+        at=settings.at_m,
+        points=_MAP_POINTS,
+    )
+    return map_of_robot(robot_to_map(folder, context), wish, context.progress)

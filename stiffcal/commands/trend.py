@@ -4,71 +4,39 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-import numpy as np
-
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.commands.compare import amplitude_of, parameters_of_robot, require_one_robot
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters
 from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.fitted_campaign import FittedCampaign
 from stiffcal.stages.steps import IDENTIFY, RunContext, up_to_date_states
 from stiffcal.store.origin import worst_of
 from stiffcal.trust.output_kinds import TREND_PICTURE
 from stiffcal.trust.outputs import check_output, written
-from stiffcal.uncertainty import NORMAL_95
-from stiffcal.validation.control_chart import FEWEST_CAMPAIGNS, ControlChart, control_chart
+from stiffcal.validation.charted_parameter import (
+    ChartedParameter,
+    chart_of,
+    charted_parameter,
+    exceeds,
+    trend_parameters,
+)
+from stiffcal.validation.control_chart import FEWEST_CAMPAIGNS, ControlChart
+from stiffcal.validation.one_robot import parameters_of_robot, require_one_robot
 from stiffcal.validation.trend_result import (
     ChangeCause,
     TrendCampaign,
     TrendParameter,
     TrendResult,
-    VarianceSource,
 )
 
 if TYPE_CHECKING:
-    from stiffcal.arrays import Floats
-    from stiffcal.campaign.trend_settings import TrendSettings
     from stiffcal.identification.fit_results import IdentifiedParameter
-    from stiffcal.results.identify_result import IdentifyResult
-    from stiffcal.stages.steps import Ingested
-
-
-@dataclass(frozen=True)
-class FittedCampaign:
-    """One campaign with its fit."""
-
-    folder: Path
-    """As it was named."""
-    data: Ingested
-    """Its load states."""
-    fit: IdentifyResult
-    """Its fit."""
-
-
-@dataclass(frozen=True)
-class ChartedParameter:
-    """A parameter that every campaign knows, ready for the chart."""
-
-    name: str
-    """``effect.place.symbol``."""
-    values: Floats
-    """(n,) one a campaign, of what is estimated: logarithms where ``relative``, else amplitudes."""
-    std: Floats
-    """(n,) the fits' standard uncertainties of these."""
-    relative: bool
-    """Whether the values are logarithms."""
-    inverted: bool
-    """Whether people read one over it: of compliances the stiffness."""
-    between: float | None
-    """Standard deviation between campaigns by the manifest, of these values; None where it does not say."""
 
 
 def trend_campaigns(
@@ -106,8 +74,8 @@ def trend_campaigns(
     campaigns = _in_order([_fitted(folder, context) for folder in folders])
     own = parameters_of_robot([campaign.fit.parameters for campaign in campaigns])
     charted = _charted(campaigns, own)
-    charts = {chart.name: _chart(chart, len(charted)) for chart in charted}
-    parameters = _parameters(own, charted, charts)
+    charts = {chart.name: chart_of(chart, len(charted)) for chart in charted}
+    parameters = trend_parameters(own, charted, charts)
     result = TrendResult(
         warnings=_warnings(campaigns, own, charts),
         campaigns=[_campaign(campaign) for campaign in campaigns],
@@ -116,7 +84,7 @@ def trend_campaigns(
         alarms=[parameter.name for parameter in parameters if parameter.alarm is not None],
         cause=_cause(campaigns, charted, parameters, context),
         max_change=max_change,
-        exceeded=[p.name for p in parameters if max_change is not None and _exceeds(p, max_change)],
+        exceeded=[p.name for p in parameters if max_change is not None and exceeds(p, max_change)],
         figure=None if output is None else str(output),
         origin=cast(Origin, worst_of(campaign.data.store.origin_of(IDENTIFY) for campaign in campaigns)),
     )
@@ -167,120 +135,7 @@ def _charted(
         raise InputError.at(FaultCode.MODEL_MISMATCH, str(campaigns[-1].folder), "model.toml", reason, mend)
     written = [campaign.data.campaign.manifest.trend for campaign in reversed(campaigns)]
     share = next((trend.between_campaigns for trend in written if trend.between_campaigns is not None), None)
-    return [_one_charted(name, found, share, written) for name, found in whole.items()]
-
-
-def _one_charted(
-    name: str, found: Sequence[IdentifiedParameter], share: float | None, written: Sequence[TrendSettings]
-) -> ChartedParameter:
-    sizes, values = np.array([amplitude_of(p) for p in found]), np.array([p.value or 0.0 for p in found])
-    std = np.array([p.std or 0.0 for p in found])
-    stated = next((trend.parameters[name] for trend in written if name in trend.parameters), None)
-    if not (sizes > 0.0).all():
-        return ChartedParameter(name, sizes, std, relative=False, inverted=False, between=stated)
-    inverted = found[0].is_compliance or not np.allclose(sizes, values)
-    # a small relative change is as large in a value as in one over it
-    between = share if stated is None else stated / float(np.mean(np.abs(values)))
-    return ChartedParameter(name, np.log(sizes), std / np.abs(values), True, inverted, between)
-
-
-def _chart(charted: ChartedParameter, n_parameters: int) -> ControlChart | None:
-    """Return the chart of a parameter; None where the variance between campaigns is not known."""
-    if charted.between is not None:
-        return control_chart(charted.values, n_parameters, np.hypot(charted.between, charted.std))
-    if len(charted.values) < FEWEST_CAMPAIGNS:
-        return None
-    return control_chart(charted.values, n_parameters)
-
-
-def _parameters(
-    own: Sequence[Sequence[IdentifiedParameter]],
-    charted: Sequence[ChartedParameter],
-    charts: dict[str, ControlChart | None],
-) -> list[TrendParameter]:
-    shown = [{one.name: one for one in estimated_parameters(parameters)} for parameters in own]
-    names = dict.fromkeys(name for campaign in reversed(shown) for name in campaign)
-    by_name = {one.name: one for one in charted}
-    return [
-        _parameter(name, [campaign.get(name) for campaign in shown], by_name.get(name), charts.get(name))
-        for name in names
-    ]
-
-
-def _parameter(
-    name: str,
-    estimates: Sequence[EstimatedParameter | None],
-    charted: ChartedParameter | None,
-    chart: ControlChart | None,
-) -> TrendParameter:
-    any_one = next(estimate for estimate in estimates if estimate is not None)
-    alarm = None if chart is None else chart.first_alarm
-    since = None if chart is None else chart.changed_from
-    change = None if charted is None or chart is None else _change(charted, since)
-    gaps: list[float | None] = [None] * len(estimates)
-    source: VarianceSource = "unknown"
-    if charted is not None and chart is not None:
-        source = "campaigns" if charted.between is None else "manifest"
-    return TrendParameter(
-        name=name,
-        effect=any_one.effect,
-        where=any_one.where,
-        unit=any_one.unit,
-        values=[None if one is None else one.estimate for one in estimates],
-        variance_from=source,
-        relative=charted is not None and charted.relative,
-        deviation=None if charted is None or chart is None else deviation_of(charted, since),
-        sum_up=gaps if chart is None else cast("list[float | None]", chart.upper.tolist()),
-        sum_down=gaps if chart is None else cast("list[float | None]", chart.lower.tolist()),
-        alarm=alarm,
-        changed_from=since,
-        change=None if change is None else change[0],
-        change_interval=None if change is None else [change[1], change[2]],
-    )
-
-
-def deviation_of(charted: ChartedParameter, since: int | None) -> float:
-    """Return the standard deviation of one campaign's value on an unchanged robot.
-
-    Parameters
-    ----------
-    charted : the parameter.
-    since : number of the first campaign after a change; the values before and after it have means of their own.
-    """
-    if charted.between is not None:
-        return float(np.sqrt(charted.between**2 + np.mean(charted.std**2)))
-    parts = [part for part in np.split(charted.values, [] if since is None else [since]) if len(part)]
-    squares = sum(float(np.sum((part - part.mean()) ** 2)) for part in parts)
-    return math.sqrt(squares / max(len(charted.values) - len(parts), 1))
-
-
-def _change(charted: ChartedParameter, since: int | None) -> tuple[float | None, float | None, float | None]:
-    """Return the relative change of the value as people read it (of compliances the stiffness), with its 95 % ends.
-
-    Student's quantile where the variance is estimated.
-    """
-    from scipy.special import stdtrit
-
-    split = len(charted.values) - 1 if since is None else since
-    before, after = charted.values[:split], charted.values[split:]
-    if not len(before) or not charted.relative:
-        return None, None, None
-    spread = deviation_of(charted, split) * math.sqrt(1.0 / len(before) + 1.0 / len(after))
-    dof = len(charted.values) - 2
-    if charted.between is not None:
-        quantile = NORMAL_95
-    elif dof < 1:
-        return None, None, None
-    else:
-        quantile = float(stdtrit(dof, 0.975))
-    difference = float(after.mean() - before.mean()) * (-1.0 if charted.inverted else 1.0)
-    ends = [math.expm1(difference + sign * quantile * spread) for sign in (-1.0, 1.0)]
-    return math.expm1(difference), ends[0], ends[1]
-
-
-def _exceeds(parameter: TrendParameter, share: float) -> bool:
-    low, high = parameter.change_interval or (None, None)
-    return (low is not None and low > share) or (high is not None and high < -share)
+    return [charted_parameter(name, found, share, written) for name, found in whole.items()]
 
 
 def _cause(
@@ -293,7 +148,7 @@ def _cause(
     changed = [p for p in parameters if p.changed_from is not None]
     if not changed or not len(campaigns[-1].data.states):
         return None
-    from stiffcal.commands.trend_causes import change_cause
+    from stiffcal.stages.trend_causes import change_cause
 
     since = min(p.changed_from for p in changed if p.changed_from is not None)
     joints = {joint for p in changed for joint in p.where.joints or []}

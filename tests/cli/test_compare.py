@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.compare import show_comparison
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.commands.compare import require_one_robot
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
@@ -21,6 +20,7 @@ from stiffcal.mechanics.axis_distances import first_difference
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.summary import Where
 from stiffcal.validation.compare_result import CompareResult
+from stiffcal.validation.one_robot import require_one_robot
 
 CAMPAIGNS = Path(__file__).resolve().parents[2] / "campaigns"
 

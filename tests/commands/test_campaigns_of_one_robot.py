@@ -12,9 +12,10 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.compare import compare_campaigns
-from stiffcal.commands.compensate import CompensateRequest, compensate_campaign
+from stiffcal.commands.compensate import compensate_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.validate import validate_campaign
+from stiffcal.compensation.corrected_path import CompensateRequest
 from stiffcal.compensation.path import Forces
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode

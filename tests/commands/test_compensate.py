@@ -12,7 +12,8 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.commands.compensate import CompensateRequest, compensate_campaign
+from stiffcal.commands.compensate import compensate_campaign
+from stiffcal.compensation.corrected_path import CompensateRequest
 from stiffcal.compensation.fitted_robot import FittedRobot, _cautions
 from stiffcal.compensation.path import Forces, read_path
 from stiffcal.compensation.tool_weight import weight_on_sensor
@@ -217,7 +218,7 @@ def test_the_picture(campaign: Path, ending: str) -> None:
 
 
 def test_a_circles_error_is_shown_along_its_radius(campaign: Path) -> None:
-    from stiffcal.commands.compensate import _direction
+    from stiffcal.compensation.corrected_path import _direction
 
     turn = np.linspace(0.0, 2.0 * np.pi, 20)
     place = np.array([1.2, 0.3, 0.9]) + 0.035 * np.stack([np.cos(turn), np.zeros(20), np.sin(turn)], axis=1)

@@ -10,11 +10,12 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.commands.compensate import CompensateRequest, compensate_campaign
+from stiffcal.commands.compensate import compensate_campaign
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.edit_model import edit_model
 from stiffcal.commands.export import export_campaign
 from stiffcal.commands.simulate import simulate_campaign
+from stiffcal.compensation.corrected_path import CompensateRequest
 from stiffcal.compensation.exports.controller import ControllerOptions, reading_setup
 from stiffcal.compensation.fitted_robot import FittedRobot
 from stiffcal.compensation.path import CompensationPath, Forces, read_path

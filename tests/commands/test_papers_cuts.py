@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.commands.compensate import CompensateRequest, compensate_campaign
+from stiffcal.commands.compensate import compensate_campaign
+from stiffcal.compensation.corrected_path import CompensateRequest
 from stiffcal.compensation.path import Forces
 from stiffcal.documents import document_of
 from stiffcal.stages.steps import RunContext

@@ -24,10 +24,11 @@ USUAL_GAIN = 0.02
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
-    from stiffcal.commands.trend import ChartedParameter, FittedCampaign
     from stiffcal.identification.fit import Fit
     from stiffcal.model.effect import Effect
+    from stiffcal.stages.fitted_campaign import FittedCampaign
     from stiffcal.stages.steps import RunContext
+    from stiffcal.validation.charted_parameter import ChartedParameter
     from stiffcal.validation.trend_result import ChangeCause
 
 
@@ -122,7 +123,7 @@ def _covariance(
     campaigns: Sequence[FittedCampaign], charted: Sequence[ChartedParameter], sizes: Floats, since: int
 ) -> Floats:
     """Return the (p, p) covariance of the difference of both means: of the fits, and what varies between campaigns."""
-    from stiffcal.commands.trend import deviation_of
+    from stiffcal.validation.charted_parameter import deviation_of
 
     of_fits = []
     for campaign in campaigns:
