@@ -15,7 +15,7 @@ from stiffcal.planning.campaign.model import fixed_names, with_rotation
 from stiffcal.planning.choice import choose_runs
 from stiffcal.planning.design import VAGUE, Criterion, information, loss_of
 from stiffcal.planning.information import information_of_runs
-from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
