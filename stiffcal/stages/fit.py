@@ -14,6 +14,7 @@ from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.results.history_results import StoredFit
 from stiffcal.results.identify_result import IdentifyResult, Loss
+from stiffcal.stages.history import NO_HISTORY
 from stiffcal.stages.steps import (
     FIT_STATES,
     HISTORY,
@@ -36,8 +37,6 @@ CONFIRMED = ("model", "fit_rms", "noise", "loss", "model_text")
 if TYPE_CHECKING:
     from stiffcal.identification.fit import Fit
     from stiffcal.store.reading import Documents, Stored
-
-NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": []}
 
 
 def up_to_date_fit(data: Ingested, context: RunContext) -> IdentifyResult:

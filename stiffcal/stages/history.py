@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
+from stiffcal.documents import Document
 from stiffcal.files import read_regular
 from stiffcal.limits import TOML
 from stiffcal.model.summary import EffectInModel, ModelSummary
 from stiffcal.results.history_results import StoredFit
-from stiffcal.stages.fit import NO_HISTORY
 from stiffcal.stages.steps import HISTORY, stored_document
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
@@ -20,6 +20,9 @@ from stiffcal.trust.outputs import was_written
 
 if TYPE_CHECKING:
     from stiffcal.store import Store
+
+
+NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": []}
 
 
 def stored_fits(store: Store) -> list[StoredFit]:
