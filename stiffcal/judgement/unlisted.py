@@ -192,8 +192,9 @@ def _size(symbol: str) -> ParameterSpec:
     return ParameterSpec(symbol, "rad", "size", -1.0, 1.0, 1e-4, "")
 
 
-_SIZES = [1.0 if moved >= RX else LEVER_OF_NODE for moved in range(6)]
-"""Of a shift and of a turn, as large at the tool as each other."""
+def _even(moved: int) -> float:
+    """Return a shift, or a turn, as large at the tool as the other."""
+    return 1.0 if moved >= RX else LEVER_OF_NODE
 
 
 class _Drive(Law):
@@ -227,7 +228,7 @@ class _Node(Law):
         """Return each turn and shift but the drive's own, proportional to each force and moment."""
         node = joint_node(place.joints[0])
         return [
-            Term(node, moved, f"a{moved}{load}", _SIZES[moved] * _unit(loads.wrench[node, load]))
+            Term(node, moved, f"a{moved}{load}", _even(moved) * _unit(loads.wrench[node, load]))
             for moved, load in self.moves
         ]
 
@@ -247,7 +248,7 @@ class _Guide(Law):
         joint = place.joints[0]
         node, out = joint_node(joint), _unit(loads.angles[joint - 1])
         return [
-            Term(node, moved, f"a{moved}{k}", _SIZES[moved] * _unit(loads.wrench[node, moved]) * out**k)
+            Term(node, moved, f"a{moved}{k}", _even(moved) * _unit(loads.wrench[node, moved]) * out**k)
             for moved in self.moved
             for k in (1, 2)
         ]
@@ -273,5 +274,5 @@ class _Bent(Law):
         for moved in range(6):
             u = _unit(wrench[moved])
             values = enumerate((np.abs(u), u**2, u**3, *steps))
-            found += [Term(self.node, moved, f"a{moved}{k}", _SIZES[moved] * value) for k, value in values]
+            found += [Term(self.node, moved, f"a{moved}{k}", _even(moved) * value) for k, value in values]
         return found
