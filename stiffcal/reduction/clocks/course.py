@@ -14,8 +14,10 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.quantity import DELAY, RATE
 from stiffcal.reduction.clocks.offsets import SharedSignal, SourceClockOffset, offset_near
 from stiffcal.uncertainty import NORMAL_95
+from stiffcal.wording import in_unit
 
 PIECES = 6  # of a log: two on either side of a step, and those it may lie in; each has to hold ramps of its own
 LEAST_PIECES = 4  # with an answer: a line and a step have three numbers, and one is left to contradict them
@@ -103,10 +105,13 @@ def _course(
         return slope, slope_std, [line]
     span = float(np.ptp(time)) * PIECES / (PIECES - 1)
     if abs(slope) > SURE * slope_std and abs(slope) * span > MATTERS_S:
+        ppm = RATE.usual
         line = (
-            f"run {run}: the clock of {name} gains {1e6 * slope:+.0f} ± {1e6 * NORMAL_95 * slope_std:.0f} ppm "
+            f"run {run}: the clock of {name} gains {ppm.factor * slope:+.0f} ± "
+            f"{ppm.factor * NORMAL_95 * slope_std:.0f} {ppm.name} "
             f"on {leader}, "
-            f"{1e3 * abs(slope) * span:.0f} ms over the run; one offset, that of its middle, is used: dwells shorter "
+            f"{in_unit(abs(slope) * span, DELAY.usual)} over the run; one offset, that of its middle, "
+            f"is used: dwells shorter "
             "than that are misread; correct the times in a copy of the log, or split the run"
         )
         return slope, slope_std, [line]
