@@ -60,7 +60,7 @@ def test_errors_in_held_out_poses(limits: dict[str, float], held: bool) -> None:
 
 def test_an_error_is_said_in_millimetres() -> None:
     (check,) = judge(Thresholds(max_rms_m=1e-4), [], VALIDATION, JOINTS, None)
-    assert check.says == "rms in held-out poses 0.200 mm is above max_rms_m = 0.1 mm"
+    assert check.says == "rms in held-out poses 0.200 mm is above max_rms_m = 0.100 mm"
     answer = VALIDATION.judged(Verdict([check], {"max_rms_m": 1e-4}))
     assert (answer.passed, answer.failed, answer.thresholds) == (False, [check.says], {"max_rms_m": 1e-4})
 
