@@ -19,6 +19,7 @@ import pytest
 import stiffcal
 from stiffcal.cli.app import main
 from stiffcal.planning.results import ExpectedParameter
+from stiffcal.results.value_words import SHIFTED
 from stiffcal.trust import record
 from stiffcal.workflow.plan import PlanRequest
 from tests.laboratory.fits import fit_of
@@ -348,6 +349,11 @@ def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession) -> None:
     with pytest.raises(stiffcal.InputError, match="there is no evidence for creep; choose backlash"):
         diagnosis.evidence("creep")
     assert diagnosis.summary() in diagnosis._repr_html_().replace("&#x27;", "'")
+    # the fit that was diagnosed marks what the missing effect shifts
+    moved = {one.name for one in diagnosis.result.before_after if one.outside_interval}
+    fit = with_play.identify()
+    assert moved == set(fit.result.shifted)
+    assert fit.summary().count(SHIFTED) == len(moved) > 0
 
 
 # ---- what is read, written and planned ------------------------------------------------------------------------------
