@@ -234,7 +234,7 @@ def _moved(some: SomeRows, left: Integers) -> _Group | None:
     offset = float(np.linalg.norm(own.offset - some.met.offset, axis=1).max())
     reason = (
         f"the positions meet the joint angles with the tracker, the base or a target moved (tracker or base by "
-        f"{length(np.linalg.norm(shift))} and {significant(angle, 2)}°, targets by {length(offset, digits=2)})"
+        f"{length(float(np.linalg.norm(shift)))} and {significant(angle, 2)}°, targets by {length(offset, digits=2)})"
     )
     mend = f"exclude them with {some.table.exclusion(left)}, or make a campaign of their own of them"
     sizes = (*vector_from_rotation(turn).tolist(), *shift.tolist())
