@@ -387,7 +387,7 @@ def test_history_report_and_plan_are_those_of_the_commands(
 
     monkeypatch.setattr("stiffcal.workflow.plan.plan_campaign", plan)
     answer = session.plan(runs=2, force=300.0, tell=["a j1", "b j2"])
-    assert answer.runs.loc["p1", ["loads", "rank"]].tolist() == [3, 1]
+    assert answer.runs[["loads", "rank"]].to_numpy().tolist() == [[3, 1]]
     assert answer.parameters.loc["a.j1.c", "half_width"] == 1e-8
     assert answer.summary().splitlines() == ["1 run", "  a.j1.c: ± 1.00 %"]
 
