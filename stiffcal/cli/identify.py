@@ -226,7 +226,7 @@ def geometry_in_words(geometry: GeometryTaken) -> str:
     >>> from stiffcal.identification.fit_results import GeometryTaken
     >>> from stiffcal.identification.geometry_prior import GeometrySource
     >>> geometry_in_words(GeometryTaken(length_sigma=5e-4, angle_sigma=3.49e-4, source=GeometrySource.DEFAULT))
-    'geometry known to 0.5 mm per length and 0.02° per angle (default; [geometry] of robot.toml states it)'
+    'geometry known to 0.50 mm per length and 0.020° per angle (default; [geometry] of robot.toml states it)'
     """
     from stiffcal.identification.geometry_prior import GeometrySource
 

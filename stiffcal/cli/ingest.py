@@ -12,6 +12,7 @@ from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import length, significant
+from stiffcal.quantity import DELAY
 from stiffcal.results.next_step import Step
 from stiffcal.uncertainty import NORMAL_95
 
@@ -74,8 +75,9 @@ def _clocks(run: IngestedRun) -> str:
     texts = []
     for source, offset in run.clock_ahead_s.items():
         if offset.value is not None:
-            spread = f" ± {significant(1e3 * NORMAL_95 * offset.std, 2)}" if offset.std else ""
-            texts.append(f"{source} {significant(1e3 * offset.value, 4)}{spread} ms")
+            unit = DELAY.usual
+            spread = f" ± {significant(unit.factor * NORMAL_95 * offset.std, 2)}" if offset.std else ""
+            texts.append(f"{source} {significant(unit.factor * offset.value, 4)}{spread}{unit.mark}")
         else:
             texts.append(f"{source} not known" + (f" ({offset.reason})" if offset.reason else ""))
     return ", ".join(texts)

@@ -17,7 +17,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.quantity import LENGTH, of_component
 from stiffcal.trust.output_kinds import CORRECTION, PATH_PICTURE
 from stiffcal.trust.outputs import check_output, written
-from stiffcal.wording import lines_in_words, significant
+from stiffcal.wording import angle, length, lines_in_words, significant
 from stiffcal.workflow.compensation_path import CompensationPath, Forces, numbers_of_words, read_path
 from stiffcal.workflow.fitted_robot import FittedRobot, fitted_robot
 from stiffcal.workflow.steps import RunContext
@@ -194,9 +194,9 @@ def _check_reached(path: CompensationPath, corrected: Corrected) -> None:
     for of_kind, reason, mend in kinds:
         rows = np.flatnonzero(missed & of_kind)
         if rows.size:
-            left_mm = 1e3 * float(np.linalg.norm(corrected.after[rows, :3], axis=1).max())
+            left = float(np.linalg.norm(corrected.after[rows, :3], axis=1).max())
             place = lines_in_words(path.table.lines[rows], path.table.line_word)
-            reason = f"{reason}: {'up to ' if rows.size > 1 else ''}{significant(left_mm)} mm remain"
+            reason = f"{reason}: {'up to ' if rows.size > 1 else ''}{length(left)} remain"
             faults.append(Fault(FaultCode.POSE_UNREACHABLE, path.table.file, place, reason, mend))
     raise_faults(faults)
 
@@ -281,12 +281,12 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
     sentences += deflection_doubts(corrected.deflection, path.wrench, path.loads_from, path.unit_mend)
     only = corrected.position_reached & ~corrected.reached
     if options.orientation and only.any():
-        worst = 1e3 * float(np.abs(corrected.after[only, 3:]).max())
+        worst = float(np.abs(corrected.after[only, 3:]).max())
         lines = lines_in_words(path.table.lines[only], path.table.line_word)
         limited = sorted({name for names in corrected.held for name in names})
         why = f"{', '.join(limited)} at its limit" if limited else "near a singular pose"
         sentences.append(
-            f"{lines}: the position is reached, the orientation differs by up to {significant(worst, 2)} mrad ({why})"
+            f"{lines}: the position is reached, the orientation differs by up to {angle(worst, digits=2)} ({why})"
         )
     return sentences
 

@@ -10,6 +10,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.row_layout import MEASURES
 from stiffcal.kinds.presentation import Picture
+from stiffcal.quantity import of_measure
 from stiffcal.results.fit_pictures import (
     correlation_picture,
     history_picture,
@@ -110,19 +111,21 @@ def _influence(fit: Fit) -> Picture:
 
 
 def _history(data: Ingested) -> Picture:
-    from stiffcal.report.figures.ladder import SCALES, leading_component
+    from stiffcal.report.figures.ladder import leading_component
 
     fits = stored_fits(data.store)
     measure = leading_component(fits) or "translation"
-    unit, factor, _ = SCALES[measure]
+    unit = of_measure(measure).unit_for(
+        getattr(rms, measure) for fit in fits for rms in (fit.heldout_rms, fit.noise) if rms is not None
+    )
 
     def sizes(errors: list[Rms | None]) -> Floats:
         values = (None if rms is None else getattr(rms, measure) for rms in errors)
-        return np.array([np.nan if value is None else factor * value for value in values])
+        return np.array([np.nan if value is None else unit.factor * value for value in values])
 
     return history_picture(
         [fit.id for fit in fits],
         sizes([fit.heldout_rms for fit in fits]),
         sizes([fit.noise for fit in fits]),
-        f"error in held-out data, rms [{unit}]",
+        unit.in_brackets("error in held-out data, rms"),
     )

@@ -24,7 +24,7 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.python.frames import parameters_frame
-from stiffcal.workflow.view_models import _value
+from stiffcal.workflow.view_models import _values
 from tests.laboratory.effect_bench import robot_chain
 
 BACKLASH = built_in_effects()["backlash"]
@@ -85,7 +85,7 @@ def test_the_warning_agrees_with_how_many_values_rest_on_a_limit(names: list[str
 
 def test_the_page_says_that_a_value_rests_on_a_limit() -> None:
     (one,) = estimated_parameters([replace(identified_parameter(found(0.5 * UPPER)), rests_on=["a.b.c"])])
-    assert "a.b.c" in _value(one.name, one.estimate).text
+    assert "a.b.c" in _values({one.name: one.estimate})[0].text
 
 
 def test_what_is_absent_has_an_upper_limit() -> None:

@@ -128,7 +128,7 @@ def test_dual_quaternions() -> None:
     assert found is not None
     text, table = found.blocks
     assert isinstance(text, Paragraph)
-    assert "3e-13" in text.text
+    assert "3·10⁻¹³" in text.text
     assert isinstance(table, TableBlock)
     assert list(table.rows[0])[1:] == ["5.00000·10⁵", "5.00000·10⁵", "4.00000·10⁵", "–"]
 

@@ -32,3 +32,9 @@ def test_a_model_without_a_free_parameter_says_so(of: str, campaign: Path) -> No
     model.write_text(model.read_text(encoding="utf-8") + f"parameters = {{ {held} }}\n", encoding="utf-8")
     context = RunContext()
     assert picture_of_fit(of, up_to_date_states(campaign, context), context).panels[0].empty
+
+
+def test_the_history_is_drawn_in_the_unit_of_its_errors(campaign: Path) -> None:
+    context = RunContext()
+    panel = picture_of_fit("history", up_to_date_states(campaign, context), context).panels[0]
+    assert panel.y_label == "error in held-out data, rms [mm]"

@@ -31,7 +31,7 @@ from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
-from stiffcal.quantity import JOINT_ANGLE
+from stiffcal.quantity import JOINT_ANGLE, of_component
 from stiffcal.reduction.registration.frames import AXES, Registration
 from stiffcal.reduction.registration.poses import different_poses, refuse_few_poses
 from stiffcal.reduction.registration.run_apart import run_apart
@@ -306,7 +306,7 @@ class _RegistrationProblem:
             k = int(np.argmax(spread))
             if spread[k] > 1.0:
                 value, (name, axis) = spread[k] * worst[own[k]], self.free[own[k]]
-                amount = f"{1e3 * value:.0f} mm" if axis < 3 else f"{1e3 * value:.0f} mrad"
+                amount = in_unit(value, of_component(axis).usual, 2)
                 self._refuse(f"leave frame {name} uncertain by {amount}")
         _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
         if (np.sum((directions.T / singular) ** 2, axis=1) <= 1.0).all():
@@ -381,7 +381,7 @@ class _RegistrationProblem:
                 raise InputError.at(
                     FaultCode.KINEMATICS_MISMATCH,
                     _file_of_positions(self.manifest), "lengths of the robot",
-                    f"measured positions differ from those of the robot file by {1e3 * missed:.0f} mm rms whatever the "
+                    f"measured positions differ from those of the robot file by {length(missed)} rms whatever the "
                     f"frames, while orientations agree to {in_unit(turned, JOINT_ANGLE.usual, 2)} "
                     f"rms: the joint angles are right, "
                     f"only lengths can be wrong{still}",
@@ -390,7 +390,7 @@ class _RegistrationProblem:
             raise InputError.at(
                 FaultCode.KINEMATICS_MISMATCH,
                 _file_of_positions(self.manifest), "joint angles and positions",
-                f"joint angles and positions contradict each other: they differ by {1e3 * missed:.0f} mm rms whatever "
+                f"joint angles and positions contradict each other: they differ by {length(missed)} rms whatever "
                 f"the frames, and no single sign, zero, unit or interchange explains it{still}",
                 f"{first}check that each position is next to its joint angles, that each column holds its joint, and "
                 "the lengths and angles of the robot file",
