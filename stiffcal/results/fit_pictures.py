@@ -5,13 +5,16 @@ Each is a `Picture` of plain values, drawn like those of kinds of experiment.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.kinds.presentation import Band, Line, Marks, Panel, Picture, Series
-from stiffcal.wording import count
+from stiffcal.identification.profiles import Profile
+from stiffcal.kinds.presentation import Band, Line, Marks, Panel, Picture, Series, Span
+from stiffcal.printed_units import printed_unit
+from stiffcal.wording import count, estimate
 
 MOST_POINTS = 300
 """Points of a sample that are drawn: those at both ends all, between them evenly spread ones."""
@@ -25,6 +28,8 @@ HEIGHT_MM, ROW_MM = 90.0, 5.0
 """Height of a picture, and of a row of the correlations."""
 LARGEST_PT = 9.0
 """Side of the square of a correlation of ± 1, points of print."""
+PROFILE_COLUMNS, PROFILE_MM = 2, 58.0
+"""Panels of profiles in a row, and the height of one."""
 STEPS = 10
 """Sizes of the squares in which correlations are drawn, a tenth each."""
 
@@ -148,6 +153,43 @@ def history_picture(fits: Sequence[str], errors: Floats, noise: Floats, measure:
     return Picture((panel,), 1, HEIGHT_MM)
 
 
+def profile_picture(found: Sequence[Profile], intervals: Mapping[str, tuple[float, float] | None]) -> Picture:
+    """Return the sums of squares over parameters near a bound or that bend their law, and both forms of interval.
+
+    Parameters
+    ----------
+    found : the profiles. intervals : full name to the interval that the fit states, as values; None: there is none.
+    """
+    panels = tuple(_profile_panel(one, intervals.get(one.name)) for one in found)
+    none = Panel("", "", "", (), empty="no parameter bends its law or is near a bound: the stated intervals hold")
+    rows = max(-(-len(panels) // PROFILE_COLUMNS), 1)
+    return Picture(panels or (none,), min(max(len(panels), 1), PROFILE_COLUMNS), 12.0 + PROFILE_MM * rows)
+
+
+def _profile_panel(profile: Profile, stated: tuple[float, float] | None) -> Panel:
+    unit, factor = printed_unit(profile.spec.unit)
+    drawn = np.isfinite(profile.values) & np.isfinite(profile.rise)
+    x = factor * profile.values[drawn]
+    if not x.size:
+        return Panel(profile.name, "", "", (), empty="nothing of it can be computed")
+    series: list[Series] = [
+        Line(x, profile.rise[drawn], colour=0, label="sum of squares, all others free"),
+        Line(x, profile.parabola[drawn], is_dashed=True, colour="quiet", label="parabola of the standard uncertainty"),
+        Line(x[[0, -1]], np.full(2, profile.level), width=0.7, colour=1, label="95 %"),
+    ]
+    low, high = (None if end is None else factor * end for end in (profile.low, profile.high))
+    span = Span(x[0] if low is None else low, x[-1] if high is None else high, label="95 % interval by the profile")
+    series.insert(0, span)
+    title = f"{profile.name}\nby the profile: {estimate(factor * profile.estimate, [low, high])} {unit}".rstrip()
+    if stated is not None:
+        ends = [factor * end if math.isfinite(end) else None for end in stated]
+        title += f"\nstated, by the parabola: {estimate(factor * profile.estimate, ends)} {unit}".rstrip()
+    return Panel(
+        title, f"value [{unit}]" if unit else "value", "rise, variances of the noise", tuple(series),
+        x_limits=(float(x[0]), float(x[-1])), y_limits=(0.0, 3.0 * profile.level), x_ticks=5,
+    )  # fmt: skip
+
+
 def in_standard_uncertainties(steps: Floats, covariance: Floats) -> Floats:
     """Return (F, p) changes of p parameters over their standard uncertainties; covariance (p, p)."""
     return np.asarray(steps / np.sqrt(np.maximum(np.diag(covariance), 1e-300)), dtype=np.float64)
@@ -159,4 +201,5 @@ __all__ = [
     "in_standard_uncertainties",
     "influence_picture",
     "normal_picture",
+    "profile_picture",
 ]
