@@ -225,7 +225,7 @@ def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> 
             members = in_run[cycles.direction[in_run] == direction]
             total = force[members].sum(axis=0)
             axis = int(np.argmax(np.abs(total)))
-            word = f"mostly {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
+            word = f"near {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
             taken.append(word)
             labels[members] = word if taken.count(word) == 1 else f"{word} ({taken.count(word)})"
     return labels
