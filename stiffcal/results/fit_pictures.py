@@ -24,7 +24,7 @@ MOST_PARAMETERS = 8
 """Parameters whose changes have a colour of their own: those that a single run changes most."""
 MOST_NAMES = 40
 """Runs whose names stand below the axis; more are counted."""
-HEIGHT_MM, ROW_MM = 90.0, 5.0
+HEIGHT_MM, ROW_MM = 72.0, 3.2
 """Height of a picture, and of a row of the correlations."""
 LARGEST_PT = 9.0
 """Side of the square of a correlation of ± 1, points of print."""
@@ -61,7 +61,7 @@ def _normal_panel(name: str, values: Floats) -> Panel:
         Marks(expected, np.sort(values)[rank - 1], "o", 0, size=2.5, label="residuals"),
     ]
     return Panel(
-        f"{name}: {count(n, 'reading')}", "expected of a normal law, standard deviations",
+        f"{name}\n{count(n, 'reading')}", "expected of a normal law, standard deviations",
         "residual, standard deviations of the noise", tuple(series), has_zero_lines=True,
     )  # fmt: skip
 
