@@ -14,7 +14,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.profiles import Profile
 from stiffcal.kinds.presentation import Band, Line, Marks, Panel, Picture, Series, Span
 from stiffcal.printed_units import printed_unit
-from stiffcal.wording import count, estimate
+from stiffcal.wording import estimate
 
 MOST_POINTS = 300
 """Points of a sample that are drawn: those at both ends all, between them evenly spread ones."""
@@ -61,8 +61,8 @@ def _normal_panel(name: str, values: Floats) -> Panel:
         Marks(expected, np.sort(values)[rank - 1], "o", 0, size=2.5, label="residuals"),
     ]
     return Panel(
-        f"{name}\n{count(n, 'reading')}", "expected of a normal law, standard deviations",
-        "residual, standard deviations of the noise", tuple(series), has_zero_lines=True,
+        name, "expected of a normal law [standard deviations]", "residual [standard deviations]", tuple(series),
+        has_zero_lines=True,
     )  # fmt: skip
 
 
@@ -96,8 +96,9 @@ def influence_picture(names: Sequence[str], runs: Sequence[str], changes: Floats
         series.append(Marks(x[alone], np.zeros(alone.size), "x", "model", size=6.0, label="determines a value alone"))
     few = len(runs) <= MOST_NAMES
     panel = Panel(
-        "", "run that is left out" if few else f"run that is left out, counted: {runs[0]} … {runs[-1]}",
-        "change of the value, standard uncertainties", tuple(series), x_names=tuple(runs) if few else (),
+        "Influence of each run",
+        "run that is left out" if few else f"run that is left out, counted: {runs[0]} … {runs[-1]}",
+        "change of the value [standard uncertainties]", tuple(series), x_names=tuple(runs) if few else (),
         has_zero_lines=True, empty="" if names else "the model has no free parameter",
     )  # fmt: skip
     return Picture((panel,), 1, HEIGHT_MM)
@@ -125,7 +126,8 @@ def correlation_picture(names: Sequence[str], covariance: Floats) -> Picture:
             )  # fmt: skip
     edge = len(names) - 0.5
     panel = Panel(
-        "", "number of the parameter", "", tuple(series), x_names=tuple(str(k + 1) for k in range(len(names))),
+        "Correlations", "number of the parameter", "", tuple(series),
+        x_names=tuple(str(k + 1) for k in range(len(names))),
         y_names=tuple(f"{name}  {k}" for k, name in enumerate(names, start=1)), x_limits=(-0.5, edge),
         y_limits=(edge, -0.5), empty="" if len(names) > 1 else "a single parameter has no correlation",
     )  # fmt: skip
@@ -149,7 +151,7 @@ def history_picture(fits: Sequence[str], errors: Floats, noise: Floats, measure:
         ends = np.concatenate([x[:1] - 0.5, x, x[-1:] + 0.5]), np.concatenate([noise[:1], noise, noise[-1:]])
         series.append(Line(*ends, is_dashed=True, colour="quiet", label="noise"))
     empty = "" if np.isfinite(errors).any() else "no fit of the history was validated"
-    panel = Panel("", "fit", measure, tuple(series), x_names=tuple(fits), head_room=0.1, empty=empty)
+    panel = Panel("History of fits", "fit", measure, tuple(series), x_names=tuple(fits), head_room=0.1, empty=empty)
     return Picture((panel,), 1, HEIGHT_MM)
 
 
@@ -185,7 +187,7 @@ def _profile_panel(profile: Profile, stated: tuple[float, float] | None) -> Pane
         ends = [factor * end if math.isfinite(end) else None for end in stated]
         title += f"\nstated, by the parabola: {estimate(factor * profile.estimate, ends)} {unit}".rstrip()
     return Panel(
-        title, f"value [{unit}]" if unit else "value", "rise, variances of the noise", tuple(series),
+        title, f"value [{unit}]" if unit else "value", "rise [variances of the noise]", tuple(series),
         x_limits=(float(x[0]), float(x[-1])), y_limits=(0.0, 3.0 * profile.level), x_ticks=5,
     )  # fmt: skip
 

@@ -135,15 +135,13 @@ def pictures_of_fit(
     return made | {"correlation": partial(_of_results, "correlation", data, identified)} if several else made
 
 
-def statistics_page(data: Ingested, identified: IdentifyResult, context: RunContext) -> Page | None:
-    """Return the pictures of the present fit as a page; None where there are none. Arguments as `pictures_of_fit`."""
-    pictures = {
-        **pictures_of_fit(data, identified, context),
-        "history": partial(_of_results, "history", data, identified),
-    }
-    if len(pictures) == 1:
+def statistics_page(data: Ingested, identified: IdentifyResult) -> Page | None:
+    """Return the pictures of the present fit that need no fit, as a page; None of a fit without a free parameter."""
+    if len(data.states) == 0 or not identified.free_parameters:
         return None
-    blocks = [replace(make(), caption=(CAPTIONS[of],)) for of, make in pictures.items()]
+    several = len(identified.free_parameters) > 1
+    wanted = ["correlation", "history"] if several else ["history"]
+    blocks = [replace(_of_results(of, data, identified), caption=(CAPTIONS[of],)) for of in wanted]
     return Page(STATISTICS, tuple(blocks), "statistics of the fit")
 
 

@@ -31,7 +31,7 @@ def view_campaign(
     Returns
     -------
     ViewResult
-        The page.
+        The page. Nothing is fitted where the store is current.
 
     Raises
     ------
@@ -68,7 +68,7 @@ class PageOfCampaign:
 
 
 def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampaign:
-    """Return the page of a campaign; arguments and errors as of `view_campaign`. For its statistics the fit is made."""
+    """Return the page of a campaign; arguments and errors as of `view_campaign`."""
     data = up_to_date_states(folder, context)
     identified, validation = up_to_date_results(data, context)
 
@@ -78,7 +78,7 @@ def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampai
 
     context.progress("collecting the results", None)
     content = view_content(data, identified, validation, raw)
-    statistics = statistics_page(data, identified, context)
+    statistics = statistics_page(data, identified)
     content = replace(content, pages=[*content.pages, *([] if statistics is None else [statistics])])
     shown = 0 if content.states is None else len(content.states.run)
     fault = content.meshes_fault

@@ -51,7 +51,8 @@ def headings() -> Iterator[tuple[str, str]]:
     for file in sorted(PACKAGE.rglob("*.js")):
         for text in re.findall(r'\btitle: "([^"]*)"', file.read_text(encoding="utf-8")):
             yield str(file.relative_to(ROOT)), text
-    for file in (ROOT / "README.md", *sorted(DOCS.rglob("*.md"))):
+    written = (file for file in sorted(DOCS.rglob("*.md")) if "generated" not in file.parts)
+    for file in (ROOT / "README.md", *written):
         for line in file.read_text(encoding="utf-8").splitlines():
             if re.match(r"#+ ", line):
                 yield str(file.relative_to(ROOT)), line.strip("# ")

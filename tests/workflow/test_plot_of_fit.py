@@ -49,8 +49,9 @@ def test_a_picture_in_the_report_is_known_by_the_key_of_its_fit_and_computed_whe
 def test_the_statistics_of_a_fit_are_a_page_of_pictures(campaign: Path) -> None:
     context = RunContext()
     data = up_to_date_states(campaign, context)
-    page = statistics_page(data, up_to_date_fit_at_hand(data, context)[0], context)
+    page = statistics_page(data, up_to_date_fit_at_hand(data, context)[0])
     assert page is not None
     drawn = [block for block in page.blocks if isinstance(block, Picture)]
-    assert len(drawn) == len(page.blocks) >= 4
-    assert all(picture.caption and picture.panels[0].series for picture in drawn[:3])
+    assert len(drawn) == len(page.blocks) == 2
+    assert all(picture.caption for picture in drawn)
+    assert drawn[0].panels[0].series
