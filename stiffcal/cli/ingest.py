@@ -44,7 +44,7 @@ def show_ingest(console: Console, result: IngestResult) -> None:
     show_registration(console, result.registration)
     if result.unchanged:
         console.print("nothing has changed since the last ingest: the store is current")
-    table = plain_table("run", "states>", "dropped", "clock offsets relative to the first source")
+    table = plain_table("run", "states>", "set aside", "clock offsets relative to the first source")
     for run in result.runs:
         swept = f" in {run.passes} passes" if run.passes else ""
         count_text = f"{run.n_readings} readings" if run.n_readings else run.n_states

@@ -128,7 +128,7 @@ def _task(fit: Fit) -> _Task:
     other_effects = sorted({placed_effect.effect.name for placed_effect in robot.placed} - {NEEDS})
     if other_effects:
         reason = (
-            "the dual-quaternion form (Li et al. 2019) supports joint springs only, and the model contains "
+            "the dual-quaternion form (Li et al. 2019) supports joint-compliance only, and the model contains "
             f"{', '.join(other_effects)}"
         )
         raise InputError.at(

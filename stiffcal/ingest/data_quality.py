@@ -353,7 +353,7 @@ def _turned(states: LoadStates, campaign: Campaign) -> list[Fault]:
     on_flange = frame is not None and frame.parent == "flange"
     where = "write about" if on_flange else "its axes against the flange's are about"
     reason = (
-        f"joint springs explain {100.0 * found.declared:.0f} % of the deflection, and {100.0 * found.turned:.0f} % "
+        f"joint-compliance explains {100.0 * found.declared:.0f} % of the deflection, and {100.0 * found.turned:.0f} % "
         f"with the sensor turned by {found.turn_deg:.0f}°"
     )
     mend = f"{where} {written}, as its mounting shows it, or check the order and signs of the force's columns"

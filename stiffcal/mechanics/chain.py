@@ -97,6 +97,8 @@ class Chain:
     """True where the robot file gives every link a mass."""
     gravity: Floats
     """(3,) m/s² in base axes."""
+    rated_payload: float | None = None
+    """kg at the flange that the maker allows; None where the robot file does not state it."""
     beams: dict[str, BeamFrame] = field(default_factory=dict)
     """Link name to its beam."""
     compensator: dict[str, object] | None = None

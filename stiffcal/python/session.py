@@ -395,7 +395,7 @@ class CampaignSession:
         run : only this run.
         against : draw the residual in held-out poses against this, as ``torque:4``; None: load against deformation.
         of : draw the fit instead: ``normal`` (residuals against a normal law), ``influence`` (of each run on each
-            value), ``correlation``, ``history``.
+            value), ``correlation``, ``profile`` (of values near a bound or that bend a law), ``history``.
         overwrite : also a file that holds something stiffcal did not write.
 
         Raises

@@ -209,7 +209,7 @@ def _by_direction(states: LoadStates, heldout: HeldoutResiduals, robot: Complian
         for sign, is_positive in (("+", True), ("−", False)):
             members = loaded & (axis == number) & (positive == is_positive)
             if members.any():
-                slices.append(_slice(f"mostly {sign}{name}", members, heldout))
+                slices.append(_slice(f"near {sign}{name}", members, heldout))
     if (~loaded).any():
         slices.append(_slice("unloaded", ~loaded, heldout))
     return slices

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 MOST_NAMED = 6
 """Parameters that a sentence lists."""
+SMALL_RANGE_DEG = 60.0
+"""Range of a joint below which larger motions can be advised: a sixth of a turn; most joints can do several of them."""
 FEW_POSES = 4
 """Rows from which on poses that are too few for the frames are poses too much alike."""
 MOST_POSES = 10000
@@ -249,13 +251,23 @@ def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:
     if open_names:
         more = f" and {len(open_names) - MOST_NAMED} more" if len(open_names) > MOST_NAMED else ""
         names_text = f"{', '.join(open_names[:MOST_NAMED])}{more}"
-        missing = [f"these poses do not determine {names_text}: measure poses with larger joint motions"]
+        missing = [f"these poses do not determine {names_text}: {_how_to_determine(fit)}"]
     last = fit.robot.chain.n_joints
     remark = (
         f"the target is on the axis of joint {last}: no poses separate {', '.join(on_the_axis)}. They are included in "
         f"the frames, as the last zero is; only a target away from that axis separates them"
     )
     return missing, (remark,) if on_the_axis else ()
+
+
+def _how_to_determine(fit: Fit) -> str:
+    """Return what to do about geometry that is open: larger motions only of joints whose ranges are small."""
+    spans = np.rad2deg(np.ptp(fit.data.angles, axis=1))
+    turning = [k for k in range(fit.robot.chain.n_joints) if k + 1 not in fit.robot.chain.prismatic_joints]
+    small = [f"joint {k + 1} (now {spans[k]:.0f}°)" for k in turning if spans[k] < SMALL_RANGE_DEG]
+    if small:
+        return f"measure poses with larger motions of {', '.join(small)}"
+    return "fix them in model.toml, value = 0.0 with fixed = true, or add another target"
 
 
 def _on_the_axis(fit: Fit) -> MeasurementSetup:

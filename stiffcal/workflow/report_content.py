@@ -218,16 +218,18 @@ def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> 
 
     A direction between two axes keeps one label, and two directions nearest to the same axis are kept apart.
     """
-    labels = np.full(len(force), "", dtype="<U16")
+    labels = np.full(len(force), "", dtype="<U24")
     for in_run in members_of(states.run):
         taken: list[str] = []
         for direction in np.unique(cycles.direction[in_run][cycles.direction[in_run] >= 0]):
             members = in_run[cycles.direction[in_run] == direction]
             total = force[members].sum(axis=0)
             axis = int(np.argmax(np.abs(total)))
-            word = f"mostly {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
+            word = f"near {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
             taken.append(word)
-            labels[members] = word if taken.count(word) == 1 else f"{word} ({taken.count(word)})"
+            # "another" says what it is: a second direction nearest to the same axis
+            again = taken.count(word)
+            labels[members] = word if again == 1 else f"{word}, another" + (f" {again}" if again > 2 else "")
     return labels
 
 

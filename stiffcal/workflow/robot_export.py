@@ -126,6 +126,7 @@ def _robot_file(
     )
     calibrated = RobotFile(
         schema_id="stiffcal/robot/1", name=chain.name, convention=rows.convention, joints=joints,
+        rated_payload_kg=robot.rated_payload_kg,
         gravity_mps2=(float(chain.gravity[0]), float(chain.gravity[1]), float(chain.gravity[2])),
     )  # fmt: skip
     further: dict[str, Placement | GravityCompensatorEntry | GeometryEntry | dict[str, LinkBeamEntry]] = {}

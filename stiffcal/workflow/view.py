@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
@@ -73,10 +73,13 @@ def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampai
     identified, validation = up_to_date_results(data, context)
 
     from stiffcal.view.page import build_page
+    from stiffcal.workflow.plot_of_fit import statistics_page
     from stiffcal.workflow.view_content import view_content
 
     context.progress("collecting the results", None)
     content = view_content(data, identified, validation, raw)
+    statistics = statistics_page(data, identified)
+    content = replace(content, pages=[*content.pages, *([] if statistics is None else [statistics])])
     shown = 0 if content.states is None else len(content.states.run)
     fault = content.meshes_fault
     warnings = [f"the robot is drawn without the meshes of its URDF: {fault}"] if fault else []

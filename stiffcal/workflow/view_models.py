@@ -178,7 +178,7 @@ def _in_words(fit: StoredFit) -> str:
     basic = "joint-compliance"
     names = [entry.type for entry in fit.model.effects if entry.type != basic]
     joints = any(entry.type == basic for entry in fit.model.effects)
-    return " + ".join([*(["joint springs"] if joints else []), *names]) or "no effects"
+    return " + ".join([*(["joint-compliance"] if joints else []), *names]) or "no effects"
 
 
 def _values(estimates: Mapping[str, Estimate]) -> list[ViewValue]:

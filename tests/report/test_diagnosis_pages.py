@@ -242,7 +242,7 @@ def test_ranking_holds_every_number_with_its_unit() -> None:
         "friction-hysteresis (joint 4)",
     ):
         assert word in text, word
-    assert "joint-friction: needs friction runs" in text
+    assert "joint-friction (needs friction runs)" in text
 
 
 def test_next_measurement_names_pose_load_and_gain() -> None:
