@@ -13,7 +13,7 @@ from stiffcal.results.value_words import value_in_model
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.identification.before_after import BeforeAfter
+    from stiffcal.identification.answers.before_after import BeforeAfter
 
 
 def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> None:

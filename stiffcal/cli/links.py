@@ -13,7 +13,7 @@ from stiffcal.wording import estimate
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
+    from stiffcal.identification.bodies.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
 
 
 def show_links(console: Console, links: list[LinkResult]) -> None:

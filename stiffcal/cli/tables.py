@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
 
 
 def plain_table(*columns: str) -> Table:
@@ -40,7 +40,7 @@ def show_parameters(
     parameters : of a fit.
     unclaimed : joints whose compliance has a value and is not identified by these poses, as ``validate`` states.
     """
-    from stiffcal.identification.before_after import stiffness_unit
+    from stiffcal.identification.answers.before_after import stiffness_unit
 
     compliances = [parameter for parameter in parameters if parameter.is_compliance]
     not_compliances = [parameter for parameter in parameters if not parameter.is_compliance]

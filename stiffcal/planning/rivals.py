@@ -21,9 +21,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.load_rows import LoadRows
-from stiffcal.identification.noise import Noise, Whitening
-from stiffcal.identification.observation import Observations, predicted, rests
+from stiffcal.identification.derivatives.observation import Observations, predicted, rests
+from stiffcal.identification.fitting.load_rows import LoadRows
+from stiffcal.identification.noise.reading_noise import Noise, Whitening
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.planning.design import VAGUE, Criterion, Design, best_design, compressed

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import estimate
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stiffcal.wording import DASH, estimate, listing
 
 if TYPE_CHECKING:
-    from stiffcal.identification.before_after import EstimatedValue
+    from stiffcal.identification.answers.before_after import EstimatedValue
 
 
 def value_in_model(value: EstimatedValue | None, factor: float = 1.0) -> str:

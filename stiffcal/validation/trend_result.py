@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from stiffcal.documents import CommandResult, Number, OrAbsent, Origin
-from stiffcal.identification.before_after import EstimatedValue
+from stiffcal.identification.answers.before_after import EstimatedValue
 from stiffcal.model.summary import Where
 
 VarianceSource: TypeAlias = Literal["manifest", "campaigns", "unknown"]

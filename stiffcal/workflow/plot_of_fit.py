@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.row_layout import MEASURES
+from stiffcal.identification.readings.row_layout import MEASURES
 from stiffcal.kinds.presentation import Picture
 from stiffcal.results.fit_pictures import (
     correlation_picture,
@@ -23,7 +23,7 @@ from stiffcal.workflow.steps import Ingested, RunContext
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.rms import Rms
 
 OF_FIT = {

@@ -16,7 +16,7 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.before_after import EstimatedParameter, EstimatedValue, estimated_parameters
+from stiffcal.identification.answers.before_after import EstimatedParameter, EstimatedValue, estimated_parameters
 from stiffcal.store.origin import worst_of
 from stiffcal.trust.output_kinds import TREND_PICTURE
 from stiffcal.trust.outputs import check_output, written
@@ -36,7 +36,7 @@ from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
     from stiffcal.campaign.trend_settings import TrendSettings
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.workflow.steps import Ingested
 

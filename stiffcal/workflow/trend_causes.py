@@ -11,7 +11,7 @@ import numpy as np
 from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.estimation.unknowns import ParameterColumn
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Kind, ParameterRole
 from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew, grown_since, held_to_residuals
@@ -24,7 +24,7 @@ USUAL_GAIN = 0.02
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.model.effect import Effect
     from stiffcal.validation.trend_result import ChangeCause
     from stiffcal.workflow.steps import RunContext

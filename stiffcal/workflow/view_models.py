@@ -12,13 +12,13 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.diagnosis.refit_values import RefitValue
 from stiffcal.diagnosis.refits import StoredRefits
-from stiffcal.identification.before_after import (
+from stiffcal.identification.answers.before_after import (
     EstimatedParameter,
     EstimatedValue,
     estimated_parameters,
     stiffness_unit,
 )
-from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
+from stiffcal.identification.answers.state_tables import component_block, gauge_block, motor_block
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect
@@ -26,7 +26,7 @@ from stiffcal.model.forms import form_of
 from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
 from stiffcal.printed_units import printed_unit
-from stiffcal.reduction.motion import gauge_directions
+from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.results.value_words import on_limits, value_in_model
 from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained

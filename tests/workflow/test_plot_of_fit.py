@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.workflow.plot_of_fit import picture_of_fit, residuals_in_noises
 from stiffcal.workflow.steps import RunContext, up_to_date_states

@@ -13,8 +13,8 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.errors import InputError
 from stiffcal.estimation.parameters import reported_parameters
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.document import identified_parameter, model_summary
-from stiffcal.identification.fit_results import UnidentifiedParameters
+from stiffcal.identification.answers.document import identified_parameter, model_summary
+from stiffcal.identification.answers.fit_results import UnidentifiedParameters
 from stiffcal.kinds.clamped.analysis import ClampedRun, analyse_runs
 from stiffcal.kinds.clamped.chain import ClampedChain, clamped_chain
 from stiffcal.kinds.clamped.curves import BRANCHES

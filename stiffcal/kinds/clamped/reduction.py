@@ -18,8 +18,8 @@ from stiffcal.kinds.clamped.states import clamped_states
 from stiffcal.kinds.clamped.sweeps import clamped_readings, moved_joint
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.reduction.logs.blocks import Blocks
-from stiffcal.reduction.raw_states import RawStates
-from stiffcal.reduction.results import IngestedRun
+from stiffcal.reduction.states.ingested_runs import IngestedRun
+from stiffcal.reduction.states.raw_states import RawStates
 from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from stiffcal.kinds.friction.runs import FrictionReduction, FrictionRun, frictio
 from stiffcal.kinds.friction.samples import samples_table
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.reduction.logs.blocks import Blocks
-from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
+from stiffcal.reduction.states.ingested_runs import IngestedRun, UnusedData, sum_up_dropped
 from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
+from stiffcal.identification.bodies.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
 from stiffcal.printed_units import LINK_COMPLIANCE, printed_unit
 from stiffcal.report import wording
 from stiffcal.report.blocks import (

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from stiffcal.identification.before_after import BeforeAfter, EstimatedValue
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import BeforeAfter, EstimatedValue
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.printed_units import printed_unit
 from stiffcal.report import wording
