@@ -38,7 +38,7 @@ CONFIRMED = ("model", "fit_rms", "noise", "loss", "model_text")
 
 if TYPE_CHECKING:
     from stiffcal.identification.fitting.fit import Fit
-    from stiffcal.store.reading import Documents, Stored
+    from stiffcal.store.store_place import Documents, Stored
 
 LOSSES: tuple[Loss, ...] = ("linear", "huber")
 NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": []}

@@ -14,10 +14,10 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.workflow.plan_candidates import Candidates
 from stiffcal.workflow.plan_choice import ChosenRuns, Purpose, named_parameters
 from stiffcal.workflow.plan_goals import LOOK_ALIKES
 from stiffcal.workflow.plan_model import PlanModel
+from stiffcal.workflow.plan_pairs import Candidates
 from stiffcal.workflow.plan_tracker import tracker_warnings
 
 # One-sided 95 % of the normal distribution.

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from stiffcal.measurements.load_states import MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
     from stiffcal.planning.information import RunInformation, RunKind
-    from stiffcal.workflow.plan_candidates import Candidates
+    from stiffcal.workflow.plan_pairs import Candidates
 
 Computed = TypeVar("Computed")
 # Of a nonlinear parameter without a value: from a third to three times the typical one.

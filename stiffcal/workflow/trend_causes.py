@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from stiffcal.model.effect import Effect
     from stiffcal.validation.trend_result import ChangeCause
     from stiffcal.workflow.steps import RunContext
-    from stiffcal.workflow.trend import ChartedParameter, FittedCampaign
+    from stiffcal.workflow.trend_charted import ChartedParameter, FittedCampaign
 
 
 def change_cause(
@@ -122,7 +122,7 @@ def _covariance(
     campaigns: Sequence[FittedCampaign], charted: Sequence[ChartedParameter], sizes: Floats, since: int
 ) -> Floats:
     """Return the (p, p) covariance of the difference of both means: of the fits, and what varies between campaigns."""
-    from stiffcal.workflow.trend import deviation_of
+    from stiffcal.workflow.trend_charted import deviation_of
 
     of_fits = []
     for campaign in campaigns:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile
     from stiffcal.identification.fitting.fit import Fit
     from stiffcal.model.composite import CompliantRobot
-    from stiffcal.store.reading import Documents, Stored
+    from stiffcal.store.store_place import Documents, Stored
 
 
 def validate_campaign(

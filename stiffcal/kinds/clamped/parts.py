@@ -27,8 +27,7 @@ from stiffcal.kinds.clamped.documents import (
 )
 from stiffcal.kinds.clamped.faults import ONE_WAY, TOO_SHORT, loaded_words, run_quality, why_no_sweep
 from stiffcal.kinds.clamped.joints import ClampedJoint, joints_of
-from stiffcal.kinds.clamped.readings import ClampedReadings, readings_from_table
-from stiffcal.kinds.clamped.reduction import CLAMPED
+from stiffcal.kinds.clamped.readings import CLAMPED, ClampedReadings, readings_from_table
 from stiffcal.kinds.clamped.results import ClampedSection
 from stiffcal.kinds.clamped.sweeps import moved_joint
 from stiffcal.kinds.measured import MeasuredRuns

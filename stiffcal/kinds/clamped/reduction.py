@@ -13,7 +13,7 @@ from stiffcal.campaign.manifest import Run
 from stiffcal.documents import document_of
 from stiffcal.kinds.clamped.faults import run_quality
 from stiffcal.kinds.clamped.holding import held_wrench
-from stiffcal.kinds.clamped.readings import ClampedReadings, readings_table, stacked_readings
+from stiffcal.kinds.clamped.readings import CLAMPED, ClampedReadings, readings_table, stacked_readings
 from stiffcal.kinds.clamped.states import clamped_states
 from stiffcal.kinds.clamped.sweeps import clamped_readings, moved_joint
 from stiffcal.kinds.reduction import RunsReduction
@@ -24,8 +24,6 @@ from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-CLAMPED = "clamped"
 
 
 def _temperature(logs: Mapping[str, Blocks], time: Floats) -> Floats | None:
