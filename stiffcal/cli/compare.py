@@ -51,7 +51,7 @@ def show_comparison(console: AnswerConsole, result: CompareResult) -> None:
     show_verdict(console, *_verdict(result))
     console.show_warnings(result.warnings)
     table = plain_table("effect", "place", "parameter", "before, ± 95 %>", "after, ± 95 %>", "", "change>", "p>", "")
-    from stiffcal.identification.before_after import units_of_values
+    from stiffcal.identification.answers.before_after import units_of_values
 
     units = units_of_values(result.before_after)
     chances = {change.name: change.p_value for change in result.parameters}

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.ingest.results import IngestResult
-    from stiffcal.reduction.results import IngestedRun
+    from stiffcal.reduction.states.ingested_runs import IngestedRun
 
 
 def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:

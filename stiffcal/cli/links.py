@@ -13,12 +13,12 @@ from stiffcal.wording import estimate
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
+    from stiffcal.identification.bodies.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
 
 
 def show_links(console: Console, links: list[LinkResult]) -> None:
     """Draw what the rods show of each link: what they carry, the compliance of its end, what they do not identify."""
-    from stiffcal.identification.link_results import LINK_COMPLIANCE, compliance_units
+    from stiffcal.identification.bodies.link_results import LINK_COMPLIANCE, compliance_units
 
     for link in links:
         tool_share = link.share_of_tool

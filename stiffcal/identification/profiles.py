@@ -22,8 +22,8 @@ from stiffcal.estimation.unknowns import (
     free_columns,
     with_estimates,
 )
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.load_rows import LoadRows
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.load_rows import LoadRows
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole, ParameterSpec
 from stiffcal.model.no_balance import NoBalanceError

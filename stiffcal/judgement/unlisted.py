@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.judgement.memory import of_memory
 from stiffcal.judgement.numbers import (
     BEYOND_USUAL,

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stiffcal.compensation.predict_result import PredictResult
     from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect
     from stiffcal.documents import CommandResult, Document
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
     from stiffcal.measurements.columns import Values
     from stiffcal.model.summary import EffectAt
     from stiffcal.planning.results import PlanResult

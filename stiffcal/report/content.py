@@ -17,8 +17,8 @@ from stiffcal.campaign.report_settings import ReportSettings
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
-from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import BeforeAfter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
 from stiffcal.kinds.presentation import Page, Table
 from stiffcal.measurements.rms import Rms

@@ -13,7 +13,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.profiles import Profile
 from stiffcal.kinds.presentation import Band, Line, Marks, Panel, Picture, Series, Span
-from stiffcal.printed_units import printed_unit
+from stiffcal.quantity import quantity_of
 from stiffcal.wording import estimate
 
 MOST_POINTS = 300
@@ -169,8 +169,9 @@ def profile_picture(found: Sequence[Profile], intervals: Mapping[str, tuple[floa
 
 
 def _profile_panel(profile: Profile, stated: tuple[float, float] | None) -> Panel:
-    unit, factor = printed_unit(profile.spec.unit)
     drawn = np.isfinite(profile.values) & np.isfinite(profile.rise)
+    shown = quantity_of(profile.spec.unit).unit_for(profile.values[drawn].tolist())
+    unit, factor = shown.name, shown.factor
     x = factor * profile.values[drawn]
     if not x.size:
         return Panel(profile.name, "", "", (), empty="nothing of it can be computed")

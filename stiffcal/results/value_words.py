@@ -11,8 +11,8 @@ from stiffcal.wording import AT_LIMIT, DASH, listing
 
 if TYPE_CHECKING:
     from stiffcal.estimate import Estimate
-    from stiffcal.identification.before_after import BeforeAfter
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.answers.before_after import BeforeAfter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
     from stiffcal.quantity import ShownUnit
 
 SHIFTED = "shifted by what the model lacks"

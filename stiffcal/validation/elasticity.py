@@ -26,10 +26,10 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.documents import Number
 from stiffcal.estimation.parameters import Parameter
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.load_scale import common_scale
-from stiffcal.identification.row_layout import TRANSLATION
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.fitting.load_scale import common_scale
+from stiffcal.identification.readings.row_layout import TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.catalogue import built_in_effects

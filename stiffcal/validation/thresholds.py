@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.quantity import ANGLE, LENGTH, ShownUnit
 from stiffcal.uncertainty import NORMAL_95

@@ -87,8 +87,8 @@ def check_loaded(
     from stiffcal.ingest.non_load_runs import NonLoadRuns
     from stiffcal.ingest.reducing import ReadingOptions, collect_raw_states, placed_states
     from stiffcal.ingest.run_readings import earlier_readings
-    from stiffcal.reduction.loads.known_weights import weight_warnings
     from stiffcal.reduction.set_aside.outliers import reject_outliers
+    from stiffcal.reduction.states.known_weights import weight_warnings
     from stiffcal.store import Store
     from stiffcal.workflow.suspects import suspects_in
 

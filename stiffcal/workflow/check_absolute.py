@@ -18,11 +18,11 @@ from stiffcal.workflow.check_results import CheckedJoint, CheckedNoise
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.estimation.parameters import Parameter
-    from stiffcal.identification.fit import Fit
-    from stiffcal.identification.observability import ObservabilityIndices
+    from stiffcal.identification.answers.observability import ObservabilityIndices
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
-    from stiffcal.reduction.raw_states import RawStates
+    from stiffcal.reduction.states.raw_states import RawStates
 
 MOST_NAMED = 6
 """Parameters that a sentence lists."""
@@ -58,9 +58,9 @@ class CheckedPlaces:
 
 def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
     """Return what the places measured so far determine, and what they leave open."""
-    from stiffcal.identification.identify import identify_parameters
-    from stiffcal.identification.not_fitted import is_not_fitted
-    from stiffcal.identification.observability import observability_of
+    from stiffcal.identification.answers.observability import observability_of
+    from stiffcal.identification.fitting.identify import identify_parameters
+    from stiffcal.identification.fitting.not_fitted import is_not_fitted
     from stiffcal.model.campaign_effects import placed_robot
     from stiffcal.model.equilibrium import solve_balance
 
@@ -86,7 +86,7 @@ def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
 
 def _noise_of(fit: Fit) -> CheckedNoise:
     """Return from what the noise of places is known, and what cannot be judged where it is not."""
-    from stiffcal.identification.repeated_places import repeated_places
+    from stiffcal.identification.readings.repeated_places import repeated_places
 
     places = fit.data.subset(fit.data.absolute)
     n_pairs = sum(len(group) - 1 for group in repeated_places(places))
@@ -132,7 +132,7 @@ def poses_still_needed(campaign: Campaign, gathered: RawStates, error: InputErro
 def poses_without_frames(campaign: Campaign, gathered: RawStates) -> LoadStates:
     """Return load states with the frames as the manifest has them, whether they are to be estimated or not."""
     from stiffcal.campaign.frames import measurement_setup, resolve_frames
-    from stiffcal.reduction.states import load_states
+    from stiffcal.reduction.states.load_states import load_states
 
     setup = measurement_setup(campaign.manifest, campaign.chain, resolve_frames(campaign.manifest, campaign.chain))
     return load_states(gathered, campaign.manifest, campaign.chain, setup)
@@ -143,8 +143,8 @@ def _too_few(robot: CompliantRobot, used: LoadStates) -> str | None:
 
     Twice as many readings as numbers are what is asked for; with fewer readings than numbers nothing is fitted.
     """
-    from stiffcal.identification.gauge import redundant_geometry
-    from stiffcal.identification.readings import observe
+    from stiffcal.identification.fitting.gauge import redundant_geometry
+    from stiffcal.identification.readings.observations import observe
 
     conventions = redundant_geometry(robot, observe(used, robot.chain), frozenset())
     n_numbers = sum(
@@ -227,7 +227,7 @@ def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:
     Each is one line, or none. What a target on the last axis leaves open belongs to the frames, as the last zero does:
     a turn of the axis and a shift are one motion of such a target, in whatever pose.
     """
-    from stiffcal.identification.gauge import held_frames, redundant_geometry
+    from stiffcal.identification.fitting.gauge import held_frames, redundant_geometry
 
     held = held_frames(fit.robot, fit.data, frozenset())
     redundant = held | redundant_geometry(fit.robot, fit.data, held)

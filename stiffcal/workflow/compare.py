@@ -10,8 +10,8 @@ from typing import cast
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import estimated_parameters, values_before_and_after
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.measured_frames import FRAME
 from stiffcal.results.identify_result import IdentifyResult

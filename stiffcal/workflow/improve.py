@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.diagnosis.words import effect_in_words
-from stiffcal.identification.before_after import (
+from stiffcal.identification.answers.before_after import (
     BeforeAfter,
     EstimatedParameter,
     estimated_parameters,

@@ -15,7 +15,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.trust.output_kinds import PROGRAM, RUN_SHEET
 from stiffcal.trust.outputs import check_output
 from stiffcal.workflow.plan_answer import answer_of, separations_of
-from stiffcal.workflow.plan_candidates import Candidates, candidates_of, with_ways
+from stiffcal.workflow.plan_candidates import candidates_of, with_ways
 from stiffcal.workflow.plan_choice import Purpose, chosen_runs
 from stiffcal.workflow.plan_goals import LOOK_ALIKES, WantedGoal, area_of, wanted_goals
 from stiffcal.workflow.plan_means import cell_of
@@ -28,6 +28,7 @@ from stiffcal.workflow.plan_model import (
     refuse_lifts,
     with_force,
 )
+from stiffcal.workflow.plan_pairs import Candidates
 from stiffcal.workflow.plan_program import check_program, write_program
 from stiffcal.workflow.plan_remedies import remedies_of
 from stiffcal.workflow.plan_rivals import NamedRival, named_rival, rival_models, rivals_of_diagnosis
@@ -131,7 +132,7 @@ def _planned(
     context: RunContext,
 ) -> tuple[PlanResult, Candidates]:
     """Return the plan without ways between its runs, and the runs that could have been chosen."""
-    from stiffcal.planning.design import Criterion
+    from stiffcal.planning.criterion import Criterion
     from stiffcal.planning.information import UNLOADED_READINGS
 
     named = _named_rivals(campaign, goals, request, context)

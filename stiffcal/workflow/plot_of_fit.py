@@ -12,7 +12,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.profiles import profiled, profiles
-from stiffcal.identification.row_layout import MEASURES
+from stiffcal.identification.readings.row_layout import MEASURES
 from stiffcal.kinds.presentation import Page, Picture
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.quantity import of_measure
@@ -30,7 +30,7 @@ from stiffcal.workflow.steps import Ingested, RunContext
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.rms import Rms
     from stiffcal.results.identify_result import IdentifyResult
 

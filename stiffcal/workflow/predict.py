@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from stiffcal.compensation.link_parts import LinkPart
     from stiffcal.compensation.predict_result import LoadPath, PredictedLink, PredictedState, PredictResult
     from stiffcal.compensation.prediction import Prediction
-    from stiffcal.store.reading import Documents, Stored
+    from stiffcal.store.store_place import Documents, Stored
 
 
 @dataclass(frozen=True)

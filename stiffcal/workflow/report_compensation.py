@@ -14,7 +14,7 @@ from stiffcal.measurements.tables import states_from_table
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.quantity import DELAY
-from stiffcal.reduction.commanded import compensated_states
+from stiffcal.reduction.states.commanded import compensated_states
 from stiffcal.report.compensation_content import ComparedPose, HalfRun, TimePair, Trace, WithAndWithout
 from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.store import values_of

@@ -21,12 +21,12 @@ from stiffcal.campaign.signals import JointSignals, Wrench
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.documents import Document, result_of
 from stiffcal.files import read_regular
-from stiffcal.identification.state_loads import (
+from stiffcal.identification.answers.state_tables import component_block, gauge_block
+from stiffcal.identification.readings.state_loads import (
     branch_words,
     force_since_reference,
     torques_about_joints,
 )
-from stiffcal.identification.state_tables import component_block, gauge_block
 from stiffcal.ingest.parts import PROVENANCE
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.kinds import all_kinds
@@ -38,7 +38,7 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.summary import EffectAt
 from stiffcal.quantity import FORCE, MOMENT
 from stiffcal.reduction.loads.cycles import LoadCycles, find_load_cycles
-from stiffcal.reduction.motion import gauge_directions
+from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.report.content import ReportContent, ReportRun, ReportStates, ResidualCovariate, SetAsideRows
 from stiffcal.report.provenance_content import ReportInstrument, ReportProvenance, ReportSource
 from stiffcal.results.history_results import HistoryResult

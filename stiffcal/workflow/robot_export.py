@@ -29,7 +29,7 @@ from stiffcal.campaign.robot_file import (
 from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.campaign.typed import Placement
 from stiffcal.escapes import toml_text
-from stiffcal.identification.stated_geometry import HeldEnds, calibrated_rows, held_ends
+from stiffcal.identification.answers.stated_geometry import HeldEnds, calibrated_rows, held_ends
 from stiffcal.mechanics.joint_rows import Convention, RowsOfChain
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.model.campaign_effects import placed_robot

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -16,7 +15,7 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters
+from stiffcal.identification.answers.before_after import EstimatedParameter, estimated_parameters
 from stiffcal.store.origin import worst_of
 from stiffcal.trust.output_kinds import TREND_PICTURE
 from stiffcal.trust.outputs import check_output, written
@@ -32,43 +31,11 @@ from stiffcal.validation.trend_result import (
 from stiffcal.workflow.compare import amplitude_of, parameters_of_robot, require_one_robot
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import IDENTIFY, RunContext, up_to_date_states
+from stiffcal.workflow.trend_charted import ChartedParameter, FittedCampaign, deviation_of
 
 if TYPE_CHECKING:
-    from stiffcal.arrays import Floats
     from stiffcal.campaign.trend_settings import TrendSettings
-    from stiffcal.identification.fit_results import IdentifiedParameter
-    from stiffcal.results.identify_result import IdentifyResult
-    from stiffcal.workflow.steps import Ingested
-
-
-@dataclass(frozen=True)
-class FittedCampaign:
-    """One campaign with its fit."""
-
-    folder: Path
-    """As it was named."""
-    data: Ingested
-    """Its load states."""
-    fit: IdentifyResult
-    """Its fit."""
-
-
-@dataclass(frozen=True)
-class ChartedParameter:
-    """A parameter that every campaign knows, ready for the chart."""
-
-    name: str
-    """``effect.place.symbol``."""
-    values: Floats
-    """(n,) one a campaign, of what is estimated: logarithms where ``relative``, else amplitudes."""
-    std: Floats
-    """(n,) the fits' standard uncertainties of these."""
-    relative: bool
-    """Whether the values are logarithms."""
-    inverted: bool
-    """Whether people read one over it: of compliances the stiffness."""
-    between: float | None
-    """Standard deviation between campaigns by the manifest, of these values; None where it does not say."""
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
 
 
 def trend_campaigns(
@@ -237,21 +204,6 @@ def _parameter(
         change=None if change is None else change[0],
         change_interval=None if change is None else [change[1], change[2]],
     )
-
-
-def deviation_of(charted: ChartedParameter, since: int | None) -> float:
-    """Return the standard deviation of one campaign's value on an unchanged robot.
-
-    Parameters
-    ----------
-    charted : the parameter.
-    since : number of the first campaign after a change; the values before and after it have means of their own.
-    """
-    if charted.between is not None:
-        return float(np.sqrt(charted.between**2 + np.mean(charted.std**2)))
-    parts = [part for part in np.split(charted.values, [] if since is None else [since]) if len(part)]
-    squares = sum(float(np.sum((part - part.mean()) ** 2)) for part in parts)
-    return math.sqrt(squares / max(len(charted.values) - len(parts), 1))
 
 
 def _change(charted: ChartedParameter, since: int | None) -> tuple[float | None, float | None, float | None]:

@@ -11,7 +11,7 @@ import numpy as np
 from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.estimation.unknowns import ParameterColumn
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Kind, ParameterRole
 from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew, grown_since, held_to_residuals
@@ -24,11 +24,11 @@ USUAL_GAIN = 0.02
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.model.effect import Effect
     from stiffcal.validation.trend_result import ChangeCause
     from stiffcal.workflow.steps import RunContext
-    from stiffcal.workflow.trend import ChartedParameter, FittedCampaign
+    from stiffcal.workflow.trend_charted import ChartedParameter, FittedCampaign
 
 
 def change_cause(
@@ -122,7 +122,7 @@ def _covariance(
     campaigns: Sequence[FittedCampaign], charted: Sequence[ChartedParameter], sizes: Floats, since: int
 ) -> Floats:
     """Return the (p, p) covariance of the difference of both means: of the fits, and what varies between campaigns."""
-    from stiffcal.workflow.trend import deviation_of
+    from stiffcal.workflow.trend_charted import deviation_of
 
     of_fits = []
     for campaign in campaigns:

@@ -35,9 +35,9 @@ from stiffcal.workflow.threshold_verdict import check_thresholds
 
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.model.composite import CompliantRobot
-    from stiffcal.store.reading import Documents, Stored
+    from stiffcal.store.store_place import Documents, Stored
 
 
 def validate_campaign(
@@ -142,8 +142,8 @@ def validate_now(
     identified : the fit as it is stored.
     fit : the fit itself where it is at hand; it is made again otherwise.
     """
-    from stiffcal.identification.state_loads import load_columns
-    from stiffcal.identification.state_tables import observed_table
+    from stiffcal.identification.answers.state_tables import observed_table
+    from stiffcal.identification.readings.state_loads import load_columns
     from stiffcal.results.validate_answer import validate_result
     from stiffcal.validation.distances import distances_of
     from stiffcal.validation.elasticity import elasticity_of
@@ -208,7 +208,7 @@ def _with_own_frames(robot: CompliantRobot, data: Ingested) -> CompliantRobot:
 
     Tracker and targets stand elsewhere in every campaign; without absolute poses none is found with the robot.
     """
-    from stiffcal.identification.identify import Settings, identify_parameters
+    from stiffcal.identification.fitting.identify import Settings, identify_parameters
 
     of_robot = tuple(placed for placed in robot.placed if not isinstance(placed.effect, FramePosition))
     frames = tuple(placed for placed in placed_robot(data.campaign).placed if isinstance(placed.effect, FramePosition))
@@ -224,7 +224,7 @@ def _validate_other(
 ) -> ValidateResult:
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.identification.document import model_summary
+    from stiffcal.identification.answers.document import model_summary
     from stiffcal.ingest.sources import manifest_data_files
     from stiffcal.results.validate_answer import validate_result
     from stiffcal.store.index import FOREIGN

@@ -13,7 +13,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.diagnosis.refit_values import RefitValue
 from stiffcal.diagnosis.refits import StoredRefits
 from stiffcal.estimate import Estimate
-from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
+from stiffcal.identification.answers.state_tables import component_block, gauge_block, motor_block
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect
@@ -21,7 +21,7 @@ from stiffcal.model.forms import form_of
 from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
 from stiffcal.quantity import Units, quantity_of
-from stiffcal.reduction.motion import gauge_directions
+from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.results.value_words import as_shown, value_in_model
 from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.shares import share_explained

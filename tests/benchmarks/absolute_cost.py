@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.identify import up_to_date_fit
 from stiffcal.workflow.steps import RunContext, up_to_date_states

@@ -22,7 +22,8 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.planning.choice import identifiable
-from stiffcal.planning.design import Criterion, best_design, information
+from stiffcal.planning.criterion import Criterion
+from stiffcal.planning.design import best_design, information
 from stiffcal.workflow.plan_candidates import candidates_of
 from stiffcal.workflow.plan_model import planned_model
 from stiffcal.workflow.steps import RunContext

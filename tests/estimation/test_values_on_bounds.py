@@ -16,8 +16,8 @@ from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.refit_values import _at_bound, _interval
 from stiffcal.estimate import Estimate
 from stiffcal.estimation.parameters import Parameter, reported_parameters
-from stiffcal.identification.before_after import estimated_parameters
-from stiffcal.identification.document import identified_parameter, rest_in_words, resting_on_limits
+from stiffcal.identification.answers.before_after import estimated_parameters
+from stiffcal.identification.answers.document import identified_parameter, rest_in_words, resting_on_limits
 from stiffcal.kinds.friction.documents import _identified
 from stiffcal.kinds.friction.page import _value_cell
 from stiffcal.model.catalogue import built_in_effects

@@ -30,10 +30,10 @@ IMPORTED = (
     "stiffcal.batch.campaigns", "stiffcal.workflow.edit_model", "stiffcal.ingest.reducing",
     "stiffcal.workflow.report_content", "stiffcal.workflow.effect_pictures", "stiffcal.report.building",
     "stiffcal.simulation.simulate", "stiffcal.judgement.states", "stiffcal.validation.validate",
-    "stiffcal.identification.identify", "stiffcal.propose.from_table", "stiffcal.propose.templates",
+    "stiffcal.identification.fitting.identify", "stiffcal.propose.from_table", "stiffcal.propose.templates",
     "matplotlib.backends.backend_svg", "matplotlib.figure", "pyarrow.csv", "pyarrow.parquet", "typst", "h5py",
     "rich.console", "rich.table", "rich.progress", "stiffcal.workflow.stored_curves",
-    "stiffcal.identification.state_tables",
+    "stiffcal.identification.answers.state_tables",
 )  # fmt: skip
 
 

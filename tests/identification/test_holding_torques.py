@@ -11,8 +11,8 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
-from stiffcal.identification.holding_torques import holding_torques
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.holding_torques import holding_torques
+from stiffcal.identification.derivatives.observation import observe
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.workflow.edit_model import edit_model

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.profiles import MOST_PROFILES, profiled, profiles
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.uncertainty import NORMAL_95

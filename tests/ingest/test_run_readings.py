@@ -20,8 +20,8 @@ from stiffcal.ingest import reducing, run_readings
 from stiffcal.ingest.parts import READ_RUNS, READ_STATES
 from stiffcal.measurements.columns import column_of, values_of
 from stiffcal.propose.templates import write_template
-from stiffcal.reduction import tabled_states
 from stiffcal.reduction.logs import rows as logs
+from stiffcal.reduction.states import tabled_states
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.store import Store

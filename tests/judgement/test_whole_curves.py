@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.effects.encoder_drift import EncoderDrift
-from stiffcal.identification.regressors import Regressor
+from stiffcal.identification.fitting.regressors import Regressor
 from stiffcal.judgement.ground import is_of
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import Progress
-from stiffcal.identification.before_after import estimated_parameters
+from stiffcal.identification.answers.before_after import estimated_parameters
 from stiffcal.live.choice import ModelChoice, RowsLeftOut
 from stiffcal.live.models import OF_ANOTHER_PAGE, LiveModels, ModelChangedError, SupersededError
 from stiffcal.view.content import ViewModel

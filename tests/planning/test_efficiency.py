@@ -11,7 +11,8 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.planning.choice import choose_runs
-from stiffcal.planning.design import VAGUE, Criterion, information, loss_of
+from stiffcal.planning.criterion import Criterion
+from stiffcal.planning.design import VAGUE, information, loss_of
 from stiffcal.planning.information import information_of_runs
 from stiffcal.workflow.plan_candidates import candidates_of
 from stiffcal.workflow.plan_model import fixed_names, planned_model, with_rotation

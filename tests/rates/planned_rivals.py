@@ -19,8 +19,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.plan_file import load_plan
-from stiffcal.identification.identify import Settings
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.fitting.identify import Settings
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
@@ -29,7 +29,7 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.planning.information import reads_along_lines
-from stiffcal.reduction.motion import gauge_directions
+from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.workflow.diagnose import diagnose_campaign
 from stiffcal.workflow.experiments import robot_to_fit
 from stiffcal.workflow.plan import PlanRequest, plan_campaign

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.quantities import unit
-from stiffcal.reduction.loads.known_weights import STANDARD_GRAVITY, force_over_weight, weight_warnings
-from stiffcal.reduction.raw_states import RawStates, no_states
+from stiffcal.reduction.states.known_weights import STANDARD_GRAVITY, force_over_weight, weight_warnings
+from stiffcal.reduction.states.raw_states import RawStates, no_states
 from stiffcal.workflow.check import check_campaign
 from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.small_campaign import write_small_campaign

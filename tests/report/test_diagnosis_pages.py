@@ -25,8 +25,8 @@ from stiffcal.diagnosis.results import (
     UntestableEffect,
 )
 from stiffcal.estimate import Estimate
-from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import BeforeAfter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.summary import EffectAt, EffectInModel, ModelSummary, Where

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.identification.body_results import Component, JointLineResult
-from stiffcal.identification.joint_lines import COMPONENTS
+from stiffcal.identification.bodies.body_results import Component, JointLineResult
+from stiffcal.identification.bodies.joint_lines import COMPONENTS
 from stiffcal.report.blocks import Paragraph, PictureBlock, ReportSection, TableBlock
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint

@@ -10,8 +10,8 @@ import pytest
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.tables import show_parameters
 from stiffcal.documents import document_of, result_from_values
-from stiffcal.identification.before_after import estimated_parameters
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import estimated_parameters
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.kinds.presentation import Column, Table
 from stiffcal.kinds.texts import printed_columns, printed_rows
 from stiffcal.model.summary import Where

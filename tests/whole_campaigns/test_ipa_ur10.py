@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.identification.geometry_results import GeometryFound
+from stiffcal.identification.answers.geometry_results import GeometryFound
 from stiffcal.report.blocks import PictureBlock, TableBlock
 from stiffcal.report.sections import calibration, stiffness
 from stiffcal.results.validate_result import ValidateResult

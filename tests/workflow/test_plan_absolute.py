@@ -14,8 +14,8 @@ from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.planning.choice import identifiable
 from stiffcal.workflow.identify import fit_now
 from stiffcal.workflow.plan import PlanRequest, plan_campaign
-from stiffcal.workflow.plan_candidates import Candidates
 from stiffcal.workflow.plan_model import planned_model
+from stiffcal.workflow.plan_pairs import Candidates
 from stiffcal.workflow.steps import RunContext, up_to_date_states
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "absolute" / "01"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.kinds.presentation import Picture
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.report.pictures_of_fit import PictureOfFit

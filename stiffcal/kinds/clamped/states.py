@@ -19,7 +19,7 @@ from stiffcal.kinds.clamped.readings import ClampedReadings
 from stiffcal.kinds.clamped.state_noise import SeriesNoise, fast_noise, residual_noise, white
 from stiffcal.kinds.clamped.sweeps import is_too_short, loop_corners
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
-from stiffcal.reduction.raw_states import RawStates
+from stiffcal.reduction.states.raw_states import RawStates
 from stiffcal.wording import significant
 
 # Stretches of a half sweep to begin with: those over which angle or torque bend are split, until they are three times

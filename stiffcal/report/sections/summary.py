@@ -7,8 +7,8 @@ from functools import partial
 from typing import Literal
 
 from stiffcal.diagnosis.results import ProposedEffect
-from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.identification.state_kinds import state_kinds
+from stiffcal.identification.answers.before_after import BeforeAfter
+from stiffcal.identification.readings.state_kinds import state_kinds
 from stiffcal.measurements.rms import Rms
 from stiffcal.quantity import STIFFNESS
 from stiffcal.reduction.registration.frames import RegistrationSummary
