@@ -139,7 +139,7 @@ lock:
 
 # the example that `stiffcal demo` copies; installed packages have no campaigns/
 example:
-	cd campaigns/demo && cp README.md campaign.toml model.toml robot.toml simulate.toml ../../stiffcal/workflow/example/
+	cd campaigns/demo && cp README.md campaign.toml model.toml robot.toml simulate.toml ../../stiffcal/commands/example/
 
 clean:
 	rm -rf $(VENV) demo build dist

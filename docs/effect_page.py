@@ -10,11 +10,11 @@ from docs.formulas import leading_formulas, mathml
 from docs.markdown import cell, code, table
 from docs.page_runs import digest_of_code
 from stiffcal.cli.effects import ACTS, PLACES, sections_of
+from stiffcal.commands.effects import describe_effects
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.command_results import EffectDescription
-from stiffcal.workflow.effect_pictures import draw_effect
-from stiffcal.workflow.effects import describe_effects
+from stiffcal.report.effect_pictures.drawing import draw_effect
+from stiffcal.results.command_results import EffectDescription
 
 IN_MOTION = "torque in motion"
 GROUPS = {

@@ -54,7 +54,7 @@ NUMERICAL = (
     "compensation", "contracts", "diagnosis/test_scoring.py", "effects", "estimation", "kinds", "identification",
     "independent", "links", "measurements", "mechanics", "mistakes", "planning", "reduction",
     "simulation",
-    "validation", "workflow/test_fingerprint.py",
+    "validation", "commands/test_fingerprint.py",
 )  # fmt: skip
 # Of these, files in which it can turn nothing: means of many states with tolerances of the noise, faults of whole
 # tables that stand out by orders of magnitude, compiled code, times, texts of the code, made and read logs.
@@ -87,12 +87,12 @@ LONG = (
     "security/test_imports.py", "security/test_limits.py", "security/test_names.py", "security/test_plugin_ends.py",
     "security/test_readers.py", "security/test_remote_stores.py", "security/test_stored_shapes.py",
     "security/test_stores.py", "security/test_streams.py", "store/test_remote.py", "store/test_two_at_once.py",
-    "test_wheel.py", "whole_campaigns", "workflow/test_campaigns_of_one_robot.py",
-    "workflow/test_clamped_template.py", "workflow/test_controller_export.py", "workflow/test_effect_pictures.py",
-    "workflow/test_fingerprint.py", "workflow/test_followed.py", "workflow/test_formats.py",
-    "workflow/test_improve.py", "workflow/test_plan.py",
-    "workflow/test_plan_absolute.py", "workflow/test_plan_program.py", "workflow/test_plan_rivals.py",
-    "workflow/test_report_diagnosis.py", "workflow/test_suspects.py",
+    "test_wheel.py", "whole_campaigns", "commands/test_campaigns_of_one_robot.py",
+    "propose/test_clamped_template.py", "commands/test_controller_export.py", "report/test_effect_pictures.py",
+    "commands/test_fingerprint.py", "stages/test_followed.py", "ingest/test_formats.py",
+    "commands/test_improve.py", "commands/plan/test_plan.py",
+    "commands/plan/test_plan_absolute.py", "commands/plan/test_plan_program.py", "commands/plan/test_plan_rivals.py",
+    "report/test_report_diagnosis.py", "judgement/test_suspects.py",
 )  # fmt: skip
 
 # Files and tests of `make practice`, which CI leaves out: each takes long, and what it holds is held by shorter ones of
@@ -222,19 +222,19 @@ PRACTICE = (
     "whole_campaigns/test_practice.py",
     "whole_campaigns/test_practice_absolute.py",
     "whole_campaigns/test_practice_joints.py",
-    "workflow/test_controller_export.py::test_a_complete_model",
-    "workflow/test_controller_export.py::test_the_path_of_paper_002",
-    "workflow/test_followed.py",
-    "workflow/test_improve.py::test_another_effect",
-    "workflow/test_improve.py::test_each_step",
-    "workflow/test_improve.py::test_what_a_user",
-    "workflow/test_improve_pages.py",
-    "workflow/test_plan.py::test_a_plan_for_a",
-    "workflow/test_plan.py::test_check_reads",
-    "workflow/test_plan_absolute.py::test_payloads_show",
-    "workflow/test_plan_rivals.py::test_more_runs",
-    "workflow/test_suspects.py",
-    "workflow/test_trend.py::test_a_change_of_the_set_up",
+    "commands/test_controller_export.py::test_a_complete_model",
+    "commands/test_controller_export.py::test_the_path_of_paper_002",
+    "stages/test_followed.py",
+    "commands/test_improve.py::test_another_effect",
+    "commands/test_improve.py::test_each_step",
+    "commands/test_improve.py::test_what_a_user",
+    "commands/test_improve_pages.py",
+    "commands/plan/test_plan.py::test_a_plan_for_a",
+    "commands/plan/test_plan.py::test_check_reads",
+    "commands/plan/test_plan_absolute.py::test_payloads_show",
+    "commands/plan/test_plan_rivals.py::test_more_runs",
+    "judgement/test_suspects.py",
+    "commands/test_trend.py::test_a_change_of_the_set_up",
 )  # fmt: skip
 
 
@@ -295,7 +295,7 @@ def few_known_effects() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def validated_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A campaign that is ingested, identified and validated; not to be changed."""
-    from stiffcal.workflow.validate import validate_campaign
+    from stiffcal.commands.validate import validate_campaign
 
     folder = write_small_campaign(tmp_path_factory.mktemp("campaigns") / "small")
     validate_campaign(folder)

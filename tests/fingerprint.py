@@ -15,11 +15,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.documents import document_of
 from stiffcal.revision import REVISION
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.validate import validate_campaign
 
 ROOT = Path(__file__).resolve().parents[1]
 FILE = ROOT / "tests" / "fingerprint.json"

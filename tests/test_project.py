@@ -288,7 +288,7 @@ def test_what_ci_leaves_to_make_practice_is_run_there() -> None:
 
 def test_bundled_example_is_the_campaign() -> None:
     """`make example` renews the copy."""
-    campaign, example = ROOT / "campaigns" / "demo", ROOT / "stiffcal" / "workflow" / "example"
+    campaign, example = ROOT / "campaigns" / "demo", ROOT / "stiffcal" / "commands" / "example"
     copied = [file for file in example.rglob("*") if file.is_file()]
     assert {"campaign.toml", "simulate.toml", "README.md"} <= {file.name for file in copied}
     for file in copied:

@@ -16,5 +16,5 @@ def test_the_wheel_holds_what_commands_need(tmp_path: Path) -> None:
     packages = tmp_path / "packages"
     for kind in template_kinds():
         run(packages, tmp_path, "init", kind, "--kind", kind)
-    run(packages, tmp_path, "simulate", "twin", "--from", str(packages / "stiffcal" / "workflow" / "example"))
+    run(packages, tmp_path, "simulate", "twin", "--from", str(packages / "stiffcal" / "commands" / "example"))
     assert (tmp_path / "twin" / "truth.json").is_file()

@@ -108,8 +108,8 @@ def record_generation(task: BatchTask, committed: Sequence[str]) -> None:
     ----------
     committed : digests of the generations that the worker reports as committed.
     """
+    from stiffcal.stages.steps import RunContext, open_store
     from stiffcal.store.origin import remember
-    from stiffcal.workflow.steps import RunContext, open_store
 
     if not committed:
         return

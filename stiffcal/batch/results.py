@@ -11,8 +11,8 @@ from stiffcal.documents import NOT_PROMISED, CommandResult, Document, Number, Or
 from stiffcal.errors import Fault
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
+from stiffcal.results.error_result import FaultEntry
 from stiffcal.validation.results import ThresholdCheck
-from stiffcal.workflow.error_result import FaultEntry
 
 CampaignState: TypeAlias = Literal["held", "not held", "broken", "fault", "lost"]
 """Held and not held: its thresholds; broken: its files are wrong; fault: stiffcal's own; lost: its process was ended

@@ -29,6 +29,7 @@ from stiffcal.batch.results import (
     outcome_of,
 )
 from stiffcal.campaign.thresholds import ThresholdsFile
+from stiffcal.commands.report import REPORT_FILE, report_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
 from stiffcal.escapes.shell import command_line
@@ -36,15 +37,11 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
 from stiffcal.model.plugin_loading import plugin_fault
+from stiffcal.results.error_result import FaultEntry
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
-from stiffcal.store.index import FOREIGN
-from stiffcal.store.origin import committed_by_this_process
-from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
-from stiffcal.workflow.error_result import FaultEntry
-from stiffcal.workflow.identify import current_fit, fit_now, store_fit
-from stiffcal.workflow.report import REPORT_FILE, report_campaign
-from stiffcal.workflow.steps import (
+from stiffcal.stages.fit import current_fit, fit_now, store_fit
+from stiffcal.stages.steps import (
     VALIDATE,
     Ingested,
     RunContext,
@@ -55,8 +52,11 @@ from stiffcal.workflow.steps import (
     stored_validation,
     up_to_date_states,
 )
-from stiffcal.workflow.stored_types import StoredReport
-from stiffcal.workflow.validate import current_validation, validate_now, with_present_verdict
+from stiffcal.stages.stored_types import StoredReport
+from stiffcal.stages.validation import current_validation, validate_now, with_present_verdict
+from stiffcal.store.index import FOREIGN
+from stiffcal.store.origin import committed_by_this_process
+from stiffcal.trust.foreign_content import fault_of_foreign_content, use_own_results
 
 REPORT = "report"
 

@@ -20,41 +20,71 @@ Places: TypeAlias = dict[str, list[Any]]
 """``joints``, ``links`` and ``pairs``, as far as they are not empty."""
 
 
+def editable_text(folder: Path, n_joints: int) -> str:
+    """Return the text of a campaign's model file, to be edited; where there is none, that of the default model.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read.
+    """
+    check_own(folder, MODEL_FILE)
+    path = folder / MODEL_FILE
+    return toml_text(path, MODEL_FILE) if path.exists() else default_text(folder, n_joints)
+
+
+def default_text(folder: Path, n_joints: int) -> str:
+    """Return the default model of a campaign as a model file, its joints one by one."""
+    document = parse_for_editing(default_model_text(_experiments(folder)), MODEL_FILE, check_model)
+    for entry in document["effects"]:
+        if entry.get("joints") == "all":
+            entry["joints"] = list(range(1, n_joints + 1))
+    return tomlkit.dumps(document)
+
+
+def save_model(folder: Path, text: str) -> None:
+    """Write a campaign's model file whole or not at all; what was written must be a model file."""
+    with replacing(folder / MODEL_FILE) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+        check_model(read_toml(temporary, MODEL_FILE))
+
+
 def add_effect(
-    folder: Path,
+    text: str,
     effect: str,
     *,
     joints: Sequence[int] = (),
     links: Sequence[str] = (),
     pairs: Sequence[tuple[int, int]] = (),
     n_joints: int,
-) -> tuple[str, ...]:
-    """Add an effect to a campaign's model file, or places to an effect that it holds.
+) -> tuple[str, tuple[str, ...]]:
+    """Add an effect to a model file, or places to an effect that it holds.
 
     Parameters
     ----------
-    folder : the campaign folder; a model file is written from the default model where there is none.
+    text : of the model file.
     effect : its name. That the catalogue holds it, and where it can sit, is for the caller to check.
     joints, links, pairs : the places; none for a set-up effect.
     n_joints : J, for ``joints = "all"``.
 
     Returns
     -------
-    tuple of str
-        The places that are new (``j2``, ``swing``, ``j5-j6``, ``setup``); empty where the model held all of them.
+    str, tuple of str
+        The text with the effect, and the places that are new (``j2``, ``swing``, ``j5-j6``, ``setup``); none where the
+        model held all of them.
 
     Raises
     ------
     InputError
         The model file is faulty.
     """
-    document = _document(folder, n_joints)
+    document = parse_for_editing(text, MODEL_FILE, check_model)
     wanted = _places(joints, links, pairs)
     same = [entry for entry in document.get("effects", []) if entry.get("type") == effect]
     in_model = {name for entry in same for name in _entry_places(entry, n_joints)}
     new = tuple(name for name in place_names(joints, links, pairs) if name not in in_model)
     if not new:
-        return ()
+        return text, ()
     target = next((entry for entry in same if wanted and set(wanted) <= set(entry)), None)
     if target is None:
         _append(document, effect, _only(wanted, new))
@@ -62,26 +92,25 @@ def add_effect(
         for key, values in _only(wanted, new).items():
             for value in values:
                 target[key].append(value)
-    _save(folder, document)
-    return new
+    return tomlkit.dumps(document), new
 
 
-def set_starts(folder: Path, effect: str, values: Mapping[str, float], n_joints: int) -> tuple[str, ...]:
+def set_starts(text: str, effect: str, values: Mapping[str, float], n_joints: int) -> tuple[str, tuple[str, ...]]:
     """Name parameters of an effect that the model file holds, with their start values; what is named already stays.
 
     Parameters
     ----------
-    folder : the campaign folder.
+    text : of the model file.
     effect : its name.
     values : start, SI, by full name (effect.place.symbol), of places that the effect has there.
     n_joints : J, for ``joints = "all"``.
 
     Returns
     -------
-    tuple of str
-        The names that are new.
+    str, tuple of str
+        The text with them, and the names that are new.
     """
-    document = _document(folder, n_joints)
+    document = parse_for_editing(text, MODEL_FILE, check_model)
     new = []
     for entry in document.get("effects", []):
         if entry.get("type") != effect:
@@ -97,40 +126,38 @@ def set_starts(folder: Path, effect: str, values: Mapping[str, float], n_joints:
             start["value"] = values[name]
             entry["parameters"][name] = start
         new += new_names
-    if new:
-        _save(folder, document)
-    return tuple(new)
+    return tomlkit.dumps(document) if new else text, tuple(new)
 
 
 def remove_effect(
-    folder: Path,
+    text: str,
     effect: str,
     *,
     joints: Sequence[int] = (),
     links: Sequence[str] = (),
     pairs: Sequence[tuple[int, int]] = (),
     n_joints: int,
-) -> tuple[str, ...]:
-    """Remove an effect from a campaign's model file, or some of its places.
+) -> tuple[str, tuple[str, ...]]:
+    """Remove an effect from a model file, or some of its places.
 
     Parameters
     ----------
-    folder : the campaign folder.
+    text : of the model file.
     effect : its name.
     joints, links, pairs : the places to remove; none of them: the whole effect.
     n_joints : J, for ``joints = "all"``.
 
     Returns
     -------
-    tuple of str
-        The places that were removed.
+    str, tuple of str
+        The text without them, and the places that were removed.
 
     Raises
     ------
     InputError
         The model does not hold the effect, or not at any of these places.
     """
-    document = _document(folder, n_joints)
+    document = parse_for_editing(text, MODEL_FILE, check_model)
     unwanted = place_names(joints, links, pairs) if (joints or links or pairs) else None
     removed: list[str] = []
     entries = document.get("effects", [])
@@ -155,21 +182,7 @@ def remove_effect(
             f"the model contains no {effect}{where}",
             f"it contains {in_model}",
         )
-    _save(folder, document)
-    return tuple(removed)
-
-
-def _document(folder: Path, n_joints: int) -> tomlkit.TOMLDocument:
-    """Read the model file for editing; where there is none, start from the default model."""
-    path = folder / MODEL_FILE
-    check_own(folder, MODEL_FILE)
-    if path.exists():
-        return parse_for_editing(toml_text(path, MODEL_FILE), MODEL_FILE, check_model)
-    document = parse_for_editing(default_model_text(_experiments(folder)), MODEL_FILE, check_model)
-    for entry in document["effects"]:
-        if entry.get("joints") == "all":
-            entry["joints"] = list(range(1, n_joints + 1))
-    return document
+    return tomlkit.dumps(document), tuple(removed)
 
 
 def _experiments(folder: Path) -> set[str]:
@@ -268,12 +281,3 @@ def _thin(entry: Any, going: set[str], n_joints: int) -> None:
                     del settings[name]
         if len(values) == 0:
             del entry[key]
-
-
-def _save(folder: Path, document: tomlkit.TOMLDocument) -> None:
-    """Write the file whole or not at all; what was written must be a model file."""
-    path = folder / MODEL_FILE
-    text = tomlkit.dumps(document)
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-        check_model(read_toml(temporary, MODEL_FILE))

@@ -16,7 +16,7 @@ from stiffcal.cli.options import AsJson, Joints, Links, Pairs
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.workflow.command_results import EditResult
+    from stiffcal.results.command_results import EditResult
 
 Model = Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.")]
 EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Name of the effect, see `stiffcal effects`.")]
@@ -67,7 +67,7 @@ def edit(
 ) -> int:
     """Change model.toml and show what it holds now; of `add` and `remove`."""
     with answering(as_json) as answer:
-        from stiffcal.workflow.edit_model import edit_model, start_values
+        from stiffcal.commands.edit_model import edit_model, start_values
 
         values = start_values(start)
         result = edit_model(folder, action, effect, where=where, everywhere=everywhere, curved=curved, start=values)

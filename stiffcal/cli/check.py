@@ -23,7 +23,7 @@ from stiffcal.wording import count
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
-    from stiffcal.workflow.check_results import CheckedColumn, CheckedJoint, CheckedRun, CheckedSource, CheckResult
+    from stiffcal.ingest.checks.results import CheckedColumn, CheckedJoint, CheckedRun, CheckedSource, CheckResult
 
 READ_AS = {
     **dict.fromkeys(("deg", "rad", "gon", "mrad", "rev", "arcmin", "arcsec"), (180.0 / math.pi, "°")),
@@ -60,7 +60,7 @@ def check(
     Example: stiffcal check demo --quick
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.check import check_campaign
+        from stiffcal.ingest.checks.loaded import check_campaign
 
         result = check_campaign(folder, quick=quick, run=run, progress=answer.progress)
         answer.give(result, partial(show_check, details=details), after_check(folder, result, store))

@@ -37,8 +37,8 @@ def compare(
     Example: stiffcal compare before-service after-service
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.compare import compare_campaigns
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.compare import compare_campaigns
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify)
         result = compare_campaigns(before, after, context)

@@ -131,9 +131,10 @@ def compensate(
     Example: stiffcal compensate demo --path path.csv --force 0,150,-300 -o corrected.csv --picture error.svg
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.compensate import CompensateRequest, compensate_campaign
-        from stiffcal.workflow.compensation_path import Forces
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.compensate import compensate_campaign
+        from stiffcal.compensation.corrected_path import CompensateRequest
+        from stiffcal.compensation.path import Forces
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite

@@ -20,8 +20,8 @@ from stiffcal.results.next_step import Step
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
+    from stiffcal.commands.run_result import RunResult
     from stiffcal.results.history_results import HistoryResult
-    from stiffcal.workflow.run_result import RunResult
 
 
 def demo(
@@ -37,9 +37,9 @@ def demo(
     Example: stiffcal demo
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.demo import run_demo
-        from stiffcal.workflow.history import read_history
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.demo import run_demo
+        from stiffcal.commands.history import read_history
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(progress=answer.progress, notify=answer.notify, overwrite=overwrite)
         result = run_demo(folder, context, None if as_json else partial(print_step, answer))

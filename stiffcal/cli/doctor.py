@@ -14,7 +14,7 @@ from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
-    from stiffcal.workflow.doctor import DoctorResult
+    from stiffcal.commands.doctor import DoctorResult
 
 
 def doctor(as_json: AsJson = False) -> int:
@@ -26,7 +26,7 @@ def doctor(as_json: AsJson = False) -> int:
     """
     with answering(as_json) as answer:
         try:
-            from stiffcal.workflow.doctor import examine_installation
+            from stiffcal.commands.doctor import examine_installation
         except ModuleNotFoundError as error:
             name = error.name or "a library"
             reason = "not installed, but required"

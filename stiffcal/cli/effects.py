@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.cli.answers import Answer
-    from stiffcal.workflow.command_results import EffectDescription, EffectsResult, NewEffectResult
+    from stiffcal.results.command_results import EffectDescription, EffectsResult, NewEffectResult
 
 
 PLACES = {
@@ -83,7 +83,7 @@ def effects(
         if new_name is not None:
             reason, mend = "goes with new only", "write: effects new NAME --from DIR"
             raise InputError.at(FaultCode.OPTION_CONFLICT, "command line", "NEW_NAME", reason, mend)
-        from stiffcal.workflow.effects import code_of_campaign, describe_effects
+        from stiffcal.commands.effects import code_of_campaign, describe_effects
 
         if output is not None and name is None:
             raise InputError.at(
@@ -98,7 +98,7 @@ def effects(
         if name is None:
             answer.give(result, show_catalogue, NextLine("stiffcal effects joint-compliance"))
             return OK
-        from stiffcal.workflow.effect_pictures import draw_effect, sketch_effect
+        from stiffcal.report.effect_pictures.drawing import draw_effect, sketch_effect
 
         result = replace(result, sketch=sketch_effect(name, plugins))
         if output is not None:
@@ -120,8 +120,8 @@ def _of_campaign(folder: Path) -> NextLine:
 
 def _write_new(answer: Answer, name: str | None, source: Path | None, output: Path | None) -> None:
     """Write an effect that tests what a diagnosis found."""
-    from stiffcal.workflow.new_effect import write_new_effect
-    from stiffcal.workflow.steps import RunContext
+    from stiffcal.commands.new_effect import write_new_effect
+    from stiffcal.stages.steps import RunContext
 
     if name is None or source is None:
         place = "NAME" if name is None else "--from"

@@ -15,7 +15,7 @@ from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Overwrite, Stor
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.workflow.command_results import ExportResult
+    from stiffcal.results.command_results import ExportResult
 
 
 def export(
@@ -112,9 +112,9 @@ def export(
     Example: stiffcal export my-robot -o calibrated.toml --convention dh
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.controller_export import ControllerOptions
-        from stiffcal.workflow.export import export_campaign, row_options
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.export import export_campaign, row_options
+        from stiffcal.compensation.exports.controller import ControllerOptions
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite

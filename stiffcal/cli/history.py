@@ -43,8 +43,8 @@ def history(
     Example: stiffcal history demo --restore 1
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.history import read_history, restore_model
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.history import read_history, restore_model
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store, update=False, progress=answer.progress, notify=answer.notify, overwrite=overwrite

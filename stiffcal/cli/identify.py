@@ -62,8 +62,8 @@ def identify(
     Example: stiffcal identify demo --loss huber
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.identify import identify_campaign
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.identify import identify_campaign
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = identify_campaign(folder, context, loss, dual_quaternions, coupling)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from stiffcal.cli.console import AnswerConsole
-    from stiffcal.workflow.improve_results import ImproveResult, ImproveStep
+    from stiffcal.results.improve_results import ImproveResult, ImproveStep
 
 
 def improve(
@@ -62,9 +62,9 @@ def improve(
     Example: stiffcal improve demo --yes
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.improve import always, improve_campaign
-        from stiffcal.workflow.improve_pages import check_pages, with_pages
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.improve import always, improve_campaign
+        from stiffcal.commands.improve_pages import check_pages, with_pages
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store,

@@ -12,9 +12,9 @@ from stiffcal.wording import explained_in_words, probability_in_words
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from stiffcal.commands.improve import Decision, EffectProposal
     from stiffcal.diagnosis.results import Finding, LookAlike, ProposedEffect
     from stiffcal.model.summary import EffectAt
-    from stiffcal.workflow.improve import Decision, EffectProposal
 
 QUESTION = "yes, other, details, skip, quit"
 WIDTH = 79

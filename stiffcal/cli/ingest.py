@@ -32,7 +32,7 @@ def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None
     Example: stiffcal ingest demo
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.ingest import ingest_campaign
+        from stiffcal.commands.ingest import ingest_campaign
 
         result = ingest_campaign(folder, store=store, progress=answer.progress)
         answer.give(result, show_ingest, following(folder, store, Step.CHECK))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.propose.lines import Question
-    from stiffcal.workflow.command_results import InitResult
+    from stiffcal.results.command_results import InitResult
 
 MOST_GUESSES = 10
 MOST_FILES = 10
@@ -72,7 +72,7 @@ def init(
     Example: stiffcal init my-bench --kind clamped --from position1.csv --from position2.csv
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.init import init_campaign, tool_point
+        from stiffcal.commands.init import init_campaign, tool_point
 
         at_terminal = sys.stdin.isatty() and not as_json
         of_folder = any(path.is_dir() for path in table or ())

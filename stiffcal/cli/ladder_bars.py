@@ -14,7 +14,7 @@ from stiffcal.validation.schemes import held_out
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
-    from stiffcal.workflow.improve_results import ImproveStep
+    from stiffcal.results.improve_results import ImproveStep
 
 WIDEST, NARROWEST = 40, 12
 """Columns of a bar: more show no more, in fewer a tenth cannot be distinguished from zero."""

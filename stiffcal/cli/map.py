@@ -76,8 +76,8 @@ def map(  # noqa: A001  (the command's name)
     Example: stiffcal map demo --load 0,0,-500 --plane xz --at 0 --stiffness z -o map.svg --table map.csv
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.map import MapRequest, map_campaign
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.map import MapRequest, map_campaign
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite

@@ -12,7 +12,7 @@ from stiffcal.results.next_step import Standing, Step, next_step
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stiffcal.workflow.check_results import CheckResult
+    from stiffcal.ingest.checks.results import CheckResult
 
 NO_EFFECT = "an effect is in the model (stiffcal add DIR EFFECT --all)"
 LATER = "there is a later campaign of this robot"
@@ -31,8 +31,8 @@ def following(folder: Path, store: str | None, after: Step | None = None, done: 
     ------
     InputError : the folder holds no campaign.
     """
-    from stiffcal.workflow.standing import standing_of
-    from stiffcal.workflow.steps import RunContext
+    from stiffcal.commands.standing import standing_of
+    from stiffcal.stages.steps import RunContext
 
     return line_of(folder, standing_of(folder, RunContext(store=store, update=False)), store, after, done)
 
@@ -65,13 +65,13 @@ def after_check(folder: Path, result: CheckResult, store: str | None) -> NextLin
     folder : the campaign folder. result : of `check`. store : where results are kept; None: in the folder.
     """
     if result.ready:
-        from stiffcal.workflow.standing import has_effects
+        from stiffcal.commands.standing import has_effects
 
         return NextLine(command_line("run", folder, store=store), once="" if has_effects(folder) else NO_EFFECT)
     if not lacks_load(result):
         return NextLine(command_line("check", folder, store=store), once="that is done")
-    from stiffcal.workflow.plan_refusal import plannable_words
-    from stiffcal.workflow.steps import RunContext
+    from stiffcal.stages.plannable import plannable_words
+    from stiffcal.stages.steps import RunContext
 
     force = max((run.largest_force_N or 0.0 for run in result.runs), default=0.0)
     words = plannable_words(folder, force, RunContext(store=store))
@@ -94,8 +94,8 @@ def after_export(folder: Path, store: str | None) -> NextLine:
     ------
     InputError : the folder holds no campaign.
     """
-    from stiffcal.workflow.history import read_history
-    from stiffcal.workflow.steps import RunContext
+    from stiffcal.commands.history import read_history
+    from stiffcal.stages.steps import RunContext
 
     if read_history(folder, RunContext(store=store, update=False)).fits:
         return _with_a_later_one(folder)
@@ -116,8 +116,8 @@ def after_trust(folder: Path, store: str | None) -> NextLine:
 
 def to_begin(folder: Path, store: str | None = None) -> NextLine:
     """Return `run` of a campaign whose logs are all there, else `check`, which names what is missing or wrong."""
+    from stiffcal.commands.standing import logs_complete
     from stiffcal.errors import InputError
-    from stiffcal.workflow.standing import logs_complete
 
     try:
         complete = logs_complete(folder)

@@ -79,8 +79,8 @@ def plan(
     Example: stiffcal plan campaigns/irb4400 --force 450 --runs 8 -o runs.csv
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.plan import PlanRequest, plan_campaign
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.plan import PlanRequest, plan_campaign
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite

@@ -14,7 +14,7 @@ from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwri
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.workflow.command_results import PlotResult
+    from stiffcal.results.command_results import PlotResult
 
 
 def plot(
@@ -51,8 +51,8 @@ def plot(
     Example: stiffcal plot demo --against torque:4 -o residual.svg
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.plot import plot_campaign
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.plot import plot_campaign
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite

@@ -80,8 +80,8 @@ def predict(
     Example: stiffcal predict demo --pose 0,10,20,0,30,0 --force 0,0,-500
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.predict import LoadPathRequest, OneLoad, predict_campaign
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.predict import LoadPathRequest, OneLoad, predict_campaign
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite

@@ -19,7 +19,7 @@ BAR_AFTER_S = 1.0
 
 
 class ProgressBar:
-    """The `progress(text, fraction)` callable that `workflow` and the rooms below take.
+    """The `progress(text, fraction)` callable that `commands` and the rooms below take.
 
     The bar appears one second after the first call and vanishes with `stop`. Without a terminal on standard error
     nothing is drawn, so that logs stay readable.

@@ -15,7 +15,7 @@ from stiffcal.results.next_step import Step
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.workflow.command_results import ReportResult
+    from stiffcal.results.command_results import ReportResult
 
 
 def report(
@@ -34,8 +34,8 @@ def report(
     Example: stiffcal report demo -o demo.pdf
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.report import report_campaign
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.report import report_campaign
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite

@@ -23,10 +23,10 @@ from stiffcal.wording import listing
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
+    from stiffcal.commands.run_result import RunResult
     from stiffcal.diagnosis.results import DiagnoseResult
     from stiffcal.validation.distances import Distances
     from stiffcal.validation.elasticity import Elasticity
-    from stiffcal.workflow.run_result import RunResult
 
 
 def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None, overwrite: Overwrite = False) -> int:
@@ -35,8 +35,8 @@ def run(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None, o
     Example: stiffcal run demo
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.run import run_campaign
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.commands.run import run_campaign
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(store=store, progress=answer.progress, notify=answer.notify, overwrite=overwrite)
         try:

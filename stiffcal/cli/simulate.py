@@ -15,7 +15,7 @@ from stiffcal.cli.options import AsJson, Overwrite
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.workflow.command_results import SimulateResult
+    from stiffcal.results.command_results import SimulateResult
 
 
 def simulate(
@@ -44,7 +44,7 @@ def simulate(
     Example: stiffcal simulate twin --from campaigns/irb4400 --seed 1
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.simulate import simulate_campaign
+        from stiffcal.commands.simulate import simulate_campaign
 
         result = simulate_campaign(source, out, seed=seed, progress=answer.progress, overwrite=overwrite)
         answer.give(result, show_simulation, to_begin(out))

@@ -55,8 +55,8 @@ def trend(
     Example: stiffcal trend robot-7/2026-* -o trend.svg --max-change 0.1
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow.steps import RunContext
-        from stiffcal.workflow.trend import trend_campaigns
+        from stiffcal.commands.trend import trend_campaigns
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite)
         result = trend_campaigns(folders, context, output, max_change)

@@ -23,8 +23,8 @@ from stiffcal.fault_codes import FaultCode
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.workflow.trust import TrustOverview
-    from stiffcal.workflow.trust_results import CampaignCode, CampaignQuery, TrustResult
+    from stiffcal.commands.trust import TrustOverview
+    from stiffcal.results.trust_results import CampaignCode, CampaignQuery, TrustResult
 
 NO_SANDBOX = (
     "This is no sandbox: code that you allow runs with your rights, whenever a command needs its effects. It can read"
@@ -63,7 +63,7 @@ def trust(
     Example: stiffcal trust my-robot
     """
     with answering(as_json) as answer:
-        from stiffcal.workflow import trust as work
+        from stiffcal.commands import trust as work
 
         options = {"--edit": edit, "--list": listed, "--revoke": revoke is not None, "--hash": only_hash}
         chosen = [name for name, requested in {**options, "--store": place is not None}.items() if requested]
@@ -111,7 +111,7 @@ def _give_hash(answer: Answer, showing: TrustOverview) -> None:
 
 def _ask(answer: Answer, showing: TrustOverview, yes: bool) -> int:
     """Show what a campaign wants to run, ask, and remember the answer; return the exit code."""
-    from stiffcal.workflow.trust import allow_shown
+    from stiffcal.commands.trust import allow_shown
 
     document = showing.result()
     lines = code_lines(document)
@@ -179,7 +179,7 @@ def show_entries(console: Console, result: TrustResult) -> None:
 
 def code_lines(result: TrustResult) -> list[str]:
     """Return the code that a campaign wants to run, as lines that neither move the cursor nor turn the text round."""
-    from stiffcal.workflow.trust import lines_of
+    from stiffcal.commands.trust import lines_of
 
     plugins, queries, lines = result.plugins, result.queries or [], []
     for file in plugins.files if plugins is not None else ():

@@ -58,8 +58,8 @@ def validate(
     """
     with answering(as_json) as answer:
         from stiffcal.campaign.thresholds import load_thresholds
-        from stiffcal.workflow.steps import RunContext
-        from stiffcal.workflow.validate import validate_campaign
+        from stiffcal.commands.validate import validate_campaign
+        from stiffcal.stages.steps import RunContext
 
         file = load_thresholds(thresholds) if thresholds else None
         reach = (folder, *([model] if model else []), *(file.baselines() if file else []))

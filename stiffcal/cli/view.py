@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from stiffcal.workflow.command_results import LiveResult, ViewResult
-    from stiffcal.workflow.steps import RunContext
+    from stiffcal.results.command_results import LiveResult, ViewResult
+    from stiffcal.stages.steps import RunContext
 
 
 def view(
@@ -56,7 +56,7 @@ def view(
         reason, mend = "a page that is served is no file", f"leave one of {'--watch' if watch else '--live'} and -o out"
         raise InputError.at(FaultCode.OPTION_INVALID, "command line", "-o", reason, mend)
     with answering(as_json) as answer:
-        from stiffcal.workflow.steps import RunContext
+        from stiffcal.stages.steps import RunContext
 
         context = RunContext(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
@@ -64,7 +64,7 @@ def view(
         if live or watch:
             _serve(answer, folder, context, open_page, raw=not no_raw, watch=watch)
             return OK
-        from stiffcal.workflow.view import view_campaign
+        from stiffcal.commands.view import view_campaign
 
         result = view_campaign(folder, context, output=output, raw=not no_raw)
         if open_page:
@@ -79,7 +79,7 @@ def view(
 def _serve(answer: Answer, folder: Path, context: RunContext, open_page: bool, *, raw: bool, watch: bool) -> None:
     """Serve the page until the user ends it."""
     from stiffcal.live.page import live_server
-    from stiffcal.workflow.command_results import LiveResult
+    from stiffcal.results.command_results import LiveResult
 
     server = live_server(folder, context, raw, watch)
     answer.give(LiveResult(warnings=[], address=server.address), partial(show_live, watch=watch))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,8 @@ from stiffcal.errors import InputError
 from stiffcal.escapes.toml_text import escaped
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.campaign_effects import effects_with
-from stiffcal.workflow.edit_model import model_with, model_without
+from stiffcal.model.editing import model_with, model_without, places_at
+from stiffcal.model.summary import Where
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -110,8 +110,8 @@ def model_of_choice(campaign: Campaign, text: str, choice: ModelChoice) -> str:
     return text
 
 
-def placed_name(campaign: Campaign, name: str) -> tuple[str, Mapping[str, str | None]]:
-    """Return the effect and its place, as the options of `stiffcal add` name it, of ``effect place``.
+def placed_name(campaign: Campaign, name: str) -> tuple[str, Where]:
+    """Return the effect and its place of ``effect place``.
 
     Raises
     ------
@@ -123,5 +123,10 @@ def placed_name(campaign: Campaign, name: str) -> tuple[str, Mapping[str, str | 
         reason, mend = f"unknown effect {effect}", "reload the page"
         raise InputError.at(FaultCode.EFFECT_UNKNOWN, PAGE, "effect", reason, mend)
     kind = catalogue[effect].place_kind
-    words = {"joints": place.removeprefix("j"), "pairs": place.replace("j", ""), "links": place}
-    return effect, {kind: words[kind]} if kind in words else {}
+    if not place or kind == "setup":
+        return effect, Where()
+    if kind == "joints":
+        return effect, places_at(campaign, joints=[place.removeprefix("j")])
+    if kind == "pairs":
+        return effect, places_at(campaign, pairs=[place.replace("j", "").split("-")])
+    return effect, Where(links=[place])

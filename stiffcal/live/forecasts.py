@@ -27,13 +27,13 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.assembly import fixed_parameters
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.summary import Where
+from stiffcal.stages.experiments import robot_to_fit, runs_with_fits
+from stiffcal.stages.stored_curves import refit_columns, row_refit_columns
 from stiffcal.validation.heldout import validation_folds
 from stiffcal.validation.validate import rms_of
 from stiffcal.view.content import ViewForecast, ViewModel
-from stiffcal.workflow.experiments import robot_to_fit, runs_with_fits
-from stiffcal.workflow.stored_curves import refit_columns, row_refit_columns
-from stiffcal.workflow.view_models import tables_of_states
-from stiffcal.workflow.view_rows import tables_of_rows
+from stiffcal.view.gathering.models import tables_of_states
+from stiffcal.view.gathering.rows import tables_of_rows
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats, Integers
@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     from stiffcal.live.choice import ModelChoice
     from stiffcal.model.composite import PlacedEffect
     from stiffcal.results.identify_result import IdentifyResult
+    from stiffcal.stages.steps import Ingested, RunContext
     from stiffcal.view.content import ViewContent
-    from stiffcal.workflow.steps import Ingested, RunContext
 
 
 @dataclass(frozen=True, kw_only=True)

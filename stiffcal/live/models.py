@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING, TypeVar
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.model_file import model_of_text
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.edit_model import change_model
 from stiffcal.errors import Progress
 from stiffcal.live.choice import ModelChoice, model_of_choice, placed_name
 from stiffcal.live.forecasts import Forecasts
-from stiffcal.store.trial import TrialResults
-from stiffcal.view.content import ViewContent, ViewForecast, ViewLive, ViewModel
-from stiffcal.wording import TimeLeft
-from stiffcal.workflow.diagnose import current_diagnosis, diagnose_campaign, keep_diagnosis
-from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.steps import (
+from stiffcal.stages.diagnosis import current_diagnosis, keep_diagnosis
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import (
     Ingested,
     RunContext,
     TrialModel,
@@ -29,9 +27,12 @@ from stiffcal.workflow.steps import (
     open_store,
     up_to_date_states,
 )
-from stiffcal.workflow.validate import up_to_date_results
-from stiffcal.workflow.view_change import LastAdded
-from stiffcal.workflow.view_content import EarlierVerdict, view_content
+from stiffcal.stages.validation import up_to_date_results
+from stiffcal.store.trial import TrialResults
+from stiffcal.view.content import ViewContent, ViewForecast, ViewLive, ViewModel
+from stiffcal.view.gathering.change import LastAdded
+from stiffcal.view.gathering.content import EarlierVerdict, view_content
+from stiffcal.wording import TimeLeft
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Integers
@@ -207,8 +208,9 @@ class LiveModels:
             model_of_choice(load_campaign(self._folder, check_files=False), self._text_now(), choice)
             for action, names in (("remove", choice.removed), ("add", choice.added)):
                 for name in names:
-                    effect, where = placed_name(load_campaign(self._folder, check_files=False), name)
-                    edit_model(self._folder, "add" if action == "add" else "remove", effect, where=where)
+                    campaign = load_campaign(self._folder, check_files=False)
+                    effect, where = placed_name(campaign, name)
+                    change_model(campaign, "add" if action == "add" else "remove", effect, where=where)
             tried, earlier = self._tried.get(choice.key), self._judged(OF_EARLIER_MODEL, same_states=True)
             self._begin_anew()
             self._earlier = None if is_changed else earlier

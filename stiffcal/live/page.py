@@ -18,7 +18,7 @@ from stiffcal.live.watching import LogWatcher
 from stiffcal.view.page import build_page, build_waiting_page, pack
 
 if TYPE_CHECKING:
-    from stiffcal.workflow.steps import RunContext
+    from stiffcal.stages.steps import RunContext
 
 
 def live_server(folder: Path, context: RunContext, raw: bool = True, watch: bool = False) -> LiveServer:

@@ -15,11 +15,11 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.ingest.checks.loaded import check_loaded
 from stiffcal.ingest.ingesting import ingest_now
 from stiffcal.live.log_files import Log, LogFiles, Stage
+from stiffcal.stages.steps import with_runs
 from stiffcal.store import Store
-from stiffcal.workflow.check import check_loaded
-from stiffcal.workflow.steps import with_runs
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign

@@ -166,3 +166,14 @@ def _whole_robot(campaign: Campaign) -> CompliantRobot:
     from stiffcal.model.assembly import compliant_robot
 
     return compliant_robot(campaign.chain, campaign.model, model_effects(campaign))
+
+
+def free_names(robot: CompliantRobot) -> tuple[list[str], list[str]]:
+    """Return the names of the model's parameters: (those that have no value, all)."""
+    names = [
+        placed_effect.parameter_name(spec.symbol)
+        for placed_effect in robot.placed
+        for spec in placed_effect.effect.parameters
+    ]
+    values = robot.values()
+    return [name for name in names if name not in values], names

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Literal
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.measurements.rms import Rms
 from stiffcal.report.wording import measure_text
+from stiffcal.results.improve_results import ImproveResult, ImproveStep
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import place_label
-from stiffcal.workflow.improve_results import ImproveResult, ImproveStep
 
 if TYPE_CHECKING:
+    from stiffcal.commands.improve import Reached
     from stiffcal.documents import Document
     from stiffcal.model.summary import EffectAt
-    from stiffcal.workflow.improve import Reached
 
 Verdict = Literal["adequate", "missing", "undecided", "unexplained", "not judged"]
 
@@ -92,7 +92,7 @@ class ModelImprovement(Iterator[ImprovementStep]):
 
     Parameters
     ----------
-    reached : of `stiffcal.workflow.improve.improvement`.
+    reached : of `stiffcal.commands.improve.improvement`.
     logged : has what the command line would write to standard error go to the logger.
     """
 

@@ -19,8 +19,7 @@ from stiffcal.python.answers import (
     ModelDiagnosis,
     ModelValidation,
 )
-from stiffcal.trust.notices import notices_diverted
-from stiffcal.workflow.steps import (
+from stiffcal.stages.steps import (
     FIT_STATES,
     HELDOUT_STATES,
     Ingested,
@@ -29,6 +28,7 @@ from stiffcal.workflow.steps import (
     up_to_date_states,
     with_trial_model,
 )
+from stiffcal.trust.notices import notices_diverted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -83,9 +83,9 @@ def open_campaign(
 
 def _allow(folder: Path, trust: bool | str | Iterable[str]) -> None:
     """Allow what may run, as long as this process does."""
+    from stiffcal.commands.trust import read_campaign
     from stiffcal.trust.content import SHA256
     from stiffcal.trust.record import allow_in_process
-    from stiffcal.workflow.trust import read_campaign
 
     if isinstance(trust, bool):
         allow_in_process(*(read_campaign(folder).hashes if trust else ()))
@@ -126,7 +126,7 @@ class CampaignSession:
     @property
     def model(self) -> str:
         """The model as model.toml would read; "" where the default model holds."""
-        from stiffcal.workflow.steps import model_text
+        from stiffcal.stages.steps import model_text
 
         return self._context.trial.text if self._context.trial is not None else model_text(self._campaign())
 
@@ -141,7 +141,7 @@ class CampaignSession:
         ------
         InputError : the input is wrong, or nothing can be fitted.
         """
-        from stiffcal.workflow.identify import identify_campaign
+        from stiffcal.commands.identify import identify_campaign
 
         with self._logged():
             result = identify_campaign(self.folder, self._context, loss)
@@ -149,15 +149,15 @@ class CampaignSession:
 
     def validate(self) -> ModelValidation:
         """Judge the model in poses that the fit has left out."""
-        from stiffcal.workflow.validate import validate_campaign
+        from stiffcal.commands.validate import validate_campaign
 
         with self._logged():
             return ModelValidation(validate_campaign(self.folder, self._context))
 
     def diagnose(self) -> ModelDiagnosis:
         """Judge whether the model is good enough, and search for the effects that it lacks; minutes on large data."""
-        from stiffcal.workflow.diagnose import diagnose_campaign
-        from stiffcal.workflow.stored_curves import EVIDENCE
+        from stiffcal.commands.diagnose import diagnose_campaign
+        from stiffcal.stages.stored_curves import EVIDENCE
 
         with self._logged():
             result = diagnose_campaign(self.folder, self._context)
@@ -183,8 +183,8 @@ class CampaignSession:
         ------
         InputError : a model that is tried is not written; of the steps, when they are taken: the input is wrong.
         """
+        from stiffcal.commands.improve import improvement
         from stiffcal.python.improvement import ModelImprovement
-        from stiffcal.workflow.improve import improvement
 
         self._refuse_trial("improve")
         return ModelImprovement(improvement(self.folder, self._context, dry_run=dry_run), self._logged)
@@ -201,8 +201,8 @@ class CampaignSession:
         ------
         InputError : the input is wrong.
         """
+        from stiffcal.commands.view import page_of
         from stiffcal.python.page import CampaignPage
-        from stiffcal.workflow.view import page_of
 
         with self._logged():
             return CampaignPage(page_of(self.folder, self._context, raw).html, height)
@@ -220,7 +220,7 @@ class CampaignSession:
         ------
         InputError : of a model that is tried; the file cannot be written or holds something else.
         """
-        from stiffcal.workflow.report import report_campaign
+        from stiffcal.commands.report import report_campaign
 
         self._refuse_trial("report")
         context = replace(self._context, overwrite=overwrite)
@@ -234,7 +234,7 @@ class CampaignSession:
         ------
         InputError : of a model that is tried, which is in no history.
         """
-        from stiffcal.workflow.history import read_history
+        from stiffcal.commands.history import read_history
 
         self._refuse_trial("history")
         with self._logged():
@@ -261,7 +261,7 @@ class CampaignSession:
         ------
         InputError : of a model that is tried; plan.toml is missing or wrong, or nothing can be planned.
         """
-        from stiffcal.workflow.plan import PlanRequest, plan_campaign
+        from stiffcal.commands.plan import PlanRequest, plan_campaign
 
         self._refuse_trial("plan")
         request = PlanRequest(purpose=purpose, runs=runs, force=force, rivals=tuple(tell))
@@ -282,8 +282,8 @@ class CampaignSession:
         """
         import numpy as np
 
+        from stiffcal.commands.predict import predict_campaign
         from stiffcal.compensation.load_table import load_table_of
-        from stiffcal.workflow.predict import predict_campaign
 
         if isinstance(poses, str | Path):
             loads: Any = Path(poses)
@@ -320,9 +320,9 @@ class CampaignSession:
         ------
         InputError : the campaign contains no load states.
         """
-        from stiffcal.workflow.identify import up_to_date_fit_at_hand
-        from stiffcal.workflow.residuals import residual_columns
-        from stiffcal.workflow.validate import up_to_date_validation
+        from stiffcal.commands.residuals import residual_columns
+        from stiffcal.stages.fit import up_to_date_fit_at_hand
+        from stiffcal.stages.validation import up_to_date_validation
 
         with self._logged():
             data = self._data()
@@ -357,16 +357,12 @@ class CampaignSession:
         InputError : there is no such effect or place.
         """
         from stiffcal.campaign.model_file import model_of_text
+        from stiffcal.model.editing import model_with, places_at
         from stiffcal.store.trial import TrialResults
-        from stiffcal.workflow.edit_model import model_with
 
-        where = {
-            "joints": ",".join(map(str, joints)) or None,
-            "links": ",".join(links) or None,
-            "pairs": ",".join("-".join(map(str, pair)) for pair in pairs) or None,
-        }
         with self._logged():
             campaign = self._campaign()
+            where = places_at(campaign, joints, links, pairs)
             text = model_with(campaign, self.model, effect, where=where, curved=curved)
             trial = TrialModel(text, model_of_text(text, campaign.chain.n_joints), TrialResults())
         return CampaignSession(self.folder, replace(self._context, trial=trial))
@@ -402,7 +398,7 @@ class CampaignSession:
         ------
         InputError : there is nothing to draw, or the file cannot be written or holds something else.
         """
-        from stiffcal.workflow.plot import plot_campaign
+        from stiffcal.commands.plot import plot_campaign
 
         with self._logged():
             plot_campaign(self.folder, replace(self._context, overwrite=overwrite), Path(file), run, against, of)

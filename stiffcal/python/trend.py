@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from stiffcal.errors import Progress, no_progress
 from stiffcal.python.frames import frame_of_rows
+from stiffcal.stages.steps import RunContext
 from stiffcal.wording import place_label
-from stiffcal.workflow.steps import RunContext
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -128,7 +128,7 @@ def follow_robot(
     ------
     InputError : fewer than two campaigns, different robots, or no parameter that all campaigns identify.
     """
-    from stiffcal.workflow.trend import trend_campaigns
+    from stiffcal.commands.trend import trend_campaigns
 
     context = RunContext(progress=progress or no_progress, notify=logger.info, overwrite=overwrite)
     named = [Path(folder) for folder in folders]

@@ -1,6 +1,6 @@
 """What a report is made of: the finished results of the other rooms, as plain arrays and documents.
 
-The report draws results and computes none: every number on its pages stands here already, in SI units. The workflow
+The report draws results and computes none: every number on its pages stands here already, in SI units. `gathering/`
 fills this in and leaves out what does not exist (``None`` or an empty tuple); the report then leaves that page out and
 gives the reason.
 """

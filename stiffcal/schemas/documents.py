@@ -8,20 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.batch.results import BatchResult
+from stiffcal.commands.doctor import DoctorResult
+from stiffcal.commands.run_result import RunResult
 from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.diagnosis.results import DiagnoseResult
 from stiffcal.documents import schema_of
+from stiffcal.ingest.checks.results import CheckResult
 from stiffcal.ingest.results import IngestResult
 from stiffcal.planning.results import PlanResult
-from stiffcal.results.history_results import HistoryResult
-from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.results.validate_result import ValidateResult
-from stiffcal.validation.compare_result import CompareResult
-from stiffcal.validation.trend_result import TrendResult
-from stiffcal.workflow.check_results import CheckResult
-from stiffcal.workflow.command_results import (
+from stiffcal.results.command_results import (
     EditResult,
     EffectsResult,
     ExportResult,
@@ -33,11 +30,14 @@ from stiffcal.workflow.command_results import (
     SimulateResult,
     ViewResult,
 )
-from stiffcal.workflow.doctor import DoctorResult
-from stiffcal.workflow.error_result import ErrorResult
-from stiffcal.workflow.improve_results import ImproveResult
-from stiffcal.workflow.run_result import RunResult
-from stiffcal.workflow.trust_results import TrustResult
+from stiffcal.results.error_result import ErrorResult
+from stiffcal.results.history_results import HistoryResult
+from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.improve_results import ImproveResult
+from stiffcal.results.trust_results import TrustResult
+from stiffcal.results.validate_result import ValidateResult
+from stiffcal.validation.compare_result import CompareResult
+from stiffcal.validation.trend_result import TrendResult
 
 DOCUMENTS: dict[str, Any] = {
     "identify": IdentifyResult,

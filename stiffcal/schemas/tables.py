@@ -56,8 +56,8 @@ from stiffcal.schemas.table_columns import (
     ROW_REFITS,
     STATES,
 )
+from stiffcal.stages.stored_curves import evidence_columns, refit_columns, row_refit_columns
 from stiffcal.store import table_of
-from stiffcal.workflow.stored_curves import evidence_columns, refit_columns, row_refit_columns
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}

@@ -28,7 +28,7 @@ from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.absolute_and_loads import Truth, write_campaign
 from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.robots import six_axis_joints

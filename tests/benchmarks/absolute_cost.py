@@ -18,10 +18,10 @@ from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
+from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.benchmarks.cost import make_place_campaign, reported
 from tests.identification.test_absolute_speed import campaign
 

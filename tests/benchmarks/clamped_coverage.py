@@ -18,11 +18,11 @@ from unittest import mock
 import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.documents import document_of
 from stiffcal.kinds.clamped.simulation import simulate_clamped
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.kr125 import DEGREE, TABLE_2, source_folder
 from tests.whole_campaigns.test_kr125 import joint_of, values
 

@@ -21,12 +21,12 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
+from stiffcal.planning.campaign.candidates import candidates_of
 from stiffcal.planning.choice import identifiable
 from stiffcal.planning.criterion import Criterion
 from stiffcal.planning.design import best_design, information
-from stiffcal.workflow.plan_candidates import candidates_of
-from stiffcal.workflow.plan_model import planned_model
-from stiffcal.workflow.steps import RunContext
+from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.steps import RunContext
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "kr240"
 CHOOSE = Path(__file__).parent / "figaroh" / "choose.py"

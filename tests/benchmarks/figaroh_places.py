@@ -36,8 +36,8 @@ from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, v
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.measured_frames import FramePosition
-from stiffcal.workflow.experiments import robot_to_fit
-from stiffcal.workflow.steps import Ingested, RunContext, up_to_date_states
+from stiffcal.stages.experiments import robot_to_fit
+from stiffcal.stages.steps import Ingested, RunContext, up_to_date_states
 
 ROOT = Path(__file__).resolve().parents[2]
 PEER = Path(__file__).with_name("figaroh") / "peer.py"

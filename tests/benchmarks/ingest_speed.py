@@ -166,7 +166,7 @@ def run_reader_and_store(log: Path, folder: Path) -> None:
 
 def run_ingest(log: Path, folder: Path) -> None:
     """Ingest the campaign that the log belongs to."""
-    from stiffcal.workflow.ingest import ingest_campaign
+    from stiffcal.commands.ingest import ingest_campaign
 
     result = ingest_campaign(log.parent, folder / "store")
     assert sum(run.n_states for run in result.runs) >= N_LOADS

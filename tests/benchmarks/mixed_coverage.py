@@ -16,10 +16,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.workflow.identify import identify_campaign
 
 SOURCE = Path(__file__).parents[2] / "campaigns" / "mixed"
 

@@ -15,8 +15,8 @@ import tracemalloc
 from pathlib import Path
 from unittest.mock import patch
 
+from stiffcal.commands.plan import PlanRequest, plan_campaign
 from stiffcal.planning import candidates
-from stiffcal.workflow.plan import PlanRequest, plan_campaign
 from tests.benchmarks.cost import reported, spent_by
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "irb4400"

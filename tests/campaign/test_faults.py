@@ -11,7 +11,7 @@ from stiffcal.campaign.pruning import unrelated_faults
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.check import check_campaign
+from stiffcal.ingest.checks.loaded import check_campaign
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed, write_campaign
 
 PYDANTIC_WORDS = (

@@ -8,9 +8,9 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.name_checks import LONGEST_NAME, name_faults
+from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
 LONG = "n" * 200_000

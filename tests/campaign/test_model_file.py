@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from stiffcal.campaign.model_editing import add_effect, remove_effect
+from stiffcal.campaign import model_editing
 from stiffcal.campaign.model_file import default_model, load_model
 from stiffcal.errors import InputError
 from tests.laboratory.campaign_folders import DATA
@@ -51,6 +51,22 @@ def test_interface_example(tmp_path: Path) -> None:
         ("joint-compliance", ("j1", "j2", "j3", "j4", "j5", "j6")),
         ("backlash", ("j4",)),
     ]
+
+
+def add_effect(folder: Path, effect: str, *, n_joints: int, **places: Any) -> tuple[str, ...]:
+    edited, new = model_editing.add_effect(
+        model_editing.editable_text(folder, n_joints), effect, **places, n_joints=n_joints
+    )
+    model_editing.save_model(folder, edited)
+    return new
+
+
+def remove_effect(folder: Path, effect: str, *, n_joints: int, **places: Any) -> tuple[str, ...]:
+    edited, removed = model_editing.remove_effect(
+        model_editing.editable_text(folder, n_joints), effect, **places, n_joints=n_joints
+    )
+    model_editing.save_model(folder, edited)
+    return removed
 
 
 def test_places_and_parameters(folder: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.unused_settings import unused_settings
-from stiffcal.workflow.check import check_campaign
+from stiffcal.ingest.checks.loaded import check_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"

@@ -207,13 +207,13 @@ def test_every_fault_of_the_input_gets_its_line(campaign: Path, capsys: pytest.C
 def test_an_internal_fault_is_one_line_with_a_log(
     campaign: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import stiffcal.workflow.history
+    import stiffcal.commands.history
 
     def broken(*_: object) -> None:
         raise ZeroDivisionError("nobody thought of this")
 
     monkeypatch.delenv("STIFFCAL_DEBUG", raising=False)
-    monkeypatch.setattr(stiffcal.workflow.history, "read_history", broken)
+    monkeypatch.setattr(stiffcal.commands.history, "read_history", broken)
     assert run("history", campaign) == 3
     reported = capsys.readouterr()
     assert reported.out == ""
@@ -242,7 +242,7 @@ def test_no_update_refuses_with_exit_code_2(campaign: Path, capsys: pytest.Captu
 def test_interrupting_ends_with_130_and_one_line(campaign: Path) -> None:
     code = (
         "import sys, time\n"
-        "import stiffcal.workflow.history as history\n"
+        "import stiffcal.commands.history as history\n"
         "def wait(*_):\n    print('waiting', flush=True)\n    time.sleep(60)\n"
         "history.read_history = wait\n"
         "from stiffcal.cli.app import main\nmain(sys.argv[1:])\n"

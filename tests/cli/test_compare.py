@@ -20,7 +20,7 @@ from stiffcal.mechanics.axis_distances import first_difference
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.summary import Where
 from stiffcal.validation.compare_result import CompareResult
-from stiffcal.workflow.compare import require_one_robot
+from stiffcal.validation.one_robot import require_one_robot
 
 CAMPAIGNS = Path(__file__).resolve().parents[2] / "campaigns"
 

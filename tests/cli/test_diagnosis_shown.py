@@ -13,12 +13,12 @@ import pytest
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.diagnose import _show_excluded, _show_ranking, _show_unknown, show_diagnosis
 from stiffcal.cli.run import with_missing_in_words
+from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.diagnosis.results import ExcludedSizeAt, LawCurveAt, UnknownLaw
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.followed import followed_residual
-from stiffcal.workflow.steps import RunContext
+from stiffcal.stages.followed import followed_residual
+from stiffcal.stages.steps import RunContext
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 
 SCREEN = 40

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.cli.app import main
-from stiffcal.workflow import doctor
+from stiffcal.commands import doctor
 
 ROOT = Path(__file__).parents[2]
 

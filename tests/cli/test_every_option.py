@@ -12,14 +12,14 @@ import pytest
 
 from stiffcal.cli.app import main
 from stiffcal.cli.command_tree import COMMANDS, command_named
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.run import run_campaign
+from stiffcal.commands.run_result import RunResult
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import Progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.report.content import ReportContent
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.run import run_campaign
-from stiffcal.workflow.run_result import RunResult
-from stiffcal.workflow.steps import RunContext
-from stiffcal.workflow.validate import validate_campaign
+from stiffcal.stages.steps import RunContext
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.usefixtures("few_known_effects")
@@ -150,7 +150,7 @@ def place(prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
         return run_campaign(folder, context)
 
     monkeypatch.setattr("stiffcal.report.building.build_report", touch)
-    monkeypatch.setattr("stiffcal.workflow.demo.run_demo", show)
+    monkeypatch.setattr("stiffcal.commands.demo.run_demo", show)
     monkeypatch.setattr("stiffcal.live.page.live_server", lambda *given: SimpleNamespace(address="here", serve=bool))
     monkeypatch.setattr("webbrowser.open", lambda address: True)
     copy = Path(shutil.copytree(prepared, tmp_path / "here", symlinks=True))

@@ -12,7 +12,7 @@ from stiffcal.cli.improve_dialog import ImproveDialog
 from stiffcal.diagnosis.results import LookAlike, ProposedEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
-from stiffcal.workflow.improve_results import ImproveStep
+from stiffcal.results.improve_results import ImproveStep
 
 JOINT = Where(joints=[4])
 TILT, BEAM = EffectAt(effect="bearing-tilt", where=JOINT), EffectAt(effect="link-beam", where=Where(links=["swing"]))

@@ -9,7 +9,7 @@ import pytest
 from stiffcal.cli.ladder_bars import COUNT_S, MARK, LiveLadder, ladder_lines, rungs_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
-from stiffcal.workflow.improve_results import Action, ImproveStep
+from stiffcal.results.improve_results import Action, ImproveStep
 
 NOISE = Rms(2.5e-5, None)
 

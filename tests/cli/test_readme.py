@@ -11,7 +11,7 @@ import pytest
 from docs.page_blocks import page_text
 from stiffcal.campaign.thresholds import Thresholds, load_thresholds
 from stiffcal.cli.app import main
-from stiffcal.workflow.init import init_campaign
+from stiffcal.commands.init import init_campaign
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 HEADER = "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz,dx,dy,dz"

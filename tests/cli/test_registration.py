@@ -9,10 +9,10 @@ import pytest
 
 from stiffcal.cli.app import main
 from stiffcal.report.blocks import Paragraph, ReportSection
+from stiffcal.report.gathering.content import report_content
 from stiffcal.report.sections.summary import section
 from stiffcal.results.history_results import HistoryResult
-from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, stored_fit, stored_validation, up_to_date_states
+from stiffcal.stages.steps import RunContext, stored_fit, stored_validation, up_to_date_states
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.usefixtures("few_known_effects")

@@ -8,7 +8,7 @@ import pytest
 
 from stiffcal.cli.check import REPORT_ASKED, _moved, _show_ranges, _show_runs, show_check
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.workflow.check_results import CheckedColumn, CheckedRun, CheckedSource, CheckResult
+from stiffcal.ingest.checks.results import CheckedColumn, CheckedRun, CheckedSource, CheckResult
 
 
 def _console() -> tuple[AnswerConsole, StringIO]:

@@ -53,8 +53,8 @@ BOUNDS = {
     "model/parameters.py",
     "model/plugin_contract.py",
     "model/prismatic.py",  # the law along an axis has other units
-    "workflow/check_absolute.py",
-    "workflow/effects.py",  # prints them
+    "ingest/checks/absolute.py",
+    "commands/effects.py",  # prints them
 }
 
 

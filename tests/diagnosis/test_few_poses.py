@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.commands.diagnose import diagnose_campaign
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "absolute" / "01"
 

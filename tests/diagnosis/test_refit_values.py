@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.edit_model import edit_model
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.diagnosis.refits import StoredRefits
+from stiffcal.stages.steps import RunContext, stored_result, up_to_date_states
+from stiffcal.stages.stored_curves import REFITS
 from stiffcal.store import values_of
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext, stored_result, up_to_date_states
-from stiffcal.workflow.stored_curves import REFITS
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.usefixtures("few_known_effects")

@@ -22,10 +22,10 @@ from stiffcal import effects_api
 from stiffcal.campaign.file_formats import format_names
 from stiffcal.cli import endings
 from stiffcal.cli.app import COMMANDS
+from stiffcal.commands.effects import describe_effects
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import find_reader
 from stiffcal.revision import REVISION
-from stiffcal.workflow.effects import describe_effects
 from tests.laboratory.browser import chromium
 from tests.laboratory.documentation import ROOT
 

@@ -11,6 +11,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.documents import document_of
 from stiffcal.effects.friction_hysteresis import FrictionHysteresis
 from stiffcal.effects.joint_compliance import JointCompliance
@@ -20,11 +21,10 @@ from stiffcal.model.drives import drive_torque
 from stiffcal.model.effect import RZ, Inputs, Place, joint_node
 from stiffcal.model.equilibrium import find_rest
 from stiffcal.model.forms import MotorFriction, form_of, whole_form
-from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.effect_bench import bare_states, order_of, robot_chain
 from tests.laboratory.robots import force_sensor_setup
 
-FORM = cast(MotorFriction, form_of(FrictionHysteresis(), ["coulomb", "per_Nm"]))
+FORM = cast("MotorFriction", form_of(FrictionHysteresis(), ["coulomb", "per_Nm"]))
 PLACE = Place("joints", (2,))
 ONE_RUN = np.zeros(6, dtype=np.int64)
 # Of the simulated drive: N·m/rad, N·m, 1. Size of the published reducers.

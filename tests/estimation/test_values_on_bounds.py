@@ -24,7 +24,7 @@ from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.python.frames import parameters_frame
-from stiffcal.workflow.view_models import _values
+from stiffcal.view.gathering.models import _values
 from tests.laboratory.effect_bench import robot_chain
 
 BACKLASH = built_in_effects()["backlash"]

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
+from stiffcal.commands.edit_model import edit_model
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.ingest import ingest_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.ingest import ingest_campaign
-from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
 ROOT = Path(__file__).parents[2]

@@ -25,14 +25,14 @@ from typing import Any
 from tests.faults import injection
 
 IMPORTED = (
-    "stiffcal.cli.app", "stiffcal.workflow.run", "stiffcal.workflow.improve", "stiffcal.workflow.export",
-    "stiffcal.workflow.plot", "stiffcal.workflow.predict", "stiffcal.workflow.simulate", "stiffcal.workflow.init",
-    "stiffcal.batch.campaigns", "stiffcal.workflow.edit_model", "stiffcal.ingest.reducing",
-    "stiffcal.workflow.report_content", "stiffcal.workflow.effect_pictures", "stiffcal.report.building",
+    "stiffcal.cli.app", "stiffcal.commands.run", "stiffcal.commands.improve", "stiffcal.commands.export",
+    "stiffcal.commands.plot", "stiffcal.commands.predict", "stiffcal.commands.simulate", "stiffcal.commands.init",
+    "stiffcal.batch.campaigns", "stiffcal.model.editing", "stiffcal.ingest.reducing",
+    "stiffcal.report.gathering.content", "stiffcal.report.effect_pictures.drawing", "stiffcal.report.building",
     "stiffcal.simulation.simulate", "stiffcal.judgement.states", "stiffcal.validation.validate",
     "stiffcal.identification.fitting.identify", "stiffcal.propose.from_table", "stiffcal.propose.templates",
     "matplotlib.backends.backend_svg", "matplotlib.figure", "pyarrow.csv", "pyarrow.parquet", "typst", "h5py",
-    "rich.console", "rich.table", "rich.progress", "stiffcal.workflow.stored_curves",
+    "rich.console", "rich.table", "rich.progress", "stiffcal.stages.stored_curves",
     "stiffcal.identification.answers.state_tables",
 )  # fmt: skip
 

@@ -58,7 +58,7 @@ def test_what_the_system_refuses_is_no_internal_fault(
     def refuse(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device", "somewhere")
 
-    monkeypatch.setattr("stiffcal.workflow.history.read_history", refuse)
+    monkeypatch.setattr("stiffcal.commands.history.read_history", refuse)
     with pytest.raises(SystemExit) as end:
         main(["history", str(tmp_path)])
     assert end.value.code == 2

@@ -121,7 +121,7 @@ def _record_print(file: Path) -> str:
 
 
 def _store_prints(folder: Path) -> Prints:
-    from stiffcal.workflow.steps import key_of_table
+    from stiffcal.stages.steps import key_of_table
 
     store = Store(folder)
     if not store.exists:

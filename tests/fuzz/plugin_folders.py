@@ -98,7 +98,7 @@ COMMANDS = (
 
 def base(place: Path) -> Path:
     """Return a campaign whose model needs its own code, made where it is not there yet; nothing of it is identified."""
-    from stiffcal.workflow.ingest import ingest_campaign
+    from stiffcal.commands.ingest import ingest_campaign
     from tests.laboratory.small_campaign import write_small_campaign
 
     folder = place / "base"

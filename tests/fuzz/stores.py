@@ -23,9 +23,9 @@ from pyarrow import parquet
 
 from stiffcal.batch.results import FAULT, HELD, BatchTask
 from stiffcal.batch.task import run_task
+from stiffcal.stages.stored import stored_document
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.stored import stored_document
 from tests.fuzz.fence import FENCE
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes, spoilt_document
 from tests.fuzz.running import fresh_folder, fresh_state, run_fenced
@@ -50,9 +50,9 @@ POSES = "A1,A2,A3,A4,A5,A6,Fx,Fy,Fz\n0,-70,20,0,30,0,10,20,-100\n"
 
 def base(place: Path) -> Path:
     """Return a campaign that a stranger has validated and diagnosed, made where it is not there yet."""
+    from stiffcal.commands.diagnose import diagnose_campaign
+    from stiffcal.commands.validate import validate_campaign
     from stiffcal.documents import document_of
-    from stiffcal.workflow.diagnose import diagnose_campaign
-    from stiffcal.workflow.validate import validate_campaign
     from tests.laboratory.small_campaign import write_small_campaign
 
     folder = place / "base"

@@ -110,9 +110,9 @@ BASES = ("small",) * 4 + ("fuller",) * 3 + ("urdf", "clamped", "clamped template
 
 def base(place: Path, name: str) -> Path:
     """Return one of `BASES` below a folder, made where it is not there yet."""
+    from stiffcal.commands.simulate import simulate_campaign
+    from stiffcal.commands.validate import validate_campaign
     from stiffcal.propose.templates import write_template
-    from stiffcal.workflow.simulate import simulate_campaign
-    from stiffcal.workflow.validate import validate_campaign
     from tests.laboratory.small_campaign import write_small_campaign
 
     folder = place / name

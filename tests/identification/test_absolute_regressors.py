@@ -14,8 +14,8 @@ from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.workflow.experiments import robot_to_fit
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.experiments import robot_to_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
 
 SOURCE = Path(__file__).parents[2] / "campaigns" / "absolute" / "05"
 PLACES = {

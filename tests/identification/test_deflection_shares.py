@@ -14,8 +14,8 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.forms import form_of
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.simulated_states import medium_robot, played
 from tests.laboratory.small_campaign import write_small_campaign

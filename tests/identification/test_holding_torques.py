@@ -10,14 +10,14 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.edit_model import edit_model
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.errors import InputError
 from stiffcal.identification.derivatives.holding_torques import holding_torques
 from stiffcal.identification.derivatives.observation import observe
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.robots import force_sensor_setup
 

@@ -22,8 +22,8 @@ from stiffcal.identification.fitting.identify import (
 from stiffcal.identification.fitting.load_source import LoadSource
 from stiffcal.identification.readings import starting
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.workflow.experiments import robot_to_fit
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.experiments import robot_to_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.simulated_states import medium_robot, played
 from tests.rates.practice_joints import JOINTS
 

@@ -12,6 +12,7 @@ import pytest
 
 from stiffcal.campaign.geometry import chain_of, planned_rows
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.answers import stated_geometry
@@ -22,7 +23,6 @@ from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.readings.observations import observe
 from stiffcal.mechanics.joint_rows import rows_as_planned, rows_of_chain
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.absolute_and_loads import write_campaign
 from tests.laboratory.absolute_places import absolute_states, on_all_joints
 from tests.laboratory.robots import six_axes
@@ -111,7 +111,7 @@ def test_the_zero_of_an_axis_parallel_to_a_track_is_the_frames() -> None:
     def found(limits: np.ndarray) -> list[float] | NoOffsets:
         of_limits = replace(chain, limits=limits)
         robot = CompliantRobot(of_limits, tuple(on_all_joints(LinkGeometry(), 6, values)))
-        alone = best_offsets(cast(Fit, SimpleNamespace(robot=robot, data=data)), held)
+        alone = best_offsets(cast("Fit", SimpleNamespace(robot=robot, data=data)), held)
         return alone if isinstance(alone, NoOffsets) else alone.zeros
 
     zeros = found(chain.limits)
@@ -130,7 +130,7 @@ def test_offsets_alone_are_iterated_to_their_end(monkeypatch: pytest.MonkeyPatch
     zeros = np.array([0.0, 1.0, -0.8, 1.0, -1.0, 0.0])
     parts = on_all_joints(JointOffset(), 6, [{"zero": zero} for zero in zeros.tolist()])
     data = observe(absolute_states(chain, 40, 1), chain)
-    fit = cast(Fit, SimpleNamespace(robot=CompliantRobot(chain, tuple(parts)), data=data))
+    fit = cast("Fit", SimpleNamespace(robot=CompliantRobot(chain, tuple(parts)), data=data))
     held = HeldEnds(("frame.tracker",), ("frame.target1",))
     alone = best_offsets(fit, held)
     assert isinstance(alone, OffsetsAlone)

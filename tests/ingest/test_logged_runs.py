@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.store import Store
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.small_campaign import robot_text
 
 FLANGE_M = (0.95619221, -0.52516348, 2.31314544)  # of the robot at these angles

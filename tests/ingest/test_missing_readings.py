@@ -15,7 +15,7 @@ from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.logs.coarse_clock import coarse_clock
 from stiffcal.reduction.logs.plausibility import LogQuality
 from stiffcal.reduction.states.load_states import _anything_measured
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.small_campaign import write_small_campaign
 
 EXCLUDE = '\n[[exclude]]\nsource = "table"\nrows = [{}]\nwhy = "the tracker lost it"\n'

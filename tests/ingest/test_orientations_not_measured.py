@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.workflow.check import check_campaign
+from stiffcal.ingest.checks.loaded import check_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
 

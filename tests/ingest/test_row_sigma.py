@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.errors import InputError
 from stiffcal.reduction.registration.registering import in_instrument_axes
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.small_campaign import NOISE_M, STIFFNESS, write_small_campaign
 
 POOR = 40.0

@@ -14,9 +14,11 @@ import pyarrow.parquet as parquet
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.ingest import ingest_campaign, is_stale
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.ingest import reducing, run_readings
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.ingest.parts import READ_RUNS, READ_STATES
 from stiffcal.measurements.columns import column_of, values_of
 from stiffcal.propose.templates import write_template
@@ -24,10 +26,8 @@ from stiffcal.reduction.logs import rows as logs
 from stiffcal.reduction.states import tabled_states
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
+from stiffcal.stages.steps import RunContext, key_of_table, up_to_date_states
 from stiffcal.store import Store
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.ingest import ingest_campaign, is_stale
-from stiffcal.workflow.steps import RunContext, key_of_table, up_to_date_states
 from tests.ingest.test_logged_runs import HEAD, SPLIT, campaign_of
 from tests.laboratory.delivered_store import forge_table
 from tests.laboratory.friction_campaigns import rehearsed

@@ -7,12 +7,12 @@ import tomllib
 from pathlib import Path
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.ingest import ingest_campaign
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.ingest.freshness import freshness_of, with_stored_runs
 from stiffcal.ingest.proposals import propose_sources
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.store import Store
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.ingest import ingest_campaign
-from stiffcal.workflow.steps import RunContext, up_to_date_states
 from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
 
 PATTERN = CAMPAIGN.replace('"raw/states.csv"', '"raw/{run}_states.csv"').replace('run = { column = "run" }\n', "")

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.edit_model import edit_model
 from stiffcal.effects.encoder_drift import EncoderDrift
 from stiffcal.identification.fitting.regressors import Regressor
 from stiffcal.judgement.ground import is_of
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.forms import form_of
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.steps import RunContext
+from stiffcal.stages.steps import RunContext
 from tests.rates.benches import player_of, write_bench
 from tests.rates.playing import CLASSES
 from tests.rates.workers import BENCHES

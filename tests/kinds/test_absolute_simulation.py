@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.errors import InputError
 from stiffcal.mechanics.rotations import rotation_from_rpy
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.workflow.identify import identify_campaign
 
 PRACTICE = Path(__file__).resolve().parents[2] / "campaigns" / "absolute" / "02"
 STIFFNESS = (2.0e6, 2.0e6, 1.6e6, 3.5e5, 2.5e5, 1.7e5)

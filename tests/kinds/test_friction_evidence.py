@@ -11,8 +11,8 @@ import numpy as np
 from stiffcal.kinds.friction.parts import friction_evidence
 from stiffcal.kinds.presentation import Marks, Picture
 from stiffcal.model.summary import EffectAt, Where
-from stiffcal.workflow.experiments import measured_runs
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.experiments import measured_runs
+from stiffcal.stages.steps import RunContext, up_to_date_states
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "joints" / "08"
 HIDDEN = ("torque-ripple", "friction-temperature")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.commands.diagnose import diagnose_campaign
 from tests.laboratory.once import folder_once
 from tests.laboratory.small_campaign import write_small_campaign
 

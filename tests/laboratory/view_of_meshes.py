@@ -5,9 +5,9 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
+from stiffcal.stages.validation import up_to_date_validation
 from tests.laboratory.mesh_robot import give_meshes
 from tests.laboratory.once import folder_once
 from tests.laboratory.small_campaign import write_small_campaign

@@ -14,13 +14,13 @@ from types import CodeType, FrameType, ModuleType
 from typing import Any
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.stages.steps import RunContext
 from stiffcal.store.provenance import IngestSettings
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.simulate import simulate_campaign
-from stiffcal.workflow.steps import RunContext
 from tests.limits.numbers import ROOMS, Number, numbers
 from tests.limits.page import Moved
 

@@ -10,8 +10,8 @@ import pytest
 
 from stiffcal.live.choice import ModelChoice
 from stiffcal.live.models import LiveModels
+from stiffcal.stages.steps import RunContext
 from stiffcal.view.content import ViewModel
-from stiffcal.workflow.steps import RunContext
 from tests.laboratory.kr125 import simulated
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"

@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.edit_model import edit_model
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import Progress
 from stiffcal.identification.answers.before_after import estimated_parameters
 from stiffcal.live.choice import ModelChoice, RowsLeftOut
 from stiffcal.live.models import OF_ANOTHER_PAGE, LiveModels, ModelChangedError, SupersededError
+from stiffcal.stages.steps import RunContext
 from stiffcal.view.content import ViewModel
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext
-from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.few_effects import few_effects
 
 
@@ -77,7 +77,7 @@ def test_nothing_but_the_store_of_the_model_itself_is_written(models: LiveModels
 def test_a_choice_that_comes_back_is_not_fitted_again(models: LiveModels, monkeypatch: pytest.MonkeyPatch) -> None:
     first = _shown(models, CHOICES["added"])
     models.content(ModelChoice())
-    monkeypatch.setattr("stiffcal.workflow.identify.fit_now", lambda *given: pytest.fail("fitted again"))
+    monkeypatch.setattr("stiffcal.stages.fit.fit_now", lambda *given: pytest.fail("fitted again"))
     again = _shown(models, CHOICES["added"])
     assert again.id == first.id
     assert again.heldout_rms == first.heldout_rms

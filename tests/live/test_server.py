@@ -16,8 +16,8 @@ import pytest
 
 from stiffcal.live.page import live_server
 from stiffcal.live.server import MOST_BYTES, LiveServer, RefusedError
+from stiffcal.stages.steps import RunContext
 from stiffcal.view.packing import unpacked
-from stiffcal.workflow.steps import RunContext
 
 
 @pytest.fixture

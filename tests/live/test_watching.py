@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.errors import InputError
 from stiffcal.live.choice import ModelChoice
 from stiffcal.live.log_files import QUIET_S, SETTLED_S, LogFiles
@@ -20,9 +21,8 @@ from stiffcal.live.page import live_server
 from stiffcal.live.watching import LogWatcher, WatchedRun
 from stiffcal.reduction.logs import rows as logs
 from stiffcal.reduction.states import tabled_states
+from stiffcal.stages.steps import RunContext
 from stiffcal.view.packing import unpacked
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext
 from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
 from tests.long_campaigns.campaign import write_head, write_runs
 

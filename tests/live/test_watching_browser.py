@@ -11,7 +11,7 @@ import pytest
 
 from stiffcal.live.page import live_server
 from stiffcal.live.watching import LogWatcher
-from stiffcal.workflow.steps import RunContext
+from stiffcal.stages.steps import RunContext
 from tests.laboratory.browser import chromium
 from tests.live.test_watching import Measuring
 

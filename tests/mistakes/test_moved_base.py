@@ -13,6 +13,7 @@ from scipy.special import chdtri
 from scipy.stats import binom
 
 from stiffcal.arrays import Floats
+from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.diagnosis.suspects.find import Suspicion
 from stiffcal.diagnosis.suspects.moved_rows import _as_measured, left_of_places, moved_rows
 from stiffcal.diagnosis.suspects.words import suspect_of_move
@@ -28,7 +29,6 @@ from stiffcal.mistakes.places.mistake import MovedRows
 from stiffcal.mistakes.places.steps import Steps
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.measured_frames import placed_frame
-from stiffcal.workflow.diagnose import diagnose_campaign
 from tests.laboratory.absolute_places import SIGMA, TARGET, absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 

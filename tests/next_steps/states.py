@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from stiffcal.commands.init import init_campaign
 from stiffcal.propose.templates import template_kinds
-from stiffcal.workflow.init import init_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.next_steps.walking import Words, run
 

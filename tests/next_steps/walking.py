@@ -17,11 +17,11 @@ import typer
 
 from stiffcal.cli.app import main
 from stiffcal.cli.command_tree import command_named
+from stiffcal.commands.history import read_history
+from stiffcal.commands.standing import standing_of
 from stiffcal.errors import InputError
 from stiffcal.results.history_results import HistoryResult
-from stiffcal.workflow.history import read_history
-from stiffcal.workflow.standing import standing_of
-from stiffcal.workflow.steps import RunContext
+from stiffcal.stages.steps import RunContext
 from tests.laboratory.offered_toml import faults_in
 
 Words = tuple[str, ...]

@@ -10,13 +10,14 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
+from stiffcal.planning.campaign.candidates import candidates_of
+from stiffcal.planning.campaign.model import fixed_names, with_rotation
 from stiffcal.planning.choice import choose_runs
 from stiffcal.planning.criterion import Criterion
 from stiffcal.planning.design import VAGUE, information, loss_of
 from stiffcal.planning.information import information_of_runs
-from stiffcal.workflow.plan_candidates import candidates_of
-from stiffcal.workflow.plan_model import fixed_names, planned_model, with_rotation
-from stiffcal.workflow.steps import RunContext
+from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.steps import RunContext
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LOADS = {

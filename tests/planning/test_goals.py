@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.plan_file import PlanFile
+from stiffcal.planning.campaign.choice import named_parameters
 from stiffcal.planning.criterion import Criterion
 from stiffcal.planning.design import VAGUE, best_design, information, loss_of
 from stiffcal.planning.goals import Goal, mixed_design
 from stiffcal.planning.information import RunInformation
-from stiffcal.workflow.plan_choice import named_parameters
 
 FACTORS = np.random.default_rng(3).normal(size=(60, 3, 4)) * np.array([1.0, 2.0, 0.5, 1.0])
 ROWS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, 0.2, 0.0, 0.0]])

@@ -15,12 +15,12 @@ import pytest
 import xlsxwriter
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.init import init_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.answers import numbers_of
 from stiffcal.propose.from_folder import draft_from_folder, propose_from_folder
 from stiffcal.propose.lines import Question
-from stiffcal.workflow.init import init_campaign
 
 JOINTS_DEG = np.array([-30.0, -70.0, 20.0, 15.0, 40.0, 10.0])
 ENDING = {"force": ".csv", "tracker": ".txt", "joints": ".h5"}

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.init import init_campaign
 from stiffcal.errors import InputError
 from stiffcal.propose.drive_columns import drive_columns
 from stiffcal.propose.from_logs import draft_from_logs, propose_from_logs
 from stiffcal.propose.table_sniffing import SniffedColumn
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.init import init_campaign
 
 COMPLIANCE = 4.0e-6  # rad/(N·m)
 COULOMB, VISCOUS = 30.0, 50.0  # N·m, N·m·s/rad

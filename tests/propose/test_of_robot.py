@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.init import init_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.workflow.init import init_campaign
 
 
 def urdf_text(joints: int) -> str:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.errors import InputError
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector
 from stiffcal.propose.templates import bundled_robot, bundled_robots, write_template
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.simulate import simulate_campaign
 
 
 @pytest.mark.parametrize("kind", ["absolute", "load", "clamped", "ids", "friction"])

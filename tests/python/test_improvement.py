@@ -12,7 +12,7 @@ import pytest
 
 import stiffcal
 from stiffcal.cli.app import main
-from stiffcal.workflow.diagnose import diagnose_campaign
+from stiffcal.commands.diagnose import diagnose_campaign
 from tests.laboratory.browser import chromium
 from tests.laboratory.small_campaign import write_small_campaign
 

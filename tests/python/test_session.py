@@ -18,10 +18,10 @@ import pytest
 
 import stiffcal
 from stiffcal.cli.app import main
+from stiffcal.commands.plan import PlanRequest
 from stiffcal.planning.results import ExpectedParameter
 from stiffcal.results.value_words import SHIFTED
 from stiffcal.trust import record
-from stiffcal.workflow.plan import PlanRequest
 from tests.laboratory.fits import fit_of
 from tests.laboratory.plugin_campaigns import stranger
 from tests.laboratory.small_campaign import STIFFNESS, write_small_campaign
@@ -371,7 +371,7 @@ def test_history_report_and_plan_are_those_of_the_commands(
         asked.append((output, is_short, context.overwrite))
         return SimpleNamespace(file=str(output))
 
-    monkeypatch.setattr("stiffcal.workflow.report.report_campaign", written)
+    monkeypatch.setattr("stiffcal.commands.report.report_campaign", written)
     assert session.report(tmp_path / "two.pdf", short=True, overwrite=True) == tmp_path / "two.pdf"
     assert asked == [(tmp_path / "two.pdf", True, True)]
     known = ExpectedParameter(
@@ -385,7 +385,7 @@ def test_history_report_and_plan_are_those_of_the_commands(
         assert (folder, request.runs, request.force, request.rivals) == (validated_folder, 2, 300.0, ("a j1", "b j2"))
         return planned
 
-    monkeypatch.setattr("stiffcal.workflow.plan.plan_campaign", plan)
+    monkeypatch.setattr("stiffcal.commands.plan.plan_campaign", plan)
     answer = session.plan(runs=2, force=300.0, tell=["a j1", "b j2"])
     assert answer.runs[["loads", "rank"]].to_numpy().tolist() == [[3, 1]]
     assert answer.parameters.loc["a.j1.c", "half_width"] == 1e-8

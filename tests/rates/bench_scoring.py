@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.improve import improve_campaign
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.model.summary import EffectAt
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.improve import improve_campaign
-from stiffcal.workflow.improve_results import ImproveResult
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.results.improve_results import ImproveResult
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.rates import clamped_robots
 from tests.rates.benches import Bench, write_bench
 from tests.rates.measuring import Player

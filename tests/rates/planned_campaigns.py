@@ -23,6 +23,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
+from stiffcal.commands.plan import PlanRequest, plan_campaign
 from stiffcal.identification.fitting.geometry import geometry_columns, with_geometry
 from stiffcal.identification.fitting.geometry_prior import GeometryPrior, GeometrySource
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
@@ -31,12 +32,12 @@ from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.composite import CompliantRobot
+from stiffcal.planning.campaign.model import with_rotation
 from stiffcal.planning.expected import expected_fit
 from stiffcal.planning.information import information_of_runs
+from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.steps import RunContext
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.workflow.plan import PlanRequest, plan_campaign
-from stiffcal.workflow.plan_model import planned_model, with_rotation
-from stiffcal.workflow.steps import RunContext
 from tests.laboratory.states_of_runs import states_of_runs
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"

@@ -19,6 +19,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.plan_file import load_plan
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.plan import PlanRequest, plan_campaign
 from stiffcal.identification.fitting.identify import Settings
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.diagnosed import diagnose_states
@@ -28,13 +30,12 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
+from stiffcal.planning.campaign.rivals import named_rival, rivals_of_diagnosis
 from stiffcal.planning.information import reads_along_lines
 from stiffcal.reduction.loads.motion import gauge_directions
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.experiments import robot_to_fit
-from stiffcal.workflow.plan import PlanRequest, plan_campaign
-from stiffcal.workflow.plan_rivals import named_rival, rival_models, rivals_of_diagnosis
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.experiments import robot_to_fit
+from stiffcal.stages.planned_model import rival_models
+from stiffcal.stages.steps import RunContext, up_to_date_states
 
 
 def with_runs(states: LoadStates, joints: Floats, wrench: Floats) -> LoadStates:

@@ -14,12 +14,12 @@ import numpy as np
 from scipy.special import chdtrc
 
 from stiffcal.arrays import Floats
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.improve import improve_campaign
 from stiffcal.measurements.rms import Rms
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.improve import improve_campaign
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
 
 JOINTS = Path(__file__).resolve().parents[2] / "campaigns" / "joints"
 # effects of truth.json that are in no catalogue

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.improve import improve_campaign
 from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG, unknown_sag
-from stiffcal.workflow.identify import fit_now, identify_campaign
-from stiffcal.workflow.improve import improve_campaign
-from stiffcal.workflow.steps import RunContext, up_to_date_states
+from stiffcal.stages.fit import fit_now
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.rates.bench_scoring import judge_bench
 from tests.rates.benches import CLAMPED, Motion, draw_clamped_motion, draw_clamped_values, write_bench
 from tests.rates.clamped_robots import write_clamped_robot

@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.commands.trend import trend_campaigns
 from stiffcal.errors import InputError
-from stiffcal.workflow.trend import trend_campaigns
 from tests.laboratory.small_campaign import CAMPAIGN, STIFFNESS, write_small_campaign
 
 BEFORE, AFTER = 4, 3

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.commands.ingest import ingest_campaign
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.ingest.data_quality import ReadLog
 from stiffcal.ingest.read_run import ReadRun
 from stiffcal.ingest.run_texts import stored_text, text_of
@@ -15,8 +17,6 @@ from stiffcal.reduction.logs.copied_logs import CopiedRuns, copied_log_warnings,
 from stiffcal.reduction.logs.plausibility import LogQuality
 from stiffcal.reduction.logs.sampled_readings import MOST_ROWS, ReadingSampler
 from stiffcal.reduction.logs.summary import LogSummary
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.friction_campaigns import rehearsed, set_keys
 from tests.long_campaigns.campaign import write_head, write_runs
 

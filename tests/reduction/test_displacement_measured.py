@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.ingest import ingest_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.ingest.data_quality import check_load_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.reduction.set_aside.displacement_measured import check_displacement_measured
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.ingest import ingest_campaign
-from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 from tests.laboratory.small_campaign import write_small_campaign

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.commands.ingest import ingest_campaign
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.quantities import unit
 from stiffcal.reduction.states.known_weights import STANDARD_GRAVITY, force_over_weight, weight_warnings
 from stiffcal.reduction.states.raw_states import RawStates, no_states
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
 RNG = np.random.default_rng(6)

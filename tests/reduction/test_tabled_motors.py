@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.workflow.ingest import ingest_campaign, stored_states
+from stiffcal.commands.ingest import ingest_campaign, stored_states
 
 PRACTICE = Path(__file__).resolve().parents[2] / "campaigns" / "absolute" / "02"
 RATIO = -120.5

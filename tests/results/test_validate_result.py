@@ -7,8 +7,8 @@ from dataclasses import replace
 from stiffcal.documents import document_of
 from stiffcal.kinds.results import ExperimentValidation, HeldoutSection
 from stiffcal.measurements.rms import Rms
+from stiffcal.stages.experiments import merge_experiment_validations, validate_without_states
 from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict
-from stiffcal.workflow.experiments import merge_experiment_validations, validate_without_states
 from tests.laboratory.fits import validation_of
 
 

@@ -18,7 +18,7 @@ from stiffcal.model.summary import Where
 from stiffcal.python.answers import parameter_lines
 from stiffcal.report.sections.stiffness import other_table
 from stiffcal.results.value_words import as_shown
-from stiffcal.workflow.view_models import _values
+from stiffcal.view.gathering.models import _values
 
 VALUES: dict[str, tuple[dict[str, Any], str, str]] = {
     "value": ({"value": 1.2345e-3, "interval": None}, "1.23", ""),

@@ -12,11 +12,11 @@ import jsonschema
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import Progress
 from stiffcal.report.content import ReportContent
 from stiffcal.schemas.documents import DOCUMENTS, schema_texts
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
 SCHEMAS = Path(__file__).parents[2] / "schemas"
@@ -102,7 +102,7 @@ def answer(capsys: pytest.CaptureFixture[str], folder: Path, name: str) -> dict[
     return document
 
 
-# A new effect takes a campaign that no effect explains: `tests/workflow/test_new_effect.py` judges its answer; a live
+# A new effect takes a campaign that no effect explains: `tests/commands/test_new_effect.py` judges its answer; a live
 # page is served until its user ends it: `tests/live/test_command.py`.
 @pytest.mark.usefixtures("unprinted")
 @pytest.mark.parametrize("name", sorted(DOCUMENTS.keys() - {"new-effect", "live"}))

@@ -12,14 +12,14 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.schemas.tables import schema_texts, table_schema
 from stiffcal.store import Store, values_of
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.ingest import ingest_campaign
+from tests.commands.test_improve import COUPLED
 from tests.ingest.test_logged_runs import GAUGE, HEAD, campaign_of
 from tests.laboratory.few_effects import few_effects
 from tests.laboratory.small_campaign import write_small_campaign
-from tests.workflow.test_improve import COUPLED
 
 SCHEMAS = Path(__file__).parents[2] / "schemas"
 TABLES = {
@@ -43,7 +43,7 @@ def test_schemas_are_those_of_the_code(name: str) -> None:
 @pytest.fixture(scope="module")
 def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
     """The store of a campaign in which something is missing, after a diagnosis."""
-    from stiffcal.workflow.validate import validate_campaign
+    from stiffcal.commands.validate import validate_campaign
 
     folder = write_small_campaign(tmp_path_factory.mktemp("tables") / "small", poses=3, hidden=COUPLED)
     validate_campaign(folder)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.workflow.validate import validate_campaign
+from stiffcal.commands.validate import validate_campaign
 from tests.laboratory.delivered_store import STRICT
 from tests.laboratory.small_campaign import write_small_campaign
 

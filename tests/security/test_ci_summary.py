@@ -18,10 +18,10 @@ from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.thresholds import Thresholds, ThresholdsFile, load_thresholds, tighter
 from stiffcal.cli.app import main
+from stiffcal.commands.export import export_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
-from stiffcal.workflow.export import export_campaign
-from stiffcal.workflow.steps import RunContext
-from stiffcal.workflow.validate import validate_campaign
+from stiffcal.stages.steps import RunContext
 from tests.laboratory.small_campaign import write_small_campaign
 
 HEAD = 'schema = "stiffcal/thresholds/1"\n'

@@ -19,6 +19,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign, load_manifest
 from stiffcal.campaign.row_filter import parse_rows
 from stiffcal.campaign.typed import WrongValueError, expand_columns
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
 from stiffcal.ingest.proposals import propose_sources
@@ -28,7 +29,6 @@ from stiffcal.processes import ChildEndedError, ChildProcess
 from stiffcal.propose.table_sniffing import sniff_table
 from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.settings import parse_settings
-from stiffcal.workflow.plan import plan_campaign
 from tests.laboratory import children
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"

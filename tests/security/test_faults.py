@@ -10,13 +10,13 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.sizes import gravity_mistake, implausible_length, mass_mistake
 from stiffcal.cli.app import main
+from stiffcal.commands.compare import compare_campaigns
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.compensation.load_table import read_load_table
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.propose.table_sniffing import sniff_table
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.compare import compare_campaigns
-from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, changed, write_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 

@@ -45,7 +45,7 @@ def poison(folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from stiffcal.workflow.validate import validate_campaign
+    from stiffcal.commands.validate import validate_campaign
 
     folder = write_small_campaign(tmp_path_factory.mktemp("clean") / "cell")
     validate_campaign(folder)

@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from stiffcal import limits
-from stiffcal.campaign.model_editing import add_effect, remove_effect
+from stiffcal.campaign.model_editing import add_effect, editable_text, remove_effect
 from stiffcal.campaign.toml_reading import parse_for_editing, parse_toml, read_toml
 from stiffcal.campaign.urdf import read_urdf
 from stiffcal.errors import InputError
@@ -245,7 +245,7 @@ class TestToml:
         (tmp_path / "model.toml").write_bytes(model.encode())
         for edit in (add_effect, remove_effect):
             with pytest.raises(InputError) as refused:
-                edit(tmp_path, "backlash", joints=(2,), n_joints=6)
+                edit(editable_text(tmp_path, 6), "backlash", joints=(2,), n_joints=6)
             assert refused.value.code is FaultCode.SIZE_EXCEEDED
         assert (tmp_path / "model.toml").read_bytes() == model.encode()
 

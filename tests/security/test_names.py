@@ -34,9 +34,9 @@ from stiffcal.escapes.file_name import with_short_name
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.report import fonts
 from stiffcal.report.typesetting import set_pages
+from stiffcal.store.table_files import write_table
 from stiffcal.trust.output_kinds import EXPORT
 from stiffcal.validation.results import ThresholdCheck
-from stiffcal.workflow.export import write_table
 from tests.escapes.test_escapes import V1, V2, assert_printable, read_html
 from tests.laboratory.named_campaign import write_named_campaign
 

@@ -13,12 +13,12 @@ from stiffcal.batch.results import BatchTask
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
+from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.errors import InputError
 from stiffcal.model.campaign_effects import model_effects
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.motion import Motion
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.documentation import plugin_of_the_documentation
 from tests.laboratory.plugin_campaigns import NAME, stranger, write_plugin
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from stiffcal.cli import supervision
+from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.ingest import ingest_campaign
 from tests.laboratory.plugin_campaigns import NAME, ran, stiffcal, stranger, write_plugin
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.security.test_plugins import IN_TERMS

@@ -14,10 +14,10 @@ from stiffcal.batch.results import BatchTask
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
+from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.errors import InputError
 from stiffcal.model.campaign_effects import all_effects, key_of_plugins, model_effects, plugin_code
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.diagnose import diagnose_campaign
 from tests.laboratory.few_effects import few_effects
 from tests.laboratory.plugin_campaigns import MARK, NAME, list_plugins, ran, stranger, write_plugin
 
@@ -359,7 +359,7 @@ def test_an_exception_out_of_an_effect_is_a_fault_of_its_file(
 
 def test_removing_the_code_from_the_list_of_effects_changes_no_fit(state: Path, tmp_path: Path) -> None:
     """Code that the model does not need is no part of the fit: with it, changed and without it, nothing is refitted."""
-    from stiffcal.workflow.steps import RunContext, key_of_fit, up_to_date_states
+    from stiffcal.stages.steps import RunContext, key_of_fit, up_to_date_states
 
     folder = stranger(tmp_path / "stranger", needed=False)
     keys = []

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-import stiffcal.workflow.history
+import stiffcal.commands.history
 from stiffcal.batch.results import BatchTask
 from stiffcal.cli.app import main
 from stiffcal.errors import Fault, InputError
@@ -107,7 +107,7 @@ def _broken(*_: object, **__: object) -> None:
 def test_the_log_of_an_internal_fault_holds_no_secret_and_only_its_user_reads_it(
     secret: str, further: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(stiffcal.workflow.history, "read_history", _broken)
+    monkeypatch.setattr(stiffcal.commands.history, "read_history", _broken)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "logs"))
     (tmp_path / "logs").mkdir()
     with pytest.raises(SystemExit) as end:
@@ -131,7 +131,7 @@ def test_the_log_follows_no_link_that_somebody_has_put_there(
     victim = tmp_path / "victim"
     victim.write_text("mine")
     monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", SECRET)
-    monkeypatch.setattr(stiffcal.workflow.history, "read_history", _broken)
+    monkeypatch.setattr(stiffcal.commands.history, "read_history", _broken)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setattr("time.strftime", lambda _: "20260101-000000")
     (tmp_path / f"stiffcal-fault-20260101-000000-{os.getpid()}.log").symlink_to(victim)

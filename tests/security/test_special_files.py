@@ -17,14 +17,14 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.thresholds import load_thresholds
 from stiffcal.cli.app import main
+from stiffcal.commands.init import init_campaign
 from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
 from stiffcal.files import check_regular, open_regular, read_regular
 from stiffcal.limits import Limit
 from stiffcal.readers import WantedColumns, find_reader
+from stiffcal.stages.threshold_verdict import _read_model
 from stiffcal.store.source_files import hash_sources
-from stiffcal.workflow.init import init_campaign
-from stiffcal.workflow.threshold_verdict import _read_model
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system here")

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.commands.history import read_history, restore_model
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
-from stiffcal.workflow.history import read_history, restore_model
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext
-from stiffcal.workflow.validate import validate_campaign
+from stiffcal.stages.steps import RunContext
 from tests.laboratory.delivered_store import forge
 
 

@@ -11,12 +11,12 @@ import pyarrow as pa
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.commands.history import read_history
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
+from stiffcal.stages.stored import stored_document
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.history import read_history
-from stiffcal.workflow.stored import stored_document
-from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.delivered_store import forge, forge_table, without_logs
 
 WRONG: tuple[object, ...] = ([], "x", -1)

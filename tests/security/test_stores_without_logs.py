@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.commands.compare import compare_campaigns
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
+from stiffcal.stages.steps import RunContext
 from stiffcal.store import Store
 from stiffcal.trust import foreign_content
-from stiffcal.workflow.compare import compare_campaigns
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext
-from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.delivered_store import NOT_YOURS, STRICT, batch, forge, hold, without_logs
 from tests.laboratory.small_campaign import write_small_campaign
 

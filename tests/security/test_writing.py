@@ -17,16 +17,16 @@ import pytest
 from stiffcal.batch.summary import prepare_files, write_summary
 from stiffcal.cli.common_options import CommonOptions
 from stiffcal.cli.log import logging_to
+from stiffcal.commands import demo
+from stiffcal.commands.init import init_campaign
+from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
 from stiffcal.propose.templates import write_template
+from stiffcal.stages.steps import RunContext
 from stiffcal.trust.output_kinds import MARKDOWN
-from stiffcal.workflow import demo
-from stiffcal.workflow.init import init_campaign
-from stiffcal.workflow.plan import PlanRequest, plan_campaign
-from stiffcal.workflow.simulate import simulate_campaign
-from stiffcal.workflow.steps import RunContext
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links need a right there")

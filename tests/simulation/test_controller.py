@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
@@ -19,7 +20,6 @@ from stiffcal.model.catalogue import find_effects
 from stiffcal.model.effect import EffectAtRest
 from stiffcal.reduction.states.commanded import without_commands
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.workflow.identify import identify_campaign
 from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, SETTINGS, TABLE, write_folder
 
 TWICE = """

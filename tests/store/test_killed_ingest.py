@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.commands.ingest import stored_states
 from stiffcal.measurements.tables import states_from_table
 from stiffcal.store import Store
-from stiffcal.workflow.ingest import stored_states
 from tests.laboratory.small_campaign import robot_text
 
 KILLS = int(os.environ.get("STIFFCAL_KILLS", "6"))

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.validate import validate_campaign
+from stiffcal.stages.fit import fit_now, store_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.store import Store
-from stiffcal.workflow.identify import fit_now, identify_campaign, store_fit
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 
 REPORTED = "is writing to it"

@@ -11,10 +11,10 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.trust import code_line
+from stiffcal.commands.trust import allow_shown, read_campaign
 from stiffcal.model.campaign_effects import plugin_code
 from stiffcal.trust.queries import query_digest
 from stiffcal.trust.record import open_record
-from stiffcal.workflow.trust import allow_shown, read_campaign
 from tests.laboratory.offers_of_tests import forget_offers
 from tests.laboratory.plugin_campaigns import NAME, ran, stranger, write_plugin
 from tests.laboratory.small_campaign import write_small_campaign

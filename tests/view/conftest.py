@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
+from stiffcal.commands.history import read_history
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
+from stiffcal.stages.validation import up_to_date_validation
+from stiffcal.view.gathering.content import view_content
 from stiffcal.view.page import build_page
-from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.validate import up_to_date_validation
-from stiffcal.workflow.view_content import view_content
 from tests.laboratory.browser import chromium, opened
 from tests.laboratory.diagnosed_folders import SMALL, diagnosed_copy
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.view import view_campaign
 from stiffcal.view.page import build_page
 from stiffcal.wording import significant
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.view import view_campaign
 from tests.laboratory.browser import becomes, colours_of, opened, settled
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 from tests.laboratory.small_campaign import write_small_campaign

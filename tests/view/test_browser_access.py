@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.commands.view import view_campaign
 from stiffcal.kinds.presentation import Picture
 from stiffcal.view.page import build_page
-from stiffcal.workflow.view import view_campaign
 from tests.laboratory.browser import axe_findings, colours_of, opened, settled
 
 pytestmark = pytest.mark.browser

@@ -8,11 +8,11 @@ import pytest
 
 from stiffcal.diagnosis.results import DiagnoseResult, LookAlike
 from stiffcal.model.summary import Where
+from stiffcal.stages.diagnosis import current_diagnosis
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
+from stiffcal.view.gathering.candidates import view_candidates
 from stiffcal.wording import probability_in_words
-from stiffcal.workflow.diagnose import current_diagnosis
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.view_candidates import view_candidates
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.workflow.view_effects import view_effects
+from stiffcal.view.gathering.effects import view_effects
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import gauge_instead, six_axes_with_beams
 from tests.laboratory.simulated_states import joint_springs, played

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from stiffcal.live.page import live_server
-from stiffcal.workflow.steps import RunContext
+from stiffcal.stages.steps import RunContext
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 from tests.laboratory.small_campaign import write_small_campaign
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.view import view_campaign
 from stiffcal.live.choice import ModelChoice
 from stiffcal.live.models import LiveModels
 from stiffcal.meshes.client import read_bodies
+from stiffcal.stages.steps import RunContext
+from stiffcal.view.gathering.bodies import MOST_TRIANGLES, view_bodies
 from stiffcal.view.packing import unpacked
-from stiffcal.workflow.steps import RunContext
-from stiffcal.workflow.view import view_campaign
-from stiffcal.workflow.view_bodies import MOST_TRIANGLES, view_bodies
 from tests.laboratory.mesh_robot import bodies_of
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.laboratory.view_of_meshes import copy_with_meshes
@@ -72,7 +72,7 @@ def test_a_robot_without_meshes_asks_no_child_process(monkeypatch: pytest.Monkey
     def refuse(*_: Any) -> None:
         raise AssertionError("asked")
 
-    monkeypatch.setattr("stiffcal.workflow.view_bodies.read_bodies", refuse)
+    monkeypatch.setattr("stiffcal.view.gathering.bodies.read_bodies", refuse)
     assert view_bodies(load_campaign(write_small_campaign(tmp_path / "small", poses=2))) == ([], "")
 
 
@@ -85,7 +85,7 @@ def test_meshes_are_read_once_for_all_models_that_are_tried(
         read.append(1)
         return read_bodies(*given)
 
-    monkeypatch.setattr("stiffcal.workflow.view_bodies.read_bodies", counted)
+    monkeypatch.setattr("stiffcal.view.gathering.bodies.read_bodies", counted)
     models = LiveModels(Path(shutil.copytree(folder, tmp_path / "arm")), RunContext())
     first = models.content(ModelChoice())
     second = models.content(ModelChoice(removed=["joint-compliance j6"]))

@@ -14,16 +14,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.history import read_history
+from stiffcal.commands.view import view_campaign
 from stiffcal.measurements.rms import Rms
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.view import page as page_module
+from stiffcal.view.gathering.sample import MOST_SHOWN
 from stiffcal.view.packing import NOISE_SHARE, Packer, unpacked
 from stiffcal.view.page import LIVE_SCRIPT, SCRIPTS, WATCH_SCRIPT
 from stiffcal.view.shares import share_explained
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.history import read_history
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.view import view_campaign
-from stiffcal.workflow.view_sample import MOST_SHOWN
 from tests.laboratory.diagnosed_folders import SMALL, WITHOUT_6, diagnosed_copy
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -330,7 +330,7 @@ def test_view_fits_nothing(diagnosed: Path, tmp_path: Path, monkeypatch: pytest.
 def test_of_many_states_a_sample_holds_all_large_residuals(
     diagnosed: Path, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("stiffcal.workflow.view_sample.MOST_SHOWN", 40)
+    monkeypatch.setattr("stiffcal.view.gathering.sample.MOST_SHOWN", 40)
     result = view_campaign(diagnosed, output=tmp_path / "view.html")
     assert (result.n_shown, result.n_states > 40) == (40, True)
     (every, all_arrays), (some, arrays) = content_of(text), content_of((tmp_path / "view.html").read_text("utf-8"))

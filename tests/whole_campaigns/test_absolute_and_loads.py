@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.validate import validate_campaign
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.benchmarks.absolute_and_loads import compare
 from tests.laboratory.absolute_and_loads import write_campaign
 from tests.laboratory.mujoco_robot import Spring

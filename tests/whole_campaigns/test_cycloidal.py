@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.improve import improve_campaign
 from stiffcal.documents import document_of
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.improve import improve_campaign
 from tests.laboratory.practice_marks import with_practice
 
 ROOT = Path(__file__).parents[2]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.workflow import demo
+from stiffcal.commands import demo
 from tests.laboratory.wheel import run, unpack_wheel
 
 pytestmark = pytest.mark.long

@@ -13,6 +13,7 @@ import pytest
 from pypdf import PdfReader
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.judgement.diagnosed import diagnose_states
@@ -21,7 +22,6 @@ from stiffcal.mistakes.displacements.unit_slips import angles_like_radians, chec
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import built_in_effects
-from stiffcal.workflow.ingest import ingest_campaign
 from tests.whole_campaigns.conftest import Command
 
 PUBLISHED = (8.6158e5, 2.8560e6, 1.8483e6, 2.7935e5, 4.1867e5, 2.7772e5)  # N·m/rad, 38 of the 43 poses

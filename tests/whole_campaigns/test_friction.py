@@ -13,13 +13,13 @@ import pandas as pd
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.commands.history import read_history
 from stiffcal.kinds.presentation import Table
 from stiffcal.report.building import lay_out
-from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.report.gathering.content import report_content
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
+from stiffcal.stages.validation import up_to_date_validation
 from tests.laboratory.friction_campaigns import rehearsed, set_keys
 from tests.laboratory.friction_law import friction_torque
 from tests.whole_campaigns.conftest import Command

@@ -12,13 +12,13 @@ import pandas as pd
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.kinds.friction.identifiability import MotionLack, motion_lack
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.friction_campaigns import rehearsed
 
 JOINTS = Path(__file__).parents[2] / "campaigns" / "joints"

@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.history import read_history
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.identification.answers.geometry_results import GeometryFound
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.report.blocks import PictureBlock, TableBlock
+from stiffcal.report.gathering.content import report_content
 from stiffcal.report.sections import calibration, stiffness
 from stiffcal.results.validate_result import ValidateResult
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.validate import validate_campaign
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
 
 FOLDER = Path(__file__).resolve().parents[2] / "campaigns" / "ipa-ur10"
 ALL_ROWS = FOLDER.parents[2] / "shared" / "data" / "ipa-ur10" / "measurements_joint_configurations.csv"

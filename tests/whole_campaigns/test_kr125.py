@@ -13,18 +13,20 @@ import numpy as np
 import pytest
 
 from stiffcal.cli.app import main
+from stiffcal.commands.history import read_history
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.kinds.clamped.page import LOW_SLOPE
 from stiffcal.report.blocks import Items, PictureBlock
 from stiffcal.report.building import lay_out
 from stiffcal.report.content import ReportContent
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import identify_campaign, up_to_date_fit
-from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.validate import up_to_date_validation, validate_campaign
+from stiffcal.report.gathering.content import report_content
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
+from stiffcal.stages.validation import up_to_date_validation
 from tests.laboratory.kr125 import DEGREE, TABLE_2, simulated, some_runs
 
 

@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.workflow.identify import fit_now, identify_campaign
-from stiffcal.workflow.improve import improve_campaign
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.validate import validate_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.improve import improve_campaign
+from stiffcal.commands.validate import validate_campaign
+from stiffcal.stages.fit import fit_now
+from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.kr125 import DEGREE, SOURCE, TABLE_2, simulated
 
 JOINTS = (6,)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.documents import document_of
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.simulate import simulate_campaign
+from stiffcal.ingest.checks.loaded import check_campaign
 
 FOLDER = Path(__file__).parents[2] / "campaigns" / "kr240"
 # 000, Table 1, N·m/rad

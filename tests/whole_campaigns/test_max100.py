@@ -13,6 +13,11 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.edit_model import edit_model
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.ingest import stored_states
+from stiffcal.commands.simulate import simulate_campaign
+from stiffcal.commands.validate import validate_campaign
 from stiffcal.documents import document_of
 from stiffcal.identification.answers.coupling import without_rods
 from stiffcal.identification.bodies.measured_links import measure_links
@@ -22,11 +27,6 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.ingest import stored_states
-from stiffcal.workflow.simulate import simulate_campaign
-from stiffcal.workflow.validate import validate_campaign
 from tests.laboratory.named_effects import named, named_with_alike
 
 FOLDER = Path(__file__).parents[2] / "campaigns" / "max100"

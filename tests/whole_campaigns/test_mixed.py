@@ -9,12 +9,12 @@ import pytest
 from scipy.stats import chi2
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.improve import improve_campaign
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.improve import improve_campaign
 from tests.benchmarks.mixed_coverage import deviation
 from tests.laboratory.kr125 import some_runs
 from tests.whole_campaigns.conftest import CAMPAIGNS

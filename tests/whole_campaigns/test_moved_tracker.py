@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.ingest import ingest_campaign, stored_states
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.ingest import ingest_campaign, stored_states
 from tests.laboratory.small_campaign import STIFFNESS
 from tests.long_campaigns.campaign import write_head, write_runs
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.edit_model import edit_model
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.ingest import ingest_campaign, stored_states
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.effect import EffectAtRest
 from stiffcal.model.forms import added_forms
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.edit_model import edit_model
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.ingest import ingest_campaign, stored_states
 
 PRACTICE = Path(__file__).resolve().parents[2] / "campaigns" / "absolute" / "02"
 STIFFNESS = (2.0e6, 2.0e6, 1.6e6, 3.5e5, 2.5e5, 1.7e5)

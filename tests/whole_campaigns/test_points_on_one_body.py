@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.ingest import ingest_campaign, stored_states
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.ingest import ingest_campaign, stored_states
 
 PRACTICE = Path(__file__).resolve().parents[2] / "campaigns" / "absolute" / "02"
 POINTS = ((0.08, 0.0, 0.12), (-0.07, 0.05, 0.10), (0.0, -0.09, 0.15), (0.05, 0.08, 0.05))

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.workflow.improve import improve_campaign
-from stiffcal.workflow.steps import RunContext
+from stiffcal.commands.improve import improve_campaign
+from stiffcal.stages.steps import RunContext
 from tests.laboratory.once import once
 from tests.laboratory.practice_marks import with_practice
 from tests.rates.practice import ABSOLUTE, Answer, ask, truth

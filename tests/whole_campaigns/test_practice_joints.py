@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.history import read_history
+from stiffcal.commands.report import report_campaign
 from stiffcal.report.building import lay_out
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.history import read_history
-from stiffcal.workflow.identify import up_to_date_fit
-from stiffcal.workflow.report import report_campaign
-from stiffcal.workflow.report_content import report_content
-from stiffcal.workflow.steps import RunContext, up_to_date_states
-from stiffcal.workflow.validate import up_to_date_validation
+from stiffcal.report.gathering.content import report_content
+from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.steps import RunContext, up_to_date_states
+from stiffcal.stages.validation import up_to_date_validation
 from tests.laboratory.once import once
 from tests.laboratory.practice_marks import with_practice
 from tests.rates.practice_joints import JOINTS, LEAST_P, JointAnswer, ask_joint, read_truths, series_of_p_form

@@ -9,13 +9,13 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.identify import identify_campaign
+from stiffcal.commands.validate import validate_campaign
+from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.judgement.numbers import FIRM
 from stiffcal.kinds.clamped.faults import TOO_SHORT
 from stiffcal.kinds.clamped.parts import WITHOUT_STATES
-from stiffcal.workflow.check import check_campaign
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.validate import validate_campaign
 from tests.rates.practice_joints import JOINTS
 
 STIFFNESS = "joint-compliance.j1.c"

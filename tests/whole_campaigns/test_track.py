@@ -9,14 +9,14 @@ import pytest
 
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.export import export_campaign, row_options
+from stiffcal.commands.identify import identify_campaign
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.workflow.diagnose import diagnose_campaign
-from stiffcal.workflow.export import export_campaign, row_options
-from stiffcal.workflow.fitted_robot import fitted_robot
-from stiffcal.workflow.identify import identify_campaign
-from stiffcal.workflow.steps import RunContext
+from stiffcal.stages.fitted_robot import fitted_robot
+from stiffcal.stages.steps import RunContext
 from tests.laboratory.gauge_free import aligned_difference
 from tests.laboratory.track_simulator import COMPLIANCE, HIGH, LOW, SIGMA, Track, write_absolute, write_loads
 

@@ -1,0 +1,1 @@
+"""The fitted robot in the files of controllers and other programs."""

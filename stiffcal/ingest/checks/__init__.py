@@ -1,0 +1,1 @@
+"""What the check of a campaign finds, before anything is fitted."""

@@ -1,0 +1,1 @@
+"""Pictures of what each effect does to a robot."""
