@@ -15,7 +15,7 @@ from typing import Any
 
 from stiffcal.escapes.json_text import document_text
 from stiffcal.report.fonts import drawable_data, further_fonts, own_fonts, texts_of
-from stiffcal.report.page_filling import Layout, Setting, filled, layout_from
+from stiffcal.report.page_filling import PageLayout, Setting, filled, layout_from
 
 _TEMPLATE = "report.typ"
 # typst keeps what it made of a document until so many others have been set without needing it.
@@ -53,7 +53,7 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
     def write(setting: Setting) -> None:
         (folder / "setting.json").write_text(document_text(asdict(setting), indent=None), encoding="utf-8")
 
-    def laid_out(setting: Setting) -> Layout:
+    def laid_out(setting: Setting) -> PageLayout:
         write(setting)
         return layout_from(json.loads(typst.query(selector="<layout>", field="value", one=True, **place)))
 

@@ -25,7 +25,7 @@ from stiffcal.stages.threshold_verdict import check_thresholds
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile
     from stiffcal.identification.fitting.fit import Fit
-    from stiffcal.store.reading import Documents, Stored
+    from stiffcal.store.store_place import Documents, Stored
 
 
 def up_to_date_results(data: Ingested, context: RunContext) -> tuple[IdentifyResult, ValidateResult]:
