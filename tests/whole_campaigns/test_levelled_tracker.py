@@ -12,7 +12,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
-from stiffcal.reduction.registration.registering import levelled
+from stiffcal.reduction.registration.levelled import levelled
 from stiffcal.workflow.identify import identify_campaign
 
 ABSOLUTE = Path(__file__).parents[2] / "campaigns" / "absolute"
