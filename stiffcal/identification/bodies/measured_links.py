@@ -12,7 +12,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.bodies.link_results import LinkResult, NotCarried, RodFaultResult, TorsionResult
-from stiffcal.identification.derivatives.observation import rests, state_blocks
+from stiffcal.identification.derivatives.observation import rests
+from stiffcal.identification.derivatives.state_blocks import state_blocks
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.row_layout import GAUGE, LENGTH, TRANSLATION
 from stiffcal.links.compliance import LinkCompliance, carried_to_target, regress_compliance

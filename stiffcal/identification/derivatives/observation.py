@@ -18,6 +18,7 @@ from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.derivatives.finite_columns import check_finite
 from stiffcal.identification.derivatives.geometry_terms import geometry_terms
 from stiffcal.identification.derivatives.observation_shift import STEP, observation_shift, observation_slopes
+from stiffcal.identification.derivatives.state_blocks import state_blocks
 from stiffcal.identification.derivatives.tangents import Tangents, loads_at_rest
 from stiffcal.identification.derivatives.weight_columns import weight_column
 from stiffcal.identification.readings.observations import Observations, observe
@@ -25,13 +26,12 @@ from stiffcal.mechanics.kinematics import StackedFrame, cross
 from stiffcal.model.abilities import KnownSlopes
 from stiffcal.model.base_tilt import BaseTilt
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Inputs, Instrument, ParameterRole
+from stiffcal.model.effect import Inputs, ParameterRole
 from stiffcal.model.equilibrium import (
     NoBalanceError,
     Rest,
     WeightOnlyRest,
     adjusted_inputs,
-    blocks,
     counted_from,
     displacement_between,
     displacements,
@@ -48,7 +48,6 @@ __all__ = [
     "Evaluation",
     "ModelAtRest",
     "Observations",
-    "depends_on_run",
     "derivatives",
     "evaluate",
     "lever_of",
@@ -56,7 +55,6 @@ __all__ = [
     "predicted",
     "predicted_rows",
     "rests",
-    "state_blocks",
 ]  # fmt: skip
 
 
@@ -95,20 +93,6 @@ def evaluate(
     """
     for states in state_blocks(robot, data):
         yield ModelAtRest.about(robot, data.subset(states)).evaluated(states, columns, with_sensitivity)
-
-
-def state_blocks(robot: CompliantRobot, data: Observations) -> Iterator[slice]:
-    """Cut states into blocks, between runs only where that is needed: else a run of any length takes no more memory."""
-    return blocks(data.run, data.n_states, keep_runs=depends_on_run(robot, data))
-
-
-def depends_on_run(robot: CompliantRobot, data: Observations) -> bool:
-    """Return whether what is read of a state depends on others of its run.
-
-    It does so of laws with a memory, of what acts on the measurement (a seat that shifts, a clock), of clamped motors.
-    """
-    on_measurement = any(isinstance(placed.effect, Instrument) for placed in robot.acting)
-    return robot.has_memory or on_measurement or data.layout.motors is not None
 
 
 def derivatives(robot: CompliantRobot, data: Observations, columns: Sequence[ParameterColumn]) -> Floats:

@@ -13,13 +13,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.derivatives.law_slopes import WRENCH_STEP, Component, Slope, law_slopes
+from stiffcal.identification.derivatives.products import along, crossed
 from stiffcal.identification.readings.row_layout import RodRows
 from stiffcal.mechanics.kinematics import from_frame
 from stiffcal.model.composite import CompliantRobot
@@ -28,7 +28,6 @@ from stiffcal.model.effect import NodeLoads, joint_nodes
 from stiffcal.model.equilibrium import Rest, add_side_torques, last_node_inboard, law_terms, reported_turn
 from stiffcal.model.no_balance import no_balance
 
-Real = TypeVar("Real", np.float64, np.float32)
 Singles = NDArray[np.float32]
 Sums = tuple[Singles | None, Singles | None]
 """(3, k, n) to a force and to a moment in base axes; None where no law answers it."""
@@ -38,27 +37,6 @@ TURN_STEP = 1e-5
 # a standard uncertainty where a model leaves ten times the noise: 1e-4 moves them by a thousandth.
 TOLERANCE = 1e-4
 MAX_SWEEPS = 60
-
-
-def crossed(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
-    """Return a × b along the first axis, the others broadcast."""
-    result: NDArray[Real] = np.empty((3, *np.broadcast(a[0], b[0]).shape), dtype=a.dtype)
-    other = np.empty_like(result[0])
-    for part, i, j in zip(result, (1, 2, 0), (2, 0, 1), strict=True):
-        np.multiply(a[i], b[j], out=part)
-        np.multiply(a[j], b[i], out=other)
-        part -= other
-    return result
-
-
-def along(a: NDArray[Real], b: NDArray[Real]) -> NDArray[Real]:
-    """Return a · b along the first axis, the others broadcast."""
-    result: NDArray[Real] = a[0] * b[0]
-    other = a[1] * b[1]
-    result += other
-    np.multiply(a[2], b[2], out=other)
-    result += other
-    return result
 
 
 @dataclass(frozen=True)

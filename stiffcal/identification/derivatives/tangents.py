@@ -11,7 +11,8 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.identification.derivatives.observation_shift import shift_slopes
-from stiffcal.identification.derivatives.rest_tangent import RestTangent, crossed
+from stiffcal.identification.derivatives.products import crossed
+from stiffcal.identification.derivatives.rest_tangent import RestTangent
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.row_layout import ROTATION
 from stiffcal.mechanics.kinematics import turn_between

@@ -20,7 +20,8 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.parameters import reported_parameters, student_95
 from stiffcal.estimation.triangular import scaled_inverse, triangular_of_rows
 from stiffcal.estimation.unknowns import ParameterColumn
-from stiffcal.identification.derivatives.observation import Observations, depends_on_run
+from stiffcal.identification.derivatives.observation import Observations
+from stiffcal.identification.derivatives.state_blocks import depends_on_run
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.geometry_prior import GeometryPrior, GeometrySource
 from stiffcal.identification.fitting.load_rows import LoadRows

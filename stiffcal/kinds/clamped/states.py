@@ -186,7 +186,7 @@ def _set_aside(stretches: list[_Stretch], quality: RunQuality | None) -> list[Se
 
 def _leading_load(wrench: Floats) -> Floats | None:
     """Return (n,) the combination of the wrench's components that moves most over its noise; None where none moves."""
-    from stiffcal.kinds.clamped.sweeps import leading_component
+    from stiffcal.kinds.clamped.clocks import leading_component
 
     return leading_component(wrench) if np.isfinite(wrench).all() else None
 

@@ -33,6 +33,7 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
 from stiffcal.quantity import JOINT_ANGLE, of_component
 from stiffcal.reduction.registration.frames import AXES, Registration
+from stiffcal.reduction.registration.levelled import levelled
 from stiffcal.reduction.registration.poses import different_poses, refuse_few_poses
 from stiffcal.reduction.registration.run_apart import run_apart
 from stiffcal.reduction.registration.still_components import still_words
@@ -49,8 +50,6 @@ AGREEING_RAD = 0.0175
 STEP = 1e-6  # of numerical derivatives, m and rad
 # Share of the largest motion of one frame below which another motion of it is rounding of these derivatives.
 OPEN = 1e-6
-# A base is upright within this: levels and feet of robots are better than a milliradian.
-UPRIGHT_RAD = 1e-3
 # Steps below this, m and rad, change nothing that a tracker measures; three of position against rotation come first.
 SETTLED, MOST_ROUNDS = 1e-9, 30
 
@@ -135,30 +134,6 @@ def _carriers(manifest: Manifest, targets: tuple[str, ...]) -> set[str]:
             carriers.add(frame)
             frame = manifest.frames[frame].parent
     return carriers
-
-
-def levelled(base_from_tracker: Floats, gravity: Floats) -> Floats:
-    """Return a transform whose z axis points up, its x axis as near to the given one's as that allows.
-
-    Raises
-    ------
-    InputError : the base does not stand or hang upright.
-    """
-    up = -gravity / np.linalg.norm(gravity)
-    if np.hypot(up[0], up[1]) > UPRIGHT_RAD:
-        raise InputError.at(
-            FaultCode.KEY_CONFLICT,
-            "campaign.toml", "frames", "level requires a base that stands or hangs upright (gravity of robot.toml)",
-            "remove level: the frame is then estimated whole",
-        )  # fmt: skip
-    levelled = base_from_tracker.copy()
-    z = np.array([0.0, 0.0, np.sign(up[2])])
-    across = levelled[:3, 0] - z * (z @ levelled[:3, 0])
-    if np.linalg.norm(across) < UPRIGHT_RAD:
-        across = levelled[:3, 1] - z * (z @ levelled[:3, 1])
-    x = across / np.linalg.norm(across)
-    levelled[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-    return levelled
 
 
 class _RegistrationProblem:
