@@ -27,7 +27,7 @@ HEADED = {
 
 def not_called() -> dict[str, str]:
     """Return each word that stands in no heading, with the entry of the glossary that replaces it."""
-    found = {}
+    found: dict[str, str] = {}
     for entry in (DOCS / "glossary.md").read_text(encoding="utf-8").split("\n\n"):
         for words in re.findall(r"Not called:\s([^.]*)\.", entry):
             found |= {word.strip(): entry.partition("\n")[0] for word in re.sub(r"\s+", " ", words).split(",")}

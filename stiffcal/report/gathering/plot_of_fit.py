@@ -131,7 +131,7 @@ def pictures_of_fit(
     variances = np.diag(np.array(identified.covariance, dtype=np.float64))
     known = dict(zip(identified.free_parameters, np.sqrt(np.maximum(variances, 0.0)).tolist(), strict=True))
     wanted = ["normal", "influence", *["profile"] * bool(profiled(robot, known))]
-    made = {of: partial(lambda of: _of_fit(of, fit()), of) for of in wanted}
+    made: dict[str, Callable[[], Picture]] = {of: partial(lambda of: _of_fit(of, fit()), of) for of in wanted}
     several = len(identified.free_parameters) > 1
     return made | {"correlation": partial(_of_results, "correlation", data, identified)} if several else made
 
