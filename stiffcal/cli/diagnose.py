@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
     from stiffcal.diagnosis.results import DiagnoseResult, LookAlike, ProposedEffect
     from stiffcal.model.summary import EffectAt, Where
-    from stiffcal.stages.followed import FollowedResidual
+    from stiffcal.stages.diagnoses.followed import FollowedResidual
 
 MOST_ROWS, MOST_PLACES = 8, 4
 BAR, ROOMY = 10, 100
@@ -67,7 +67,7 @@ def diagnose(
         result = diagnose_campaign(folder, context)
         followed = None
         if not as_json:
-            from stiffcal.stages.followed import followed_residual
+            from stiffcal.stages.diagnoses.followed import followed_residual
 
             followed = followed_residual(folder, result, context)
         show = partial(show_diagnosis, folder=folder, store=store, followed=followed, details=details)
@@ -321,7 +321,7 @@ def _show_refitted(console: AnswerConsole, result: DiagnoseResult, effect: Propo
 def _show_next_measurement(console: AnswerConsole, result: DiagnoseResult, folder: Path, store: str | None) -> None:
     measurement = result.next_measurement
     if measurement is not None:
-        from stiffcal.stages.plannable import plannable_words
+        from stiffcal.stages.plans.plannable import plannable_words
         from stiffcal.stages.steps import RunContext
 
         pose = ", ".join(significant(value) for value in measurement.pose_deg)

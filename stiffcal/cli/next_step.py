@@ -70,7 +70,7 @@ def after_check(folder: Path, result: CheckResult, store: str | None) -> NextLin
         return NextLine(command_line("run", folder, store=store), once="" if has_effects(folder) else NO_EFFECT)
     if not lacks_load(result):
         return NextLine(command_line("check", folder, store=store), once="that is done")
-    from stiffcal.stages.plannable import plannable_words
+    from stiffcal.stages.plans.plannable import plannable_words
     from stiffcal.stages.steps import RunContext
 
     force = max((run.largest_force_N or 0.0 for run in result.runs), default=0.0)

@@ -125,8 +125,8 @@ def _write_model(folder: Path, context: RunContext, output: Path, loop: Controll
     """Write the robot with its springs, as code or for MuJoCo."""
     from stiffcal.compensation.exports.controller import ControllerOptions, check_controller_code, write_controller_code
     from stiffcal.compensation.exports.mujoco import check_mujoco, write_mujoco
+    from stiffcal.stages.diagnoses.model_verdict import model_verdict
     from stiffcal.stages.fitted_robot import fitted_robot
-    from stiffcal.stages.model_verdict import model_verdict
 
     is_code = output.suffix.lower() in CODE
     campaign = load_campaign(folder, check_files=False)

@@ -77,7 +77,7 @@ def identify_campaign(
     result = replace(result, origin=data.store.origin_of(IDENTIFY))
     if DIAGNOSE not in data.store.documents:
         return result
-    from stiffcal.stages.diagnosis import shifted_by_missing
+    from stiffcal.stages.diagnoses.current import shifted_by_missing
 
     return replace(result, shifted=tuple(sorted(shifted_by_missing(data, result))))
 

@@ -30,7 +30,7 @@ from stiffcal.planning.campaign.program import check_program, write_program
 from stiffcal.planning.campaign.remedies import remedies_of
 from stiffcal.planning.campaign.rivals import NamedRival, named_rival, rivals_of_diagnosis
 from stiffcal.report.run_sheet_files import write_sheet
-from stiffcal.stages.planned_model import planned_model, rival_models
+from stiffcal.stages.plans.model import planned_model, rival_models
 from stiffcal.stages.steps import RunContext, with_trial_model
 from stiffcal.trust.output_kinds import PROGRAM, RUN_SHEET
 from stiffcal.trust.outputs import check_output

@@ -27,8 +27,8 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.assembly import fixed_parameters
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.summary import Where
+from stiffcal.stages.diagnoses.stored_curves import refit_columns, row_refit_columns
 from stiffcal.stages.experiments import robot_to_fit, runs_with_fits
-from stiffcal.stages.stored_curves import refit_columns, row_refit_columns
 from stiffcal.validation.heldout import validation_folds
 from stiffcal.validation.validate import rms_of
 from stiffcal.view.content import ViewForecast, ViewModel

@@ -16,7 +16,7 @@ from stiffcal.commands.edit_model import change_model
 from stiffcal.errors import Progress
 from stiffcal.live.choice import ModelChoice, model_of_choice, placed_name
 from stiffcal.live.forecasts import Forecasts
-from stiffcal.stages.diagnosis import current_diagnosis, keep_diagnosis
+from stiffcal.stages.diagnoses.current import current_diagnosis, keep_diagnosis
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import (
     Ingested,

@@ -157,7 +157,7 @@ class CampaignSession:
     def diagnose(self) -> ModelDiagnosis:
         """Judge whether the model is good enough, and search for the effects that it lacks; minutes on large data."""
         from stiffcal.commands.diagnose import diagnose_campaign
-        from stiffcal.stages.stored_curves import EVIDENCE
+        from stiffcal.stages.diagnoses.stored_curves import EVIDENCE
 
         with self._logged():
             result = diagnose_campaign(self.folder, self._context)

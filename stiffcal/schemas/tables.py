@@ -56,7 +56,7 @@ from stiffcal.schemas.table_columns import (
     ROW_REFITS,
     STATES,
 )
-from stiffcal.stages.stored_curves import evidence_columns, refit_columns, row_refit_columns
+from stiffcal.stages.diagnoses.stored_curves import evidence_columns, refit_columns, row_refit_columns
 from stiffcal.store import table_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -25,7 +25,7 @@ from stiffcal.planning.campaign.candidates import candidates_of
 from stiffcal.planning.choice import identifiable
 from stiffcal.planning.criterion import Criterion
 from stiffcal.planning.design import best_design, information
-from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "kr240"

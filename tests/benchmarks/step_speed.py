@@ -21,7 +21,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.compensation.batch import LinearCompensation
-from stiffcal.compensation.step import CompensationStep, StepSettings
+from stiffcal.compensation.exports.step import CompensationStep, StepSettings
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -17,7 +17,7 @@ from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.diagnosis.results import ExcludedSizeAt, LawCurveAt, UnknownLaw
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
-from stiffcal.stages.followed import followed_residual
+from stiffcal.stages.diagnoses.followed import followed_residual
 from stiffcal.stages.steps import RunContext
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 

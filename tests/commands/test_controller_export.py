@@ -17,9 +17,9 @@ from stiffcal.commands.export import export_campaign
 from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.compensation.corrected_path import CompensateRequest
 from stiffcal.compensation.exports.controller import ControllerOptions, reading_setup
+from stiffcal.compensation.exports.step import CompensationStep
 from stiffcal.compensation.fitted_robot import FittedRobot
 from stiffcal.compensation.path import CompensationPath, Forces, read_path
-from stiffcal.compensation.step import CompensationStep
 from stiffcal.compensation.targets import CorrectionOptions, errors_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode

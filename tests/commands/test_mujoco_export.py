@@ -12,7 +12,7 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.export import export_campaign
-from stiffcal.compensation.mujoco_model import mujoco_model, springs_of_block
+from stiffcal.compensation.exports.mujoco_model import mujoco_model, springs_of_block
 from stiffcal.compensation.prediction import predict_states
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot

@@ -11,9 +11,9 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
-from stiffcal.compensation.c_code import c_source
-from stiffcal.compensation.controller_model import controller_model
-from stiffcal.compensation.step import CompensationStep, StepSettings
+from stiffcal.compensation.exports.c_code import c_source
+from stiffcal.compensation.exports.controller_model import controller_model
+from stiffcal.compensation.exports.step import CompensationStep, StepSettings
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.compensation.controller_model import ControllerModel, controller_model
-from stiffcal.compensation.st_code import st_source
-from stiffcal.compensation.step import CompensationStep, StepSettings
+from stiffcal.compensation.exports.controller_model import ControllerModel, controller_model
+from stiffcal.compensation.exports.st_code import st_source
+from stiffcal.compensation.exports.step import CompensationStep, StepSettings
 from tests.compensation.test_c_code import ACCURACY, TOOL, path, setup_of
 from tests.compensation.test_step import every_law, everything_linear, samples, springs_36
 from tests.laboratory.compilers import compiler

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.compensation.step import CompensationStep, StepSettings
+from stiffcal.compensation.exports.step import CompensationStep, StepSettings
 from stiffcal.compensation.targets import correct_joints
 from stiffcal.compensation.tool_weight import weight_on_sensor
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup

@@ -32,7 +32,7 @@ IMPORTED = (
     "stiffcal.simulation.simulate", "stiffcal.judgement.states", "stiffcal.validation.validate",
     "stiffcal.identification.fitting.identify", "stiffcal.propose.from_table", "stiffcal.propose.templates",
     "matplotlib.backends.backend_svg", "matplotlib.figure", "pyarrow.csv", "pyarrow.parquet", "typst", "h5py",
-    "rich.console", "rich.table", "rich.progress", "stiffcal.stages.stored_curves",
+    "rich.console", "rich.table", "rich.progress", "stiffcal.stages.diagnoses.stored_curves",
     "stiffcal.identification.answers.state_tables",
 )  # fmt: skip
 

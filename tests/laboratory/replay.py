@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.compensation.c_code import c_source
-from stiffcal.compensation.controller_model import ControllerModel
-from stiffcal.compensation.step import CompensationStep
+from stiffcal.compensation.exports.c_code import c_source
+from stiffcal.compensation.exports.controller_model import ControllerModel
+from stiffcal.compensation.exports.step import CompensationStep
 from tests.laboratory.compilers import build
 
 DRIVER = Path(__file__).with_name("replay.c")

@@ -16,7 +16,7 @@ from stiffcal.planning.choice import choose_runs
 from stiffcal.planning.criterion import Criterion
 from stiffcal.planning.design import VAGUE, information, loss_of
 from stiffcal.planning.information import information_of_runs
-from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"

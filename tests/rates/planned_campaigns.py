@@ -35,7 +35,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.planning.campaign.model import with_rotation
 from stiffcal.planning.expected import expected_fit
 from stiffcal.planning.information import information_of_runs
-from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext
 from stiffcal.uncertainty import NORMAL_95
 from tests.laboratory.states_of_runs import states_of_runs

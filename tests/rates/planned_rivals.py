@@ -34,7 +34,7 @@ from stiffcal.planning.campaign.rivals import named_rival, rivals_of_diagnosis
 from stiffcal.planning.information import reads_along_lines
 from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.stages.experiments import robot_to_fit
-from stiffcal.stages.planned_model import rival_models
+from stiffcal.stages.plans.model import rival_models
 from stiffcal.stages.steps import RunContext, up_to_date_states
 
 

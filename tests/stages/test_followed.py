@@ -14,7 +14,7 @@ from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy, Pa
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
-from stiffcal.stages.followed import followed_residual
+from stiffcal.stages.diagnoses.followed import followed_residual
 from stiffcal.stages.steps import RunContext
 from stiffcal.store import Store
 from tests.laboratory.few_effects import few_effects

@@ -8,7 +8,7 @@ import pytest
 
 from stiffcal.diagnosis.results import DiagnoseResult, LookAlike
 from stiffcal.model.summary import Where
-from stiffcal.stages.diagnosis import current_diagnosis
+from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.view.gathering.candidates import view_candidates

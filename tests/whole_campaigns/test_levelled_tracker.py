@@ -9,13 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stiffcal.workflow.identify import identify_campaign
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.errors import InputError
 from stiffcal.reduction.registration.levelled import levelled
-from stiffcal.reduction.registration.registering import levelled
 
 ABSOLUTE = Path(__file__).parents[2] / "campaigns" / "absolute"
 

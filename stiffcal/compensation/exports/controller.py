@@ -20,8 +20,8 @@ from stiffcal.trust.outputs import check_not_foreign, write_output
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.compensation.controller_model import ControllerModel
-    from stiffcal.compensation.step import StepSettings
+    from stiffcal.compensation.exports.controller_model import ControllerModel
+    from stiffcal.compensation.exports.step import StepSettings
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 
 
@@ -57,7 +57,7 @@ class WrittenCode:
 
 def check_controller_code(campaign: Campaign, output: Path, *, overwrite: bool) -> None:
     """Raise InputError where the code of a campaign's robot cannot be written to a file, whatever its values."""
-    from stiffcal.compensation.c_code import header_name
+    from stiffcal.compensation.exports.c_code import header_name
 
     if output.suffix.lower() == ".c":
         check_not_foreign(output.with_name(header_name(output.stem)), EXPORT, overwrite)
@@ -82,8 +82,8 @@ def write_controller_code(
     InputError : an effect of the model has no form in code and `ControllerOptions.leave_out` does not name it; an
         option is wrong.
     """
-    from stiffcal.compensation.c_code import c_source, header_name
-    from stiffcal.compensation.st_code import st_source
+    from stiffcal.compensation.exports.c_code import c_source, header_name
+    from stiffcal.compensation.exports.st_code import st_source
 
     setup, target = reading_setup(fitted, options)
     model = _model(fitted, setup, _settings(fitted, options), options)
@@ -162,7 +162,7 @@ def _frame(fitted: FittedRobot, attachment: Attachment) -> str:
 
 
 def _settings(fitted: FittedRobot, options: ControllerOptions) -> StepSettings:
-    from stiffcal.compensation.step import StepSettings
+    from stiffcal.compensation.exports.step import StepSettings
 
     if not (np.isfinite(options.cycle_ms) and 0.0 < options.cycle_ms <= 1000.0):
         raise _wrong("--cycle-ms", f"{options.cycle_ms:g} ms is not a valid cycle time", "give 0.1 to 1000")
@@ -184,7 +184,7 @@ def _settings(fitted: FittedRobot, options: ControllerOptions) -> StepSettings:
 def _model(
     fitted: FittedRobot, setup: MeasurementSetup, settings: StepSettings, options: ControllerOptions
 ) -> ControllerModel:
-    from stiffcal.compensation.controller_model import controller_model
+    from stiffcal.compensation.exports.controller_model import controller_model
 
     try:
         return controller_model(fitted.robot, setup, settings)

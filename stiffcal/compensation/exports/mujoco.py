@@ -44,7 +44,7 @@ def write_mujoco(fitted: FittedRobot, verdict: ModelVerdict, output: Path, *, ov
     ------
     InputError : the file cannot be written.
     """
-    from stiffcal.compensation.mujoco_model import mujoco_model
+    from stiffcal.compensation.exports.mujoco_model import mujoco_model
 
     name = fitted.campaign.chain.name or fitted.campaign.name
     model = mujoco_model(fitted.robot, fitted.setup, list(_head(fitted, verdict)), name)

@@ -50,7 +50,7 @@ from stiffcal.report.provenance_content import ReportInstrument, ReportProvenanc
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
-from stiffcal.stages.diagnosis import current_diagnosis
+from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.experiments import runs_with_fits
 from stiffcal.stages.steps import (
     FIT_STATES,

@@ -11,9 +11,9 @@ from stiffcal.model.effect import Law
 from stiffcal.model.summary import EffectAt
 from stiffcal.report.content import EvidenceFigure, ReportContent
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.stages.diagnosis import current_diagnosis
+from stiffcal.stages.diagnoses.current import current_diagnosis
+from stiffcal.stages.diagnoses.stored_curves import DIAGNOSES, EVIDENCE
 from stiffcal.stages.steps import Ingested, key_of_table, stored_document
-from stiffcal.stages.stored_curves import DIAGNOSES, EVIDENCE
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
 

@@ -26,7 +26,7 @@ from stiffcal.report.content import ReportStates
 from stiffcal.report.gathering.content import report_states_of
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
-from stiffcal.stages.diagnosis import current_diagnosis
+from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.experiments import runs_with_fits
 from stiffcal.stages.steps import FIT_STATES, Ingested
 from stiffcal.store import values_of

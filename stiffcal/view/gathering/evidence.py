@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.stages.diagnoses.stored_curves import EVIDENCE
 from stiffcal.stages.steps import Ingested
-from stiffcal.stages.stored_curves import EVIDENCE
 from stiffcal.store import values_of
 from stiffcal.view.content import ViewEvidence, ViewVariable
 from stiffcal.view.gathering.models import place_words

@@ -23,7 +23,8 @@ from stiffcal.model.summary import Where
 from stiffcal.quantity import Units, quantity_of
 from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.results.value_words import as_shown, value_in_model
-from stiffcal.stages.diagnosis import diagnosis_key, shifted_by_missing
+from stiffcal.stages.diagnoses.current import diagnosis_key, shifted_by_missing
+from stiffcal.stages.diagnoses.stored_curves import REFITS
 from stiffcal.stages.history import stored_fits
 from stiffcal.stages.steps import (
     FIT_STATES,
@@ -33,7 +34,6 @@ from stiffcal.stages.steps import (
     key_of_table,
     stored_result,
 )
-from stiffcal.stages.stored_curves import REFITS
 from stiffcal.view.content import ViewEvidence, ViewModel, ViewShare, ViewValue, ViewVariable
 from stiffcal.view.gathering.refits_of_joints import is_of_one_joint, of_all_joints
 from stiffcal.view.shares import share_explained

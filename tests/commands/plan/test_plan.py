@@ -22,7 +22,7 @@ from stiffcal.planning.campaign.model import with_rotation
 from stiffcal.planning.design import information
 from stiffcal.planning.information import information_of_runs
 from stiffcal.planning.results import PlanResult
-from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext
 from tests.laboratory.printed_toml import pairs_in
 

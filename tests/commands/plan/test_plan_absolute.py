@@ -15,7 +15,7 @@ from stiffcal.commands.plan import PlanRequest, plan_campaign
 from stiffcal.planning.campaign.pairs import Candidates
 from stiffcal.planning.choice import identifiable
 from stiffcal.stages.fit import fit_now
-from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext, up_to_date_states
 
 CAMPAIGN = Path(__file__).parents[3] / "campaigns" / "absolute" / "01"

@@ -15,8 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.compensation.exports.scalar_responses import ScalarResponses
 from stiffcal.compensation.linear_nodes import LinearNodes, NodeChain
-from stiffcal.compensation.scalar_responses import ScalarResponses
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import cross_matrix
 

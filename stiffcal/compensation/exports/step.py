@@ -17,7 +17,7 @@ from math import isfinite
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.compensation.chain_pair import ChainPair
+from stiffcal.compensation.exports.chain_pair import ChainPair
 from stiffcal.compensation.linear_nodes import linear_nodes, node_chain
 from stiffcal.compensation.tool_weight import reading_filter, tool_in_reading
 from stiffcal.measurements.load_states import MeasurementSetup

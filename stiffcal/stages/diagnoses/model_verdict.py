@@ -6,7 +6,7 @@ from pathlib import Path
 
 from stiffcal.compensation.exports.controller import ModelVerdict
 from stiffcal.compensation.fitted_robot import FittedRobot
-from stiffcal.stages.diagnosis import current_diagnosis
+from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.wording import place

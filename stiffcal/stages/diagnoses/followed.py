@@ -12,8 +12,8 @@ from stiffcal.arrays import Floats
 from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
 from stiffcal.measurements.varying import varies
 from stiffcal.quantity import COMPLIANCE, FORCE, JOINT_ANGLE, MOMENT, of_measure
+from stiffcal.stages.diagnoses.stored_curves import EVIDENCE
 from stiffcal.stages.steps import Ingested, RunContext, up_to_date_states
-from stiffcal.stages.stored_curves import EVIDENCE
 from stiffcal.store import values_of
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
+from stiffcal.compensation.exports.step import StepSettings
 from stiffcal.compensation.linear_nodes import linear_nodes, node_chain
-from stiffcal.compensation.step import StepSettings
 from stiffcal.compensation.tool_weight import reading_filter, tool_in_reading
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot

@@ -10,9 +10,9 @@ from importlib import resources
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.compensation.controller_model import ControllerModel
-from stiffcal.compensation.law_tables import LawTables
-from stiffcal.compensation.step import FIRST_SWEEPS
+from stiffcal.compensation.exports.controller_model import ControllerModel
+from stiffcal.compensation.exports.law_tables import LawTables
+from stiffcal.compensation.exports.step import FIRST_SWEEPS
 from stiffcal.escapes import code_comment
 
 LINE = 110
@@ -83,6 +83,10 @@ def wrapped(head: Sequence[str]) -> list[str]:
 
 def filled(template: str, words: dict[str, str]) -> str:
     """Return a template of `code_templates` with words for what stands between two @."""
-    text = resources.files("stiffcal.compensation").joinpath("code_templates", template).read_text(encoding="utf-8")
+    text = (
+        resources.files("stiffcal.compensation.exports")
+        .joinpath("code_templates", template)
+        .read_text(encoding="utf-8")
+    )
     # one pass: what a name holds is not looked at again
     return re.sub(r"@([A-Z_0-9]+)@", lambda match: words[match[1]], text)

@@ -10,7 +10,7 @@ from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.model.editing import model_with
 from stiffcal.planning.campaign.model import PlanModel, plan_model_of, robot_to_plan
 from stiffcal.planning.campaign.rivals import NamedRival
-from stiffcal.stages.measured_so_far import measured_so_far
+from stiffcal.stages.plans.measured import measured_so_far
 from stiffcal.stages.steps import RunContext, TrialModel, ignore_note, model_text, with_trial_model
 
 

@@ -13,10 +13,9 @@ from stiffcal.errors import no_progress
 from stiffcal.judgement.suspects import described, described_doubts, misplaced_in
 from stiffcal.measurements.rms import Rms
 from stiffcal.results.value_words import shifted_values
-from stiffcal.stages.diagnose_rows import diagnoses_of_rows
-from stiffcal.stages.judged_states import diagnose_now, diagnosis_of
-from stiffcal.stages.steps import DIAGNOSE, Ingested, RunContext, key_of, stored_document
-from stiffcal.stages.stored_curves import (
+from stiffcal.stages.diagnoses.of_rows import diagnoses_of_rows
+from stiffcal.stages.diagnoses.of_states import diagnose_now, diagnosis_of
+from stiffcal.stages.diagnoses.stored_curves import (
     DIAGNOSES,
     EVIDENCE,
     REFITS,
@@ -25,6 +24,7 @@ from stiffcal.stages.stored_curves import (
     evidence_of,
     refit_columns,
 )
+from stiffcal.stages.steps import DIAGNOSE, Ingested, RunContext, key_of, stored_document
 from stiffcal.store.document_shape import result_from
 from stiffcal.wording import listing
 
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.results.identify_result import IdentifyResult
-    from stiffcal.stages.diagnose_rows import RowDiagnoses
-    from stiffcal.stages.stored_curves import Columns
+    from stiffcal.stages.diagnoses.of_rows import RowDiagnoses
+    from stiffcal.stages.diagnoses.stored_curves import Columns
     from stiffcal.store.trial import TrialResults
 
 

@@ -18,7 +18,7 @@ from stiffcal.planning.campaign.model import (
     refuse_lifts,
     with_force,
 )
-from stiffcal.stages.planned_model import planned_model
+from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext
 
 # Poses that the question is asked of: what some of them identify, all candidates identify.

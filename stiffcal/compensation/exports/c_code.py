@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.compensation.code_words import LINE, filled, identifier, shared_words, wrapped
-from stiffcal.compensation.controller_model import ControllerModel
-from stiffcal.compensation.law_tables import ENDLESS, LawTables, law_tables, spring_rows
+from stiffcal.compensation.exports.code_words import LINE, filled, identifier, shared_words, wrapped
+from stiffcal.compensation.exports.controller_model import ControllerModel
+from stiffcal.compensation.exports.law_tables import ENDLESS, LawTables, law_tables, spring_rows
 
 
 def c_source(model: ControllerModel, head: Sequence[str], stem: str) -> tuple[str, str]:

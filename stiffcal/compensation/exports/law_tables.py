@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.compensation.controller_model import ControllerModel
+from stiffcal.compensation.exports.controller_model import ControllerModel
 from stiffcal.model.scalar_laws import LawForm
 
 # Stands for infinity, which is no number of C99 or of Structured Text.

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 from stiffcal.diagnosis.merging import PartialDiagnosis
 from stiffcal.errors import part_of
+from stiffcal.stages.diagnoses.stored_curves import row_refit_columns
 from stiffcal.stages.experiments import measured_runs
 from stiffcal.stages.steps import Ingested, RunContext
-from stiffcal.stages.stored_curves import row_refit_columns
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Integers
     from stiffcal.diagnosis.refits import Refit, RefitSummary
-    from stiffcal.stages.stored_curves import Columns
+    from stiffcal.stages.diagnoses.stored_curves import Columns
 
 
 @dataclass

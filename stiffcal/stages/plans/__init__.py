@@ -1,0 +1,1 @@
+"""What a plan takes from a campaign that is measured in part."""
