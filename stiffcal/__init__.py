@@ -19,7 +19,14 @@ import os
 TYPE_CHECKING = False  # type checkers take it for true; `typing` itself would be the slowest import here
 if TYPE_CHECKING:
     from stiffcal.errors import Fault, InputError
-    from stiffcal.python.answers import FittedModel, LoadPrediction, ModelDiagnosis, ModelValidation
+    from stiffcal.python.answers import (
+        FitHistory,
+        FittedModel,
+        LoadPrediction,
+        MeasurementPlan,
+        ModelDiagnosis,
+        ModelValidation,
+    )
     from stiffcal.python.comparison import FitComparison
     from stiffcal.python.comparison import compare_fits as compare
     from stiffcal.python.improvement import ImprovementStep, ModelImprovement
@@ -36,10 +43,12 @@ __all__ = [
     "CampaignSession",
     "Fault",
     "FitComparison",
+    "FitHistory",
     "FittedModel",
     "ImprovementStep",
     "InputError",
     "LoadPrediction",
+    "MeasurementPlan",
     "ModelDiagnosis",
     "ModelImprovement",
     "ModelValidation",
@@ -55,6 +64,8 @@ _PLACES = {
     "CampaignSession": ("stiffcal.python.session", "CampaignSession"),
     "Fault": ("stiffcal.errors", "Fault"),
     "FitComparison": ("stiffcal.python.comparison", "FitComparison"),
+    "FitHistory": ("stiffcal.python.answers", "FitHistory"),
+    "MeasurementPlan": ("stiffcal.python.answers", "MeasurementPlan"),
     "FittedModel": ("stiffcal.python.answers", "FittedModel"),
     "ImprovementStep": ("stiffcal.python.improvement", "ImprovementStep"),
     "InputError": ("stiffcal.errors", "InputError"),

@@ -13,7 +13,7 @@ from stiffcal.uncertainty import NORMAL_95
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """A value with its 95 % interval, SI, and what is to be known of it."""
+    """An estimate with its 95 % interval."""
 
     value: Number
     """Null where it is not identified, or a stiffness without upper limit."""

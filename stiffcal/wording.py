@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from stiffcal.quantity import ANGLE, LENGTH, USUAL, Measures, ShownUnit, Units, of_joint, of_measure
 
 
-class Places(Protocol):
+class PlacesOfEffect(Protocol):
     """The places of an effect, as answers hold them."""
 
     @property
@@ -249,7 +249,7 @@ def probability_in_words(p: float) -> str:
     return f"{100.0 * p:.1f} %" if p >= 0.95 else f"{100.0 * p:.0f} %"
 
 
-def place_label(where: Places) -> str:
+def place_label(where: PlacesOfEffect) -> str:
     """Return a place as parameter names have it, several of them with commas.
 
     Examples
@@ -302,7 +302,7 @@ def ranges(numbers: Sequence[int]) -> str:
     return ", ".join(f"{row[0]}–{row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows)
 
 
-def place(where: Places | Mapping[str, Sequence[Any]]) -> str:
+def place(where: PlacesOfEffect | Mapping[str, Sequence[Any]]) -> str:
     """Return a ``where`` in words.
 
     Examples

@@ -203,11 +203,7 @@ def _with(case: ElementTree.Element, tag: str, message: str, text: str = "", kin
 
 def markdown_text(result: BatchResult) -> str:
     """Return the summary as Markdown: the totals, what is wrong, a table of all campaigns."""
-    title = (
-        "stiffcal: thresholds met in all campaigns"
-        if result.passed
-        else ("stiffcal: thresholds not met in all campaigns")
-    )
+    title = "stiffcal: no campaign fails" if result.passed else "stiffcal: campaigns fail"
     lines = [f"## {title}", "", totals_of(result), ""]
     for outcome in result.campaigns:
         lines += [_item(outcome.campaign, line) for line in complaints_of(outcome)]

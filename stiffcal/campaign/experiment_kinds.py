@@ -44,7 +44,7 @@ class KnownKind(Protocol):
         """Those of the manifest's keys of a run that are for some kinds alone, and that it reads."""
 
     def state_kind(self) -> object:
-        """Return what its load states are, a `stiffcal.identification.state_kinds.StateKind`."""
+        """Return what its load states are, a `stiffcal.identification.readings.state_kinds.StateKind`."""
 
     def simulation(self) -> object | None:
         """Return the simulation of its runs, a `stiffcal.simulation.kinds.RunSimulation`; None: load cycles."""

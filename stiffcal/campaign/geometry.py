@@ -104,6 +104,7 @@ def chain_of(robot: RobotFile, folder: Path) -> Chain:
         link_com=com,
         masses_known=masses_known,
         gravity=np.array(robot.gravity_mps2),
+        rated_payload=robot.rated_payload_kg,
         beams=link_beams(robot, fixed, bearing, link_names, skeleton.prismatic),
         compensator=None if robot.gravity_compensator is None else robot.gravity_compensator.model_dump(),
         tolerance=_tolerance(robot.geometry),

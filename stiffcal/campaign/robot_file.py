@@ -187,6 +187,7 @@ class RobotFile(TomlTable):
     convention : "dh" (Denavit-Hartenberg) or "modified-dh" (Craig); with `urdf` none.
     urdf : path next to robot.toml; base_link, tip_link where it branches. Its meshes are what `view` draws, where they
         lie in the campaign folder.
+    rated_payload_kg : what the maker allows at the flange; payloads are proposed within 2 to 100 % of it.
     gravity_mps2 : in base axes. joints : base to wrist; with a URDF only those with entries of their own.
     base : where the rows begin, in the robot's base frame; not with a URDF.
     flange : in the last frame of the convention (DH: after a, α and d of the last row; URDF: the tip link).
@@ -198,6 +199,7 @@ class RobotFile(TomlTable):
     urdf: Name | None = None
     base_link: Name | None = None
     tip_link: Name | None = None
+    rated_payload_kg: Positive | None = None
     gravity_mps2: Gravity = (0.0, 0.0, -9.81)
     joints: Annotated[
         tuple[JointEntry, ...], Field(strict=False), at_most(MOST_JOINTS, "describe one arm, base to flange")
@@ -208,4 +210,9 @@ class RobotFile(TomlTable):
     geometry: GeometryEntry = GeometryEntry()
     links: dict[str, LinkBeamEntry] = Field(default_factory=dict)
 
-    look_alikes: ClassVar[dict[str, str]] = {"joint": "joints", "gravity": "gravity_mps2", "link": "links"}
+    look_alikes: ClassVar[dict[str, str]] = {
+        "joint": "joints",
+        "gravity": "gravity_mps2",
+        "payload_kg": "rated_payload_kg",
+        "link": "links",
+    }

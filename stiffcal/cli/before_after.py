@@ -12,7 +12,7 @@ from stiffcal.results.value_words import value_in_model
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.identification.before_after import BeforeAfter
+    from stiffcal.identification.answers.before_after import BeforeAfter
 
 
 def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> None:
@@ -24,7 +24,7 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
     values : of two fits; where there are none, nothing is drawn.
     title : what changed them.
     """
-    from stiffcal.identification.before_after import units_of_values
+    from stiffcal.identification.answers.before_after import units_of_values
 
     compared = [value for value in values if value.before is not None and value.after is not None]
     if not compared:

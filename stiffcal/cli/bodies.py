@@ -11,7 +11,7 @@ from stiffcal.cli.wording import significant
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.identification.body_results import CartesianStiffnessResult, JointByItself, JointLineResult
+    from stiffcal.identification.bodies.body_results import CartesianStiffnessResult, JointByItself, JointLineResult
 
 _LOADS = dict(zip(("tx", "ty", "tz", "rx", "ry", "rz"), ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), strict=True))
 COMPONENTS = ("rx", "ry", "rz", "tx", "ty", "tz")

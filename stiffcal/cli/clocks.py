@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from math import sqrt
 from typing import TYPE_CHECKING
 
+from stiffcal.quantity import RATE
 from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
@@ -31,7 +32,8 @@ def clock_rates(runs: Iterable[Mapping[str, SourceClockOffset]]) -> list[str]:
             for k, value in enumerate((1.0, weight, weight * clock.rate)):
                 total[k] += value
     return [
-        f"the clock of {source} gains {1e6 * product / weight:+.0f} ± {1e6 * NORMAL_95 / sqrt(weight):.0f} ppm on "
+        f"the clock of {source} gains {RATE.usual.factor * product / weight:+.0f} ± "
+        f"{RATE.usual.factor * NORMAL_95 / sqrt(weight):.0f} {RATE.usual.name} on "
         f"that of {against}" + (f", mean of {count:.0f} runs" if count > 1 else "")
         for (source, against), (count, weight, product) in sums.items()
     ]

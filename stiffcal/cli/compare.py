@@ -15,7 +15,6 @@ from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import places, significant
 from stiffcal.escapes.shell import command_line
-from stiffcal.identification.before_after import units_of_values
 from stiffcal.results.value_words import value_in_model
 from stiffcal.validation.change import CHANCE
 from stiffcal.wording import listing
@@ -52,6 +51,8 @@ def show_comparison(console: AnswerConsole, result: CompareResult) -> None:
     show_verdict(console, *_verdict(result))
     console.show_warnings(result.warnings)
     table = plain_table("effect", "place", "parameter", "before, ± 95 %>", "after, ± 95 %>", "", "change>", "p>", "")
+    from stiffcal.identification.answers.before_after import units_of_values
+
     units = units_of_values(result.before_after)
     chances = {change.name: change.p_value for change in result.parameters}
     for row in result.before_after:

@@ -52,5 +52,5 @@ def demo(
 def show_demo(console: AnswerConsole, result: RunResult, ladder: HistoryResult, page: str) -> None:
     """Draw the ladder from the first model to the noise, then what `run` shows of the last."""
     show_run(console, result, page)
-    console.print(f"\nsteps of the model (the hidden effect: {result.folder}/truth.json):", soft_wrap=True)
+    console.print(f"\nhistory of fits (the hidden effect: {result.folder}/truth.json):", soft_wrap=True)
     show_history(console, ladder)

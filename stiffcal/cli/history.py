@@ -76,7 +76,7 @@ def show_history(console: Console, result: HistoryResult) -> None:
         return
     schemes = {fit.scheme for fit in result.fits if fit.heldout_rms is not None}
     left_out = held_out(schemes.pop() if len(schemes) == 1 else None)
-    table = plain_table("id", "time", "model", f"{left_out}, rms>", "fit, rms>", "noise>")
+    table = plain_table("fit", "time", "model", f"{left_out}, rms>", "fitted, rms>", "noise>")
     for fit in result.fits:
         table.add_row(
             fit.id + ("" if fit.origin in (None, "own") else f" ({NOT_YOURS[fit.origin]})"),

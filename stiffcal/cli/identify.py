@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.cli.console import AnswerConsole
-    from stiffcal.identification.agreement_results import Agreement
-    from stiffcal.identification.fit_results import DualQuaternionFit, GeometryTaken
-    from stiffcal.identification.geometry_results import GeometryFound
+    from stiffcal.identification.answers.agreement_results import Agreement
+    from stiffcal.identification.answers.fit_results import DualQuaternionFit, GeometryTaken
+    from stiffcal.identification.answers.geometry_results import GeometryFound
     from stiffcal.results.identify_result import IdentifyResult
 
 
@@ -162,14 +162,14 @@ def _read_in_words(result: IdentifyResult) -> str:
 
 def _has_rows(result: IdentifyResult) -> bool:
     """Return whether the geometry that was found stands as rows of joints, as a controller takes it."""
-    from stiffcal.identification.geometry_results import GeometryFound
+    from stiffcal.identification.answers.geometry_results import GeometryFound
 
     return isinstance(result.geometry, GeometryFound)
 
 
 def _of_places_alone(result: IdentifyResult) -> bool:
     """Return whether a fit is of absolute poses without load runs."""
-    from stiffcal.identification.geometry_results import GeometryFound
+    from stiffcal.identification.answers.geometry_results import GeometryFound
 
     return isinstance(result.geometry, GeometryFound) and not result.agreement
 
@@ -202,7 +202,7 @@ def _show_agreement(console: Console, agreement: Agreement) -> None:
 
 def _show_geometry(console: Console, geometry: GeometryTaken | GeometryFound, *, in_uncertainty: bool) -> None:
     """Draw the geometry that was found, or how well it was taken to be known."""
-    from stiffcal.identification.fit_results import GeometryTaken
+    from stiffcal.identification.answers.fit_results import GeometryTaken
     from stiffcal.results.geometry_words import HEADER, convention_in_words, sentences, table_rows
 
     if isinstance(geometry, GeometryTaken):
@@ -223,12 +223,12 @@ def geometry_in_words(geometry: GeometryTaken) -> str:
 
     Examples
     --------
-    >>> from stiffcal.identification.fit_results import GeometryTaken
-    >>> from stiffcal.identification.geometry_prior import GeometrySource
+    >>> from stiffcal.identification.answers.fit_results import GeometryTaken
+    >>> from stiffcal.identification.fitting.geometry_prior import GeometrySource
     >>> geometry_in_words(GeometryTaken(length_sigma=5e-4, angle_sigma=3.49e-4, source=GeometrySource.DEFAULT))
-    'geometry known to 0.5 mm per length and 0.02° per angle (default; [geometry] of robot.toml states it)'
+    'geometry known to 0.50 mm per length and 0.020° per angle (default; [geometry] of robot.toml states it)'
     """
-    from stiffcal.identification.geometry_prior import GeometrySource
+    from stiffcal.identification.fitting.geometry_prior import GeometrySource
 
     mend = "" if geometry.source is GeometrySource.ROBOT_FILE else "; [geometry] of robot.toml states it"
     source = "absolute positions" if geometry.source is GeometrySource.PLACES else geometry.source.value

@@ -12,6 +12,7 @@ from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import length, significant
+from stiffcal.quantity import DELAY
 from stiffcal.results.next_step import Step
 from stiffcal.uncertainty import NORMAL_95
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.ingest.results import IngestResult
-    from stiffcal.reduction.results import IngestedRun
+    from stiffcal.reduction.states.ingested_runs import IngestedRun
 
 
 def ingest(folder: Folder = HERE, as_json: AsJson = False, store: StoreAt = None) -> int:
@@ -43,7 +44,7 @@ def show_ingest(console: Console, result: IngestResult) -> None:
     show_registration(console, result.registration)
     if result.unchanged:
         console.print("nothing has changed since the last ingest: the store is current")
-    table = plain_table("run", "states>", "dropped", "clock offsets relative to the first source")
+    table = plain_table("run", "states>", "set aside", "clock offsets relative to the first source")
     for run in result.runs:
         swept = f" in {run.passes} passes" if run.passes else ""
         count_text = f"{run.n_readings} readings" if run.n_readings else run.n_states
@@ -74,8 +75,9 @@ def _clocks(run: IngestedRun) -> str:
     texts = []
     for source, offset in run.clock_ahead_s.items():
         if offset.value is not None:
-            spread = f" ± {significant(1e3 * NORMAL_95 * offset.std, 2)}" if offset.std else ""
-            texts.append(f"{source} {significant(1e3 * offset.value, 4)}{spread} ms")
+            unit = DELAY.usual
+            spread = f" ± {significant(unit.factor * NORMAL_95 * offset.std, 2)}" if offset.std else ""
+            texts.append(f"{source} {significant(unit.factor * offset.value, 4)}{spread}{unit.mark}")
         else:
             texts.append(f"{source} not known" + (f" ({offset.reason})" if offset.reason else ""))
     return ", ".join(texts)

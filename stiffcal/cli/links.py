@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import deviation, share, significant
-from stiffcal.identification.link_results import LINK_COMPLIANCE, compliance_units
 from stiffcal.quantity import quantity_of
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import estimate
@@ -14,11 +13,13 @@ from stiffcal.wording import estimate
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.identification.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
+    from stiffcal.identification.bodies.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
 
 
 def show_links(console: Console, links: list[LinkResult]) -> None:
     """Draw what the rods show of each link: what they carry, the compliance of its end, what they do not identify."""
+    from stiffcal.identification.bodies.link_results import LINK_COMPLIANCE, compliance_units
+
     for link in links:
         tool_share = link.share_of_tool
         without_twist = "" if link.torsion.identifiable else ", its torsion not included"

@@ -12,8 +12,10 @@ from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import angle, length, significant
+from stiffcal.cli.wording import significant
 from stiffcal.escapes.shell import command_line
+from stiffcal.quantity import ANGLE, LENGTH, LINEAR_STIFFNESS
+from stiffcal.wording import in_unit
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -95,22 +97,22 @@ def show_map(console: Console, result: MapResult) -> None:
         f"reached, {result.beyond_limits} only beyond joint limits; values from {result.values_from}"
     )
     rows = (
-        ("position error", result.position_error, length),
-        ("orientation error", result.orientation_error, angle),
-        ("stiffness", result.stiffness, lambda value: f"{significant(1e-3 * value)} N/mm"),
+        ("position error", result.position_error, LENGTH),
+        ("orientation error", result.orientation_error, ANGLE),
+        ("stiffness", result.stiffness, LINEAR_STIFFNESS),
     )
     table = plain_table("", "smallest>", "largest>")
-    for name, ends, heading in rows:
+    for name, ends, quantity in rows:
         if ends is not None and ends[1] > 0.0:
-            table.add_row(name, heading(ends[0]), heading(ends[1]))
+            table.add_row(name, *(in_unit(end, quantity.unit_for(ends)) for end in ends))
     console.print(table)
     worst = result.worst
     if worst is not None:
-        place = ", ".join(f"{1e3 * value:.0f}" for value in worst.position)
+        place = ", ".join(f"{LENGTH.usual.factor * value:.0f}" for value in worst.position)
         angles = [] if worst.joints is None else [round(math.degrees(turn), 1) + 0.0 for turn in worst.joints]
         joints = f", joints ({', '.join(f'{value:.1f}' for value in angles)})°" if angles else ""
         name = "largest position error" if any(result.wrench) else "softest point"
-        console.print(f"{name} at ({place}) mm in base axes{joints}", soft_wrap=True)
+        console.print(f"{name} at ({place}) {LENGTH.usual.name} in base axes{joints}", soft_wrap=True)
     for file in (result.file, result.picture):
         if file is not None:
             console.print(f"wrote {file}", soft_wrap=True)

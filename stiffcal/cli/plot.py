@@ -33,7 +33,7 @@ def plot(
         typer.Option(
             metavar="WHAT",
             help="Draw the fit: normal (residuals against a normal law), influence (of each run on each value), "
-            "correlation, history.",
+            "correlation, profile (of values near a bound, or that bend a law), history.",
             show_default=False,
         ),
     ] = None,

@@ -15,6 +15,7 @@ from stiffcal.cli.wording import NOT_KNOWN, significant
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
+from stiffcal.quantity import LENGTH, LINEAR_STIFFNESS, ShownUnit
 from stiffcal.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
@@ -113,53 +114,62 @@ def show_prediction(console: Console, result: PredictResult, most: int = 24) -> 
     """Draw deflection ± 95 % and the force it takes per millimetre, state by state."""
     console.print(f"deflection of {result.target}, base axes; values from {result.values_from}")
     numbered_states = list(enumerate(result.states[:most], start=1))
-    table = plain_table("state>", "dx [mm]>", "dy [mm]>", "dz [mm]>")
+    shown = result.states[:most]
+    unit = LENGTH.unit_for(float(value) for state in shown for value in state.deflection[:3])
+    table = plain_table("state>", *(f"{unit.in_brackets(f'd{axis}')}>" for axis in "xyz"))
     for number, state in numbered_states:
-        table.add_row(str(number), *(_translation(state, k) for k in range(3)))
+        table.add_row(str(number), *(_translation(state, k, unit) for k in range(3)))
     console.print(table)
-    console.print("\nstiffness [N/mm], with and without complementary stiffness")
+    compliances = [m for state in shown for m in (state.cartesian_compliance, state.linear_compliance)]
+    hard = LINEAR_STIFFNESS.unit_for(1.0 / m[k, k] for m in compliances for k in range(3) if m[k, k] > 0.0)
+    console.print(f"\n{hard.in_brackets('stiffness')}, with and without complementary stiffness")
     table = plain_table("state>", "x>", "y>", "z>", "x without>", "y without>", "z without>")
     for number, state in numbered_states:
-        table.add_row(str(number), *_stiffness(state.cartesian_compliance), *_stiffness(state.linear_compliance))
+        both = (state.cartesian_compliance, state.linear_compliance)
+        table.add_row(str(number), *(cell for compliance in both for cell in _stiffness(compliance, hard)))
     console.print(table)
-    _show_links(console, result.states[:most])
+    _show_links(console, shown, unit)
     if len(result.states) > most:
         console.print(f"{len(result.states) - most} more in --json or -o FILE")
     if result.file is not None:
         console.print(f"wrote {result.file}", soft_wrap=True)
 
 
-def _show_links(console: Console, states: Sequence[PredictedState]) -> None:
+def _show_links(console: Console, states: Sequence[PredictedState], unit: ShownUnit) -> None:
     """Draw the deflection with and without each link's own part, side by side (000, Fig. 7)."""
     for number, link in enumerate(states[0].links if states else []):
         name, modelled, measured = link.link, link.at_target is not None, link.at_target_by_compliance is not None
-        heads = ["whole [mm]>"] + [f"{name} rigid [mm]>", f"part of {name} [mm]>"] * modelled
-        table = plain_table("state>", *heads, *[f"part of {name} by its 6×6 [mm]>"] * measured)
+        heads = [f"{unit.in_brackets('whole')}>"]
+        heads += [f"{unit.in_brackets(one)}>" for one in (f"{name} rigid", f"part of {name}")] * modelled
+        table = plain_table("state>", *heads, *[f"{unit.in_brackets(f'part of {name} by its 6×6')}>"] * measured)
         for place, state in enumerate(states, start=1):
             link_deflection = state.links[number]
-            cells = [_vector(state.deflection)]
+            cells = [_vector(state.deflection, unit)]
             if link_deflection.at_target is not None:
-                cells += [_vector(state.deflection - link_deflection.at_target), _vector(link_deflection.at_target)]
+                own = link_deflection.at_target
+                cells += [_vector(state.deflection - own, unit), _vector(own, unit)]
             if link_deflection.at_target_by_compliance is not None:
-                cells.append(_vector(link_deflection.at_target_by_compliance))
+                cells.append(_vector(link_deflection.at_target_by_compliance, unit))
             table.add_row(str(place), *cells)
         console.print(table)
 
 
-def _vector(values: Vector) -> str:
-    return ", ".join(significant(1e3 * value, 3) if abs(value) > 1e-9 else "0" for value in values[:3].tolist())
+def _vector(values: Vector, unit: ShownUnit) -> str:
+    # what is smaller is the solver's rounding
+    kept = (value if abs(value) > LENGTH.rounding else 0.0 for value in values[:3].tolist())
+    return ", ".join(significant(unit.factor * value) for value in kept)
 
 
-def _translation(state: PredictedState, axis: int) -> str:
-    value = 1e3 * float(state.deflection[axis])
-    # A picometre is the solver's rounding.
-    if abs(value) < 1e-6:
+def _translation(state: PredictedState, axis: int, unit: ShownUnit) -> str:
+    value = float(state.deflection[axis])
+    if abs(value) < LENGTH.rounding:
         return "0"
-    half = 1e3 * NORMAL_95 * float(state.covariance[axis, axis]) ** 0.5
-    return f"{significant(value)} ± {significant(half, 2)}" if half else significant(value)
+    half = NORMAL_95 * float(state.covariance[axis, axis]) ** 0.5
+    text = significant(unit.factor * value)
+    return f"{text} ± {significant(unit.factor * half, 2)}" if half else text
 
 
-def _stiffness(compliance: Matrix) -> list[str]:
+def _stiffness(compliance: Matrix, unit: ShownUnit) -> list[str]:
     """Return force over deflection along each axis, the other directions free to give."""
     gives = [float(compliance[k, k]) for k in range(3)]
-    return [significant(1e-3 / give) if give > 0.0 else NOT_KNOWN for give in gives]
+    return [significant(unit.factor / give) if give > 0.0 else NOT_KNOWN for give in gives]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
 
 
 def plain_table(*columns: str) -> Table:

@@ -9,7 +9,7 @@ from typing import cast
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
+from stiffcal.identification.answers.before_after import estimated_parameters, values_before_and_after
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import IDENTIFY, RunContext, up_to_date_states

@@ -21,7 +21,7 @@ from stiffcal.stages.steps import (
 )
 
 if TYPE_CHECKING:
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
 
 LOSSES: tuple[Loss, ...] = ("linear", "huber")
 
@@ -94,7 +94,7 @@ def _add_dual_quaternion_form(data: Ingested, fit: Fit | None, result: IdentifyR
     ------
     InputError : the model holds more than joint springs.
     """
-    from stiffcal.identification.dual_form import identify_in_two_forms, two_forms_result
+    from stiffcal.identification.answers.dual_form import identify_in_two_forms, two_forms_result
 
     refuse_prismatic(
         data.campaign.chain.prismatic_names,

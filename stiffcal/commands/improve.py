@@ -13,7 +13,7 @@ from stiffcal.commands.edit_model import change_model
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
 from stiffcal.diagnosis.words import effect_in_words
-from stiffcal.identification.before_after import (
+from stiffcal.identification.answers.before_after import (
     BeforeAfter,
     EstimatedParameter,
     estimated_parameters,

@@ -13,7 +13,7 @@ from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile, load_plan
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.planning.campaign.answer import answer_of, separations_of
-from stiffcal.planning.campaign.candidates import Candidates, candidates_of, with_ways
+from stiffcal.planning.campaign.candidates import candidates_of, with_ways
 from stiffcal.planning.campaign.choice import Purpose, chosen_runs
 from stiffcal.planning.campaign.goals import LOOK_ALIKES, WantedGoal, area_of, wanted_goals
 from stiffcal.planning.campaign.means import cell_of
@@ -25,6 +25,7 @@ from stiffcal.planning.campaign.model import (
     refuse_lifts,
     with_force,
 )
+from stiffcal.planning.campaign.pairs import Candidates
 from stiffcal.planning.campaign.program import check_program, write_program
 from stiffcal.planning.campaign.remedies import remedies_of
 from stiffcal.planning.campaign.rivals import NamedRival, named_rival, rivals_of_diagnosis
@@ -135,7 +136,7 @@ def _planned(
     context: RunContext,
 ) -> tuple[PlanResult, Candidates]:
     """Return the plan without ways between its runs, and the runs that could have been chosen."""
-    from stiffcal.planning.design import Criterion
+    from stiffcal.planning.criterion import Criterion
     from stiffcal.planning.information import UNLOADED_READINGS
 
     named = _named_rivals(campaign, goals, request, context)

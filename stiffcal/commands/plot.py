@@ -220,10 +220,10 @@ def _covariate(
                 f"direction of the last motion of joint {joint + 1}", "1", _approach(states, joint)
             )
         if quantity == "angle":
-            unit, what = of_joint(slides).usual, "position" if slides else "angle"
-            return ResidualCovariate(f"{what} of joint {joint + 1}", unit.name, unit.factor * states.joints[:, joint])
-        what, unit = ("force", FORCE.usual) if slides else ("torque", MOMENT.usual)
-        return ResidualCovariate(f"{what} on joint {joint + 1}", unit.name, joint_torques(data, identified)[:, joint])
+            shown, what = of_joint(slides).usual, "position" if slides else "angle"
+            return ResidualCovariate(f"{what} of joint {joint + 1}", shown.name, shown.factor * states.joints[:, joint])
+        what, shown = ("force", FORCE.usual) if slides else ("torque", MOMENT.usual)
+        return ResidualCovariate(f"{what} on joint {joint + 1}", shown.name, joint_torques(data, identified)[:, joint])
     raise InputError.at(
         FaultCode.OPTION_INVALID, "command line", "--against", f"unknown quantity {against}", f"choose {AGAINST}"
     )

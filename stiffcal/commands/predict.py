@@ -27,7 +27,7 @@ from stiffcal.trust.outputs import check_output
 if TYPE_CHECKING:
     from stiffcal.compensation.predict_result import LoadPath, PredictResult
     from stiffcal.compensation.prediction import Prediction
-    from stiffcal.store.reading import Documents, Stored
+    from stiffcal.store.store_place import Documents, Stored
 
 
 @dataclass(frozen=True)

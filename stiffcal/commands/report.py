@@ -44,11 +44,16 @@ def report_campaign(
     from stiffcal.commands.report_requests import with_requests
     from stiffcal.report.building import build_report
     from stiffcal.report.gathering.content import report_content
+    from stiffcal.report.gathering.plot_of_fit import CAPTIONS, pictures_of_fit
+    from stiffcal.report.pictures_of_fit import PictureOfFit
 
     context.progress("collecting the results", None)
     identified = replace(identified, origin=data.store.origin_of(IDENTIFY))
     content = report_content(data, identified, validation, read_history(folder, context))
     content = with_requests(content, data, context)
+    pictures = pictures_of_fit(data, identified, context)
+    statistics = [PictureOfFit(of, identified.key, CAPTIONS[of], make) for of, make in pictures.items()]
+    content = replace(content, statistics=tuple(statistics))
     with written(file, REPORT, context.overwrite) as temporary:
         build_report(content, temporary, context.progress, is_short)
     return ReportResult(warnings=[], file=str(file), origin=identified.origin)

@@ -23,7 +23,7 @@ def residual_columns(data: Ingested, identified: IdentifyResult, table: str) -> 
     identified : its fit.
     table : "fit" or "unseen".
     """
-    from stiffcal.identification.state_loads import LOAD, load_columns
+    from stiffcal.identification.readings.state_loads import LOAD, load_columns
 
     judged, states = data.store.read_table(table), data.states
     stored = {name: judged.column(name).to_numpy(zero_copy_only=False) for name in judged.column_names}

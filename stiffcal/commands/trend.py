@@ -36,7 +36,10 @@ from stiffcal.validation.trend_result import (
 )
 
 if TYPE_CHECKING:
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
+
+if TYPE_CHECKING:
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
 
 
 def trend_campaigns(

@@ -30,7 +30,7 @@ from stiffcal.stages.validation import current_validation, validate_now, with_pr
 
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.model.composite import CompliantRobot
 
 
@@ -70,7 +70,7 @@ def _validate_other(
 ) -> ValidateResult:
     """Judge another campaign's fitted model on these data; nothing is stored."""
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.identification.document import model_summary
+    from stiffcal.identification.answers.document import model_summary
     from stiffcal.ingest.sources import manifest_data_files
     from stiffcal.results.validate_answer import validate_result
     from stiffcal.store.index import FOREIGN
@@ -157,7 +157,7 @@ def _with_own_frames(robot: CompliantRobot, data: Ingested) -> CompliantRobot:
 
     Tracker and targets stand elsewhere in every campaign; without absolute poses none is found with the robot.
     """
-    from stiffcal.identification.identify import Settings, identify_parameters
+    from stiffcal.identification.fitting.identify import Settings, identify_parameters
 
     of_robot = tuple(placed for placed in robot.placed if not isinstance(placed.effect, FramePosition))
     frames = tuple(placed for placed in placed_robot(data.campaign).placed if isinstance(placed.effect, FramePosition))

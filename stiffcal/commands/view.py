@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
@@ -72,11 +72,14 @@ def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampai
     data = up_to_date_states(folder, context)
     identified, validation = up_to_date_results(data, context)
 
+    from stiffcal.report.gathering.plot_of_fit import statistics_page
     from stiffcal.view.gathering.content import view_content
     from stiffcal.view.page import build_page
 
     context.progress("collecting the results", None)
     content = view_content(data, identified, validation, raw)
+    statistics = statistics_page(data, identified)
+    content = replace(content, pages=[*content.pages, *([] if statistics is None else [statistics])])
     shown = 0 if content.states is None else len(content.states.run)
     fault = content.meshes_fault
     warnings = [f"the robot is drawn without the meshes of its URDF: {fault}"] if fault else []

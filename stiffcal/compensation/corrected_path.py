@@ -16,7 +16,7 @@ from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantity import LENGTH, of_component
-from stiffcal.wording import lines_in_words, significant
+from stiffcal.wording import angle, length, lines_in_words, significant
 
 if TYPE_CHECKING:
     from stiffcal.compensation.compensate_result import (
@@ -150,9 +150,9 @@ def _check_reached(path: CompensationPath, corrected: Corrected) -> None:
     for of_kind, reason, mend in kinds:
         rows = np.flatnonzero(missed & of_kind)
         if rows.size:
-            left_mm = 1e3 * float(np.linalg.norm(corrected.after[rows, :3], axis=1).max())
+            left = float(np.linalg.norm(corrected.after[rows, :3], axis=1).max())
             place = lines_in_words(path.table.lines[rows], path.table.line_word)
-            reason = f"{reason}: {'up to ' if rows.size > 1 else ''}{significant(left_mm)} mm remain"
+            reason = f"{reason}: {'up to ' if rows.size > 1 else ''}{length(left)} remain"
             faults.append(Fault(FaultCode.POSE_UNREACHABLE, path.table.file, place, reason, mend))
     raise_faults(faults)
 
@@ -231,12 +231,12 @@ def _warnings(path: CompensationPath, corrected: Corrected, options: CompensateR
     sentences += deflection_doubts(corrected.deflection, path.wrench, path.loads_from, path.unit_mend)
     only = corrected.position_reached & ~corrected.reached
     if options.orientation and only.any():
-        worst = 1e3 * float(np.abs(corrected.after[only, 3:]).max())
+        worst = float(np.abs(corrected.after[only, 3:]).max())
         lines = lines_in_words(path.table.lines[only], path.table.line_word)
         limited = sorted({name for names in corrected.held for name in names})
         why = f"{', '.join(limited)} at its limit" if limited else "near a singular pose"
         sentences.append(
-            f"{lines}: the position is reached, the orientation differs by up to {significant(worst, 2)} mrad ({why})"
+            f"{lines}: the position is reached, the orientation differs by up to {angle(worst, digits=2)} ({why})"
         )
     return sentences
 

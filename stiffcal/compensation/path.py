@@ -34,7 +34,7 @@ from stiffcal.compensation.table_doubts import angle_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.reduction.logs.reading_bounds import LARGEST_ANGLE_RAD, LONGEST_TRAVEL_M
-from stiffcal.wording import significant, unused_columns
+from stiffcal.wording import unused_columns
 
 if TYPE_CHECKING:
     from stiffcal.compensation.fitted_robot import FittedRobot
@@ -173,7 +173,7 @@ def _check_limits(fitted: FittedRobot, table: WrittenTable, joints: Floats) -> N
         mark = " mm" if chain.prismatic[joint] else "°"
         low, high = chain.printed_positions(chain.limits.T)[:, joint]
         at = chain.printed_positions(joints[row])[joint]
-        reason = f"{chain.joint_names[joint]} = {significant(at, 4)}{mark} lies beyond its limits"
+        reason = f"{chain.joint_names[joint]} = {at:.4g}{mark} lies beyond its limits"
         faults.append(
             Fault(
                 FaultCode.POSE_UNREACHABLE,

@@ -48,7 +48,7 @@ def position_doubts(position: Floats, where: str, mend: str) -> list[str]:
     """Return a warning where positions (n, 3), m, that were read as millimetres look like metres."""
     if np.abs(position).max(initial=0.0) >= MOST_METRES:
         return []
-    return [f"{where}: all positions lie within {1e3 * MOST_METRES:.0f} mm of the base: are they in metres? {mend}"]
+    return [f"{where}: all positions lie within {length(MOST_METRES)} of the base: are they in metres? {mend}"]
 
 
 def deflection_doubts(deflection: Floats, wrench: Floats, where: str, mend: str) -> list[str]:

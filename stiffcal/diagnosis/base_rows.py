@@ -16,7 +16,7 @@ from stiffcal.diagnosis.scoring import Score, score_variants
 from stiffcal.diagnosis.thresholds import CHOICE_FOLDS
 from stiffcal.estimation.rows import RowSpace
 from stiffcal.estimation.unknowns import signs_of
-from stiffcal.identification.regressors import Regressor, RegressorMaker, StoredRegressor
+from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker, StoredRegressor
 
 
 def choice_groups(n_folds: int) -> Integers:

@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.arrays import Integers
 from stiffcal.diagnosis.results import UntestableEffect
 from stiffcal.diagnosis.thresholds import MANY_SHAPES
-from stiffcal.identification.regressors import Regressor, RegressorMaker
+from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot

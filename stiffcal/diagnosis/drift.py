@@ -14,7 +14,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.thresholds import ADEQUATE_RATIO, LACK_OF_FIT_P, LINGERING
-from stiffcal.identification.readings import Observations
+from stiffcal.identification.readings.observations import Observations
 
 
 @dataclass(frozen=True)

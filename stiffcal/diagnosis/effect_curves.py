@@ -24,9 +24,9 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.forecast import contribution_of, heldout_residual
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.estimation.unknowns import ParameterColumn
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.regressors import Linearised, Regressor
-from stiffcal.identification.row_layout import GAUGE, ROTATION, TRANSLATION
+from stiffcal.identification.fitting.regressors import Linearised, Regressor
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.row_layout import GAUGE, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import PlacedEffect

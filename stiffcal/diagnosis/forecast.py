@@ -12,7 +12,7 @@ from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import bounds_of
-from stiffcal.identification.regressors import Linearised, Regressor
+from stiffcal.identification.fitting.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import members_of
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.validation.heldout import corrected_for_freedom

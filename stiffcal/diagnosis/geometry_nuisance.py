@@ -16,11 +16,11 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.diagnosis.thresholds import DEPENDENT
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.geometry import geometry_columns, geometry_prior, geometry_slope
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.row_layout import MOTOR
-from stiffcal.identification.starting import starting_runs
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.geometry import geometry_columns, geometry_prior, geometry_slope
+from stiffcal.identification.noise.projection import Projection
+from stiffcal.identification.readings.row_layout import MOTOR
+from stiffcal.identification.readings.starting import starting_runs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 

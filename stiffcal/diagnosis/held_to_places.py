@@ -21,8 +21,8 @@ from stiffcal.diagnosis.lack_of_fit import relative_std
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.results import AgreementWithPlaces
 from stiffcal.diagnosis.thresholds import PLACES_ERRORS
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.geometry import geometry_prior, places_by_geometry, reference_poses, rigid_changes
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.geometry import geometry_prior, places_by_geometry, reference_poses, rigid_changes
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.abilities import FiniteShift
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -12,8 +12,8 @@ from stiffcal.diagnosis.load_scan import LoadScan, fold_rows
 from stiffcal.diagnosis.scan import Trial, helped
 from stiffcal.diagnosis.scoring import Score
 from stiffcal.estimation.unknowns import amplitudes, with_estimates
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.state_kinds import measured_kinds
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.readings.state_kinds import measured_kinds
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

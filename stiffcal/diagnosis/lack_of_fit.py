@@ -20,7 +20,7 @@ from stiffcal.diagnosis.thresholds import (
     LOOK_ALIKE_SHARE,
     STANDARD_ERRORS,
 )
-from stiffcal.identification.document import finite
+from stiffcal.identification.answers.document import finite
 from stiffcal.measurements.rms import VarianceRatio
 from stiffcal.model.effect import ParameterRole
 

@@ -18,12 +18,12 @@ from stiffcal.diagnosis.scoring import score_variants
 from stiffcal.diagnosis.slips import best_slip, is_slip, load_stretches, score_in_run
 from stiffcal.errors import Progress, no_progress
 from stiffcal.estimation.unknowns import amplitudes
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import raw_whitening
-from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import Observations
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.regressors import Linearised, RegressorSource
+from stiffcal.identification.derivatives.observation import Observations
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import raw_whitening
+from stiffcal.identification.fitting.regressors import Linearised, RegressorSource
+from stiffcal.identification.noise.projection import Projection
+from stiffcal.identification.noise.reading_noise import Whitening
 from stiffcal.measurements.load_states import members_of
 from stiffcal.validation.heldout import search_folds
 

@@ -9,7 +9,7 @@ from math import prod, sqrt
 from stiffcal.diagnosis.explained import Explained
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UntestableEffect
-from stiffcal.identification.search_subject import SearchSubject
+from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt
 

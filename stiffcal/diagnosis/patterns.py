@@ -29,8 +29,8 @@ from stiffcal.diagnosis.pattern_results import (
 )
 from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.chain import Chain

@@ -6,7 +6,7 @@ from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.lack_of_fit import fitted_values
 from stiffcal.diagnosis.pattern_results import CandidateParameter
 from stiffcal.diagnosis.scan import ROUNDING, Scan, Trial
-from stiffcal.identification.document import finite
+from stiffcal.identification.answers.document import finite
 from stiffcal.model.summary import EffectAt, Where
 
 

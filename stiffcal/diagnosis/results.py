@@ -11,8 +11,8 @@ from stiffcal.diagnosis.pattern_results import CandidateParameter, CompliancePat
 from stiffcal.diagnosis.setting_results import ContradictedSetting, WrongGeometry
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
-from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import BeforeAfter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.reduction.registration.frames import RegistrationSummary

@@ -18,7 +18,7 @@ from stiffcal.diagnosis.thresholds import MANY_SHAPES
 from stiffcal.errors import Progress, no_progress
 from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.rows import RowSpace
-from stiffcal.identification.regressors import Regressor, StoredRegressor
+from stiffcal.identification.fitting.regressors import Regressor, StoredRegressor
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole
 

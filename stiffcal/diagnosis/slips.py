@@ -18,9 +18,9 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.scoring import Score
 from stiffcal.estimation.leave_out import LeaveOut
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.row_layout import GAUGE, TRANSLATION
+from stiffcal.identification.noise.projection import Projection
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.row_layout import GAUGE, TRANSLATION
 from stiffcal.model.effect import Effect, ParameterRole
 from stiffcal.reduction.loads.cycles import UNLOADED_SHARE
 

@@ -18,7 +18,7 @@ from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.thresholds import LACK_OF_FIT_P
 from stiffcal.estimation.constants import stretches
 from stiffcal.estimation.triangular import triangular_of_rows
-from stiffcal.identification.observation import Observations
+from stiffcal.identification.derivatives.observation import Observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.varying import varies
 from stiffcal.reduction.loads.cycles import LOADING, UNLOADING, find_load_cycles

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.observation import rests
+from stiffcal.identification.derivatives.observation import rests
+from stiffcal.identification.fitting.fit import Fit
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -12,7 +12,7 @@ from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy, PatternAlternative
 from stiffcal.diagnosis.results import AgreementWithPlaces, Explanation
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.identification.state_kinds import StateKind, measured_kinds
+from stiffcal.identification.readings.state_kinds import StateKind, measured_kinds
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
 from stiffcal.model.summary import EffectAt

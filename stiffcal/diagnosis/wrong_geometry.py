@@ -12,7 +12,7 @@ import numpy as np
 from stiffcal.diagnosis.load_scan import LoadScan
 from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.estimation.triangular import triangular
-from stiffcal.identification.geometry import geometry_columns, geometry_prior
+from stiffcal.identification.fitting.geometry import geometry_columns, geometry_prior
 from stiffcal.measurements.load_states import LoadStates
 
 

@@ -19,7 +19,6 @@ from stiffcal.estimation.triangular import scaled_inverse
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.estimation.unknowns import Unknowns
 from stiffcal.natural_order import NameKey, natural_key
-from stiffcal.wording import significant
 
 SPRINGS = "joint-compliance"
 
@@ -196,6 +195,6 @@ def combination(coefficients: list[float], names: list[str]) -> str:
     for coefficient, name in zip(coefficients, names, strict=True):
         size = abs(coefficient)
         sign = "−" if coefficient < 0.0 else "+"
-        term = name if abs(size - 1.0) < 5e-4 else f"{significant(size)} × {name}"
+        term = name if abs(size - 1.0) < 5e-4 else f"{size:.3g} × {name}"
         text += f" {sign} {term}" if text else (f"−{term}" if coefficient < 0.0 else term)
     return text

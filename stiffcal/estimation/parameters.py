@@ -16,7 +16,7 @@ from stiffcal.uncertainty import NORMAL_95, is_poorly_known
 
 # Of 36 compliances that are nothing one rises above this many standard uncertainties in one campaign of twenty.
 ABOVE_NOISE = 3.0
-# Above them four terms of the expansion are exact to the last digits.
+# Above them four terms of the expansion are exact to twelve digits.
 MANY_DEGREES = 1000
 # Every parameter may go as far as is possible.
 NOWHERE_NEARER: Mapping[str, tuple[float, float]] = {}

@@ -36,8 +36,8 @@ class OpenBefore:
     causes: Mapping[str, Undetermined] = field(default_factory=dict)
     """Full name to why."""
     common_scale: tuple[str, ...] = ()
-    """Full names of moments and compliances with one unknown scale (`stiffcal.identification.load_scale`); the first
-    keeps its value.
+    """Full names of moments and compliances with one unknown scale (`stiffcal.identification.fitting.load_scale`); the
+    first keeps its value.
     """
 
     def with_causes(self, names: Collection[str], cause: Undetermined) -> OpenBefore:

@@ -15,8 +15,8 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.signals import DeadWeight, Deflection, JointSignals, Wrench
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.measured_links import measure_links
-from stiffcal.identification.readings import observe
+from stiffcal.identification.bodies.measured_links import measure_links
+from stiffcal.identification.readings.observations import observe
 from stiffcal.ingest.constant_signals import constant_signals
 from stiffcal.ingest.header_units import conflict_warnings, declared_units, unit_conflicts
 from stiffcal.ingest.places_not_measured import orientations_not_measured, rows_without_place
@@ -39,10 +39,10 @@ from stiffcal.mistakes.references.kinematics import check_kinematics, miss_words
 from stiffcal.mistakes.references.match import MEETS_M, match_kinematics
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.reduction.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
 from stiffcal.reduction.copies.repeated_rows import repeated_rows
 from stiffcal.reduction.copies.rounded import RoundedCopies
 from stiffcal.reduction.loads.cycles import UNLOADED_SHARE
+from stiffcal.reduction.logs.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
 from stiffcal.reduction.logs.plausibility import LogQuality
 from stiffcal.reduction.logs.rows import (
     LogRows,
@@ -54,8 +54,8 @@ from stiffcal.reduction.logs.rows import (
 )
 from stiffcal.reduction.logs.sampled_readings import ReadingSampler
 from stiffcal.reduction.logs.summary import LogSummary
-from stiffcal.reduction.raw_states import RawStates
 from stiffcal.reduction.set_aside.displacement_measured import check_displacement_measured
+from stiffcal.reduction.states.raw_states import RawStates
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12
@@ -353,7 +353,7 @@ def _turned(states: LoadStates, campaign: Campaign) -> list[Fault]:
     on_flange = frame is not None and frame.parent == "flange"
     where = "write about" if on_flange else "its axes against the flange's are about"
     reason = (
-        f"joint springs explain {100.0 * found.declared:.0f} % of the deflection, and {100.0 * found.turned:.0f} % "
+        f"joint-compliance explains {100.0 * found.declared:.0f} % of the deflection, and {100.0 * found.turned:.0f} % "
         f"with the sensor turned by {found.turn_deg:.0f}°"
     )
     mend = f"{where} {written}, as its mounting shows it, or check the order and signs of the force's columns"

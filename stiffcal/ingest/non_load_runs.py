@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from stiffcal.campaign.loading import Campaign
 from stiffcal.kinds import all_kinds
 from stiffcal.kinds.reduction import RunsReduction
-from stiffcal.reduction.results import IngestedRun
+from stiffcal.reduction.states.ingested_runs import IngestedRun
 from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from stiffcal.ingest.data_quality import ReadLog
 from stiffcal.reduction.clocks.offsets import SourceClockOffset
 from stiffcal.reduction.logs.blocks import Blocks
-from stiffcal.reduction.raw_states import RawStates
-from stiffcal.reduction.results import UnusedData
+from stiffcal.reduction.states.ingested_runs import UnusedData
+from stiffcal.reduction.states.raw_states import RawStates
 
 
 @dataclass(frozen=True)

@@ -33,21 +33,21 @@ from stiffcal.mistakes.absolute.place_faults import place_faults
 from stiffcal.mistakes.clocks.found import clock_warnings
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.holds.finding import Holds, given_holds
-from stiffcal.reduction.loads.known_weights import weight_warnings
 from stiffcal.reduction.logs.blocks import BlockAverager, Blocks
 from stiffcal.reduction.logs.excluded_rows import ExcludedStretches, RowExclusions
 from stiffcal.reduction.logs.motor_side import MotorSide
 from stiffcal.reduction.logs.rows import LogRows, is_there, read_batches, read_rows
-from stiffcal.reduction.raw_states import RawStates, no_states, of_run, stacked
-from stiffcal.reduction.recordings import beginning, reduce_run
 from stiffcal.reduction.registration.frames import Registration
 from stiffcal.reduction.registration.registering import in_instrument_axes, register_frames
-from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
-from stiffcal.reduction.rod_temperature import grown_lengths, without_growth
 from stiffcal.reduction.set_aside.outliers import reject_outliers
 from stiffcal.reduction.set_aside.run_displacements import check_displacements
-from stiffcal.reduction.states import load_states
-from stiffcal.reduction.tabled_states import tabled_states
+from stiffcal.reduction.states.ingested_runs import IngestedRun, UnusedData, sum_up_dropped
+from stiffcal.reduction.states.known_weights import weight_warnings
+from stiffcal.reduction.states.load_states import load_states
+from stiffcal.reduction.states.raw_states import RawStates, no_states, of_run, stacked
+from stiffcal.reduction.states.recordings import beginning, reduce_run
+from stiffcal.reduction.states.rod_temperature import grown_lengths, without_growth
+from stiffcal.reduction.states.tabled_states import tabled_states
 from stiffcal.store import TableStream, Writing
 
 PIECE_BYTES = 1 << 22  # what a reader of text takes at a time

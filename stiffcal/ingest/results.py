@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from stiffcal.documents import NOT_PROMISED, CommandResult, OrAbsent, Origin
 from stiffcal.reduction.registration.frames import RegistrationSummary
-from stiffcal.reduction.results import IngestedRun
+from stiffcal.reduction.states.ingested_runs import IngestedRun
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -37,7 +37,7 @@ from stiffcal.ingest.run_tables import (
 )
 from stiffcal.ingest.run_texts import StoredText, stored_text, text_of
 from stiffcal.ingest.sources import files_in_order_of_runs, sources_elsewhere
-from stiffcal.reduction.raw_states import RawStates, no_states
+from stiffcal.reduction.states.raw_states import RawStates, no_states
 from stiffcal.store import table_of
 from stiffcal.store.index import OWN, DamagedStoreError
 

@@ -12,7 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.columns import Values, table_of, values_of
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.logs.blocks import Blocks
-from stiffcal.reduction.raw_states import RawStates, stacked
+from stiffcal.reduction.states.raw_states import RawStates, stacked
 from stiffcal.store.source_files import SourceFile
 
 Widths = tuple[tuple[str, int], ...]

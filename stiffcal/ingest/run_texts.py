@@ -19,7 +19,7 @@ from stiffcal.ingest.run_tables import Widths, widths_of
 from stiffcal.reduction.clocks.offsets import SourceClockOffset
 from stiffcal.reduction.logs.sampled_readings import SampledReadings
 from stiffcal.reduction.logs.summary import ChannelRemark, LogSummary
-from stiffcal.reduction.results import UnusedData
+from stiffcal.reduction.states.ingested_runs import UnusedData
 
 Described = Callable[[str], tuple[bool, Mapping[str, tuple[str, ...]], Mapping[str, str]]]
 """From a source to what the summaries of its logs share, `DataQuality.described`."""

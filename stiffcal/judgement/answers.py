@@ -21,7 +21,7 @@ from stiffcal.diagnosis.results import (
     UnknownLaw,
 )
 from stiffcal.diagnosis.scan import Trial
-from stiffcal.identification.document import finite
+from stiffcal.identification.answers.document import finite
 from stiffcal.judgement.excluded import ExcludedSize
 from stiffcal.judgement.found import Diagnosed, FoundEffect
 from stiffcal.judgement.numbers import DOUBT, MOST_UNDECIDED, NAMED

@@ -15,7 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.lack_of_fit import f_tail
-from stiffcal.identification.row_layout import MOTOR
+from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.numbers import CHANCE, NAMED, WORTH_OF_NEIGHBOURS

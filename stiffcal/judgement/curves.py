@@ -36,6 +36,7 @@ class LawCurve:
 
 OVER: Mapping[str, tuple[str, bool, bool]] = MappingProxyType({
     "its own torque": ("torque", False, False),
+    "its own torque to the power 2/3": ("torque", False, False),
     "its own angle": ("angle", False, True),
     "its own angle, whatever it carries": ("angle", False, False),
     "another joint's angle": ("angle", True, True),

@@ -18,8 +18,8 @@ from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.setting_results import WrongGeometry
 from stiffcal.diagnosis.wrong_geometry import wrong_geometry
 from stiffcal.errors import Progress, no_progress, part_of
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import (
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import (
     Problem,
     Settings,
     fit_observations,

@@ -19,7 +19,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.drift import walking_together
 from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
 from stiffcal.estimation.decomposition import thin_svd
-from stiffcal.identification.projection import Projection
+from stiffcal.identification.noise.projection import Projection
 from stiffcal.judgement.covariance_kind import weighed_products
 from stiffcal.judgement.like_states import sweeps_of
 from stiffcal.judgement.numbers import (

@@ -26,11 +26,11 @@ from stiffcal.diagnosis.scan import Trial
 from stiffcal.diagnosis.setting_results import ContradictedSetting
 from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.diagnosis.words import explain
-from stiffcal.identification.before_after import BeforeAfter, estimated_parameters, values_before_and_after
-from stiffcal.identification.document import identified_parameter
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.fit_results import IdentifiedParameter
-from stiffcal.identification.geometry import with_geometry
+from stiffcal.identification.answers.before_after import BeforeAfter, estimated_parameters, values_before_and_after
+from stiffcal.identification.answers.document import identified_parameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.geometry import with_geometry
 from stiffcal.judgement.answers import (
     candidates_of,
     excluded_sizes_of,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.diagnosis.suspects.result import Suspect
-from stiffcal.identification.identify import fit_problem
-from stiffcal.identification.row_layout import ROTATION, TRANSLATION
-from stiffcal.identification.weights import predict_observations
+from stiffcal.identification.fitting.identify import fit_problem
+from stiffcal.identification.noise.weights import predict_observations
+from stiffcal.identification.readings.row_layout import ROTATION, TRANSLATION
 from stiffcal.judgement.diagnosed import DiagnosedStates
 from stiffcal.judgement.rows_off import Off
 from stiffcal.mistakes.suspect_kinds import SuspectKind

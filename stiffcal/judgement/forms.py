@@ -13,9 +13,9 @@ import numpy as np
 
 from stiffcal.diagnosis.load_scan import weights_of
 from stiffcal.diagnosis.whole_form import with_whole_form
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.noise import Whitening
-from stiffcal.identification.projection import Projection
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.noise.projection import Projection
+from stiffcal.identification.noise.reading_noise import Whitening
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect

@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.drift import Drift
 from stiffcal.estimation.unknowns import signs_of
-from stiffcal.identification.regressors import Regressor, RegressorMaker
+from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.lingering_noise import LingeringNoise

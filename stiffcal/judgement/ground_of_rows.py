@@ -12,7 +12,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.diagnosis.drift import Drift, drift_of
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.estimation.bins import Bins
-from stiffcal.identification.regressors import Regressor, RegressorMaker
+from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.covariance_kind import CovarianceKind
 from stiffcal.judgement.discrepancy import Discrepancy, OffRun
 from stiffcal.judgement.evidence import NoiseScale

@@ -11,9 +11,9 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.drift import Drift, drift_of_states
 from stiffcal.diagnosis.slips import best_slip
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.regressors import Linearised
-from stiffcal.identification.row_layout import MEASURES, TRANSLATION
+from stiffcal.identification.fitting.regressors import Linearised
+from stiffcal.identification.noise.projection import Projection
+from stiffcal.identification.readings.row_layout import MEASURES, TRANSLATION
 from stiffcal.judgement.discrepancy import Discrepancy, OffRun, off_by_run
 from stiffcal.judgement.ground import CheckKind, Ground
 from stiffcal.judgement.like_states import sweeps_of, variance_of

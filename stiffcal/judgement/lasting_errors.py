@@ -19,10 +19,10 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
-from stiffcal.identification.noise import Noise, own_variance
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.regressors import Linearised
-from stiffcal.identification.row_layout import MOTOR
+from stiffcal.identification.fitting.regressors import Linearised
+from stiffcal.identification.noise.reading_noise import Noise, own_variance
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.judgement.numbers import SAME_VALUE
 from stiffcal.model.drives import drive_torque
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.identification.noise import Whitening
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.row_layout import MOTOR
+from stiffcal.identification.noise.reading_noise import Whitening
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.judgement.numbers import (
     LEAST_SQUARE,
     LEAST_STATES,

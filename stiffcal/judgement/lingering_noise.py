@@ -59,7 +59,7 @@ class LingeringNoise:
                 if len(place) < 2:
                     continue
                 before[place[1:]], after[place[:-1]], lingers[place] = place[:-1], place[1:], 1.0
-                first = int(len(place) - share[place].sum() > 0.5)
+                first = min(round(len(place) - float(share[place].sum())), 1)
                 cosine.append(np.cos(np.pi * np.arange(first, len(place)) / len(place)))
         return cls(before, after, lingers, np.concatenate(cosine), lasting)
 

@@ -107,6 +107,12 @@ Ours, the second: −0.001, −0.003.
 """
 LEVER_OF_NODE = 0.1
 """m of a shift for a radian of a turn: as large at the tool as each other. Ours: 0, 0."""
+STEPS = (3.0, 10.0, 40.0)
+"""How steep a joint's law may be at zero, over the usual load."""
+WARMING = (5.0, 15.0)
+"""Time constants over the time of a campaign: what warms up within a fifth and a fifteenth of it."""
+THRESHOLDS, WIDTH_OF_STEP = (0.3, 0.6, 0.9), 0.1
+"""Forces over the usual one from which a part of the set-up may slip, and how wide such a step is over it."""
 AVERAGES = (2.0, 6.0, 20.0)
 """States over which what was carried is forgotten."""
 STILL = 0.02

@@ -167,7 +167,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
         effects = sum(value for key, value in sets.items() if names[key] & own & listed)
         groups.append(AlikeEffects(min(p, 1.0), tuple(ranked), min(effects, 1.0), firm, size, new))
     off = _sums({key: frozenset(one for i in key for one in members[i].off) for key in sets}, sets)
-    shows = _left(judged, SHOWS)
+    shows = _left(judged)
     small = sum(value for key, value in sets.items() if value > LEAST_LIKELY and _change(judged, key, model) < SHOWS)
     laws = _sums({key: frozenset(members[i].name for i in own) for key, own in of_no_catalogue.items()}, sets)
     wrong = _sums({key: frozenset(one for i in key if (one := members[i].setting) is not None) for key in sets}, sets)
@@ -296,18 +296,23 @@ def _share(judged: Judged, signal: _Signal, other: int) -> float:
     return float(across @ np.linalg.solve(own, across)) / max(whole, 1e-300)
 
 
-def _left(judged: Judged, size: float) -> float:
-    """Return the probability that poses answer in ways of their own, or wander, by a size and more, in noises.
+def _left(judged: Judged, size: float = 0.0) -> float:
+    """Return the probability that poses answer in ways of their own, or wander, so that it shows.
 
-    The size is the rms over all readings, as that of an effect; what shows less than half of the noise is as good as
-    nothing, of the scatter between absolute places what shows less than the noise.
+    By its rms over all readings, as an effect does: what is less than half of the noise is as good as nothing, of the
+    scatter between absolute places what is less than the noise.
+
+    Parameters
+    ----------
+    size : of the discrepancy, in noises; a smaller one does not count.
     """
     ground, of_discrepancy = judged.ground, judged.weighed.of_discrepancy()
     scatters = SCATTERS if ground.space.data.absolute.all() else SHOWS
     found = 0.0
     for one, least in ((ground.of_loads, scatters), (ground.of_time, SHOWS)):
         shown = DISCREPANCIES * np.sqrt(one.variance.sum() / judged.weighed.evidence.noise.dof)
-        found += float(of_discrepancy[ground.shared.numbers_of(one)][shown >= max(size, least)].sum())
+        counted = (shown >= least) & (size <= DISCREPANCIES)
+        found += float(of_discrepancy[ground.shared.numbers_of(one)][counted].sum())
     return found
 
 

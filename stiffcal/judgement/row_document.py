@@ -14,7 +14,7 @@ from stiffcal.diagnosis.row_structure import what_rows_follow
 from stiffcal.diagnosis.scan import Trial, helped
 from stiffcal.diagnosis.thresholds import LEAST_FOLDS
 from stiffcal.diagnosis.words import candidate_in_words, error_in_words, place_in_words, values_in_words
-from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
+from stiffcal.identification.answers.before_after import estimated_parameters, values_before_and_after
 from stiffcal.judgement.answers import (
     excluded_sizes_of,
     pace_of,

@@ -10,7 +10,7 @@ from stiffcal.diagnosis.results import ResidualDependence
 from stiffcal.diagnosis.setting_results import SettingKind
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import error_in_words, leading_measure, pattern_in_words
-from stiffcal.identification.document import noise_not_known, overstated_noise_in_words, wrong_geometry_in_words
+from stiffcal.identification.answers.document import noise_not_known, overstated_noise_in_words, wrong_geometry_in_words
 from stiffcal.judgement.diagnosed import DiagnosedStates
 from stiffcal.judgement.numbers import FEW_POSES
 from stiffcal.judgement.sentences import answer_of

@@ -13,8 +13,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.setting_results import SettingKind
-from stiffcal.identification.observation import Observations
-from stiffcal.identification.weights import predict_observations
+from stiffcal.identification.derivatives.observation import Observations
+from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates

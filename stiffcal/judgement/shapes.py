@@ -15,7 +15,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.candidates import Candidate, variants
 from stiffcal.diagnosis.slips import is_slip
-from stiffcal.identification.regressors import Regressor
+from stiffcal.identification.fitting.regressors import Regressor
 from stiffcal.judgement.ground import Ground, columns_of, is_of
 from stiffcal.judgement.numbers import HOPELESS, SHAPE_ROUNDS, SHAPE_STAYS, SHAPES_TOGETHER
 from stiffcal.judgement.priors import UsualSizes

@@ -18,12 +18,12 @@ from stiffcal.diagnosis.suspects.influence import most_suspects
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem
-from stiffcal.identification.noise import Noise
-from stiffcal.identification.observation import Observations
-from stiffcal.identification.regressors import Linearised
-from stiffcal.identification.weights import residual_noise
+from stiffcal.identification.derivatives.observation import Observations
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
+from stiffcal.identification.fitting.regressors import Linearised
+from stiffcal.identification.noise.reading_noise import Noise
+from stiffcal.identification.noise.weights import residual_noise
 from stiffcal.judgement.covariance_kind import CovarianceKind
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
 from stiffcal.judgement.evidence import NoiseScale

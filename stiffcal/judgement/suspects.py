@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.mistakes.places.mistake import MovedRows
@@ -46,8 +46,8 @@ def suspicion_of(
     from stiffcal.diagnosis.suspects.moved_rows import moved_rows
     from stiffcal.diagnosis.suspects.result import NotCheckedReason
     from stiffcal.diagnosis.suspects.selection import not_checked
-    from stiffcal.identification.identify import Settings, identify_parameters
-    from stiffcal.identification.not_fitted import is_not_fitted
+    from stiffcal.identification.fitting.identify import Settings, identify_parameters
+    from stiffcal.identification.fitting.not_fitted import is_not_fitted
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import placed_robot
 
@@ -93,7 +93,7 @@ def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> l
     """
     from stiffcal.diagnosis.suspects.find import described_runs
     from stiffcal.diagnosis.suspects.words import suspects_of
-    from stiffcal.identification.identify import Settings
+    from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.document import explaining_run
     from stiffcal.judgement.doubts import reading_off
     from stiffcal.model.assembly import fixed_parameters

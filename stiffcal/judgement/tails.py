@@ -44,7 +44,7 @@ class Readings:
     free: Floats
     """(r,) share of each that runs' constants leave free, 0 where nothing was read."""
     kind: Integers
-    """(r,) of each (`stiffcal.identification.row_layout`)."""
+    """(r,) of each (`stiffcal.identification.readings.row_layout`)."""
     without_members: dict[int, tuple[Floats, Floats]] = field(default_factory=dict)
     """By discrepancy of the grid what is left (r,) without members, and its share (r,)."""
 

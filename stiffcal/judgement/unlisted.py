@@ -11,13 +11,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.judgement.memory import of_memory
-from stiffcal.judgement.numbers import BEYOND_USUAL, LEVER_OF_NODE, USUAL_LOAD
+from stiffcal.judgement.numbers import (
+    BEYOND_USUAL,
+    LEVER_OF_NODE,
+    STEPS,
+    THRESHOLDS,
+    USUAL_LOAD,
+    WARMING,
+    WIDTH_OF_STEP,
+)
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
+    BASE_NODE,
     RX,
+    TX,
+    TZ,
     Law,
     NodeLoads,
     ParameterSpec,
@@ -25,7 +36,10 @@ from stiffcal.model.effect import (
     Term,
     Values,
     joint_node,
+    tool_node,
 )
+
+ALL_IT_CARRIES = "all that the joint carries"
 
 
 @dataclass(frozen=True)
@@ -51,14 +65,26 @@ def unlisted_laws(state: Linearised, driven: frozenset[int] | None = None) -> It
     for joint in sorted(driven) if driven is not None else range(1, chain.n_joints + 1):
         for follows, functions in _followed(state, driven is not None).items():
             count = len(functions(chain, joint, state.loads))
+            if not count:
+                continue
             regressor = state.regressor(_Drive(functions, count), Place("joints", (joint,)), {})
             if regressor.columns.any():
                 yield UnlistedLaw(f"joint {joint}", follows, regressor.columns)
         if driven is not None:
             continue
-        regressor = state.regressor(_Node(int(chain.drive_components[joint - 1])), Place("joints", (joint,)), {})
-        if regressor.columns.any():
-            yield UnlistedLaw(f"joint {joint}", "all that the joint carries", regressor.columns)
+        own = int(chain.drive_components[joint - 1])
+        of_node: dict[str, Law] = {ALL_IT_CARRIES: _Node(own)}
+        if joint in chain.prismatic_joints:
+            of_node["what it carries and its extension"] = _Guide(own)
+        for follows, law in of_node.items():
+            regressor = state.regressor(law, Place("joints", (joint,)), {})
+            if regressor.columns.any():
+                yield UnlistedLaw(f"joint {joint}", follows, regressor.columns)
+    if driven is None:
+        for place, node in (("base", BASE_NODE), ("tool", tool_node(chain))):
+            regressor = state.regressor(_Bent(node), Place("setup"), {})
+            if regressor.columns.any():
+                yield UnlistedLaw(place, "the size of its load", regressor.columns)
 
 
 def _followed(state: Linearised, clamped: bool) -> dict[str, Callable[[Chain, int, NodeLoads], list[Floats]]]:
@@ -80,7 +106,13 @@ def _torque(chain: Chain, joint: int, loads: NodeLoads) -> Floats:
 def _of_torque(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
     """Return powers and steps of the drive's own torque."""
     u = _torque(chain, joint, loads)
-    return [np.abs(u), u**2, u**3, u**5, np.tanh(3.0 * u), np.tanh(10.0 * u), np.tanh(40.0 * u)]
+    return [np.abs(u), u**2, u**3, u**5, *(np.tanh(k * u) for k in STEPS)]
+
+
+def _of_contact(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+    """Return the power 2/3 of the torque, by which bodies flatten that roll on points (Hertz 1881)."""
+    u = _torque(chain, joint, loads)
+    return [np.sign(u) * np.cbrt(u) ** 2]
 
 
 def _of_angle(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
@@ -113,6 +145,27 @@ def _of_other_torques(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats
     return values
 
 
+def _of_time(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+    """Return the torque as the time of the campaign goes on, at once and by and by; nothing without a clock."""
+    u, order = _torque(chain, joint, loads), loads.order
+    passed = None if order is None else _from_none_to_one(order.time)
+    return [] if passed is None else [u * passed, u * passed**2, *(u * np.expm1(-k * passed) for k in WARMING)]
+
+
+def _of_temperature(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
+    """Return the torque as the temperature rises; nothing where it is not logged."""
+    u, order = _torque(chain, joint, loads), loads.order
+    rise = None if order is None else _from_none_to_one(order.kelvin)
+    return [] if rise is None else [u * rise, u * rise**2]
+
+
+def _from_none_to_one(values: Floats) -> Floats | None:
+    """Return values over their range, from zero on; None where they are not known or stay."""
+    if not len(values) or not np.isfinite(values).all() or np.ptp(values) <= 0.0:
+        return None
+    return np.asarray((values - values.min()) / np.ptp(values))
+
+
 def _of_past(chain: Chain, joint: int, loads: NodeLoads) -> list[Floats]:
     """Return what the drive carried before."""
     return of_memory(_torque(chain, joint, loads), None if loads.order is None else loads.order.run)
@@ -122,9 +175,12 @@ Functions = Callable[[Chain, int, NodeLoads], list[Floats]]
 """Of the loads (n,) of a drive, by its joint from 1; each of order one."""
 FUNCTIONS: dict[str, Functions] = {
     "its own torque": _of_torque,
+    "its own torque to the power 2/3": _of_contact,
     "its own angle": _of_angle,
     "another joint's angle": _of_other_angles,
     "another joint's torque": _of_other_torques,
+    "its own torque and the time": _of_time,
+    "its own torque and the temperature": _of_temperature,
     "what it carried before": _of_past,
 }
 """By what a law of them follows …"""
@@ -134,6 +190,11 @@ OF_PLACES: dict[str, Functions] = {"its own angle, whatever it carries": _of_ang
 
 def _size(symbol: str) -> ParameterSpec:
     return ParameterSpec(symbol, "rad", "size", -1.0, 1.0, 1e-4, "")
+
+
+def _even(moved: int) -> float:
+    """Return a shift, or a turn, as large at the tool as the other."""
+    return 1.0 if moved >= RX else LEVER_OF_NODE
 
 
 class _Drive(Law):
@@ -166,8 +227,52 @@ class _Node(Law):
     def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
         """Return each turn and shift but the drive's own, proportional to each force and moment."""
         node = joint_node(place.joints[0])
-        size = {moved: 1.0 if moved >= RX else LEVER_OF_NODE for moved, _ in self.moves}
         return [
-            Term(node, moved, f"a{moved}{load}", size[moved] * _unit(loads.wrench[node, load]))
+            Term(node, moved, f"a{moved}{load}", _even(moved) * _unit(loads.wrench[node, load]))
             for moved, load in self.moves
         ]
+
+
+class _Guide(Law):
+    """A joint that slides in a guide, which gives the more the further it is out."""
+
+    name = "unlisted-guide"
+    place_kind = "joints"
+
+    def __init__(self, own: int) -> None:
+        self.moved = [moved for moved in range(6) if moved != own]
+        self.parameters = tuple(_size(f"a{moved}{k}") for moved in self.moved for k in (1, 2))  # type: ignore[misc]
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """Return each turn and shift but the drive's own, by the load on it times the extension and its square."""
+        joint = place.joints[0]
+        node, out = joint_node(joint), _unit(loads.angles[joint - 1])
+        return [
+            Term(node, moved, f"a{moved}{k}", _even(moved) * _unit(loads.wrench[node, moved]) * out**k)
+            for moved in self.moved
+            for k in (1, 2)
+        ]
+
+
+class _Bent(Law):
+    """A part of the set-up that gives along each component by curves and steps of the load on it."""
+
+    name = "unlisted-setup"
+    place_kind = "setup"
+
+    def __init__(self, node: int) -> None:
+        self.node = node
+        functions = 3 + len(THRESHOLDS)
+        self.parameters = tuple(_size(f"a{moved}{k}") for moved in range(6) for k in range(functions))  # type: ignore[misc]
+
+    def terms(self, place: Place, chain: Chain, loads: NodeLoads, shape: Values) -> Sequence[Term]:
+        """Return of each component its own load's size, square and cube, and steps where the force is large."""
+        wrench = loads.wrench[self.node]
+        force = _unit(np.linalg.norm(wrench[TX : TZ + 1], axis=0))
+        steps = [np.tanh((force / least - 1.0) / WIDTH_OF_STEP) for least in THRESHOLDS]
+        found = []
+        for moved in range(6):
+            u = _unit(wrench[moved])
+            values = enumerate((np.abs(u), u**2, u**3, *steps))
+            found += [Term(self.node, moved, f"a{moved}{k}", _even(moved) * value) for k, value in values]
+        return found

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.regressors import RegressorMaker
+from stiffcal.identification.fitting.regressors import RegressorMaker
 from stiffcal.judgement.numbers import FORGOTTEN, MOTION_POWERS, MOTION_WAVES
 from stiffcal.judgement.unlisted import UnlistedLaw
 from stiffcal.mechanics.chain import Chain

@@ -13,8 +13,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
-from stiffcal.identification.observation import Observations, predicted, rests
-from stiffcal.identification.projection import Projection
+from stiffcal.identification.derivatives.observation import Observations, predicted, rests
+from stiffcal.identification.noise.projection import Projection
 from stiffcal.judgement.numbers import LEAST_MASS, STEP_MASS, STEP_MOMENT
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.mechanics.chain import Chain

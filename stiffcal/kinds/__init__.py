@@ -23,7 +23,7 @@ from stiffcal.measurements.state_measures import StateMeasure
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.identification.state_kinds import StateKind
+    from stiffcal.identification.readings.state_kinds import StateKind
     from stiffcal.kinds.drawn_rows import DrawnRows, DrawnVariable
     from stiffcal.kinds.measured import MeasuredRuns
     from stiffcal.kinds.presentation import Overview, Page, Plot

@@ -9,6 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.kinds.presentation import Digits, Line, Words
+from stiffcal.wording import significant
 
 # Readings of a stretch; their mean is judged.
 _PER_STRETCH = 12
@@ -81,7 +82,7 @@ def departures_in_words(joints: Iterable[tuple[str, Sequence[Departure]]], unit:
             begin = "; " if words else " On average the readings are outside the band (grey bars): "
             low, high = factor * departure.low, factor * departure.high
             # a stretch of one reading, or of several that are the same as printed
-            alone = f"{low:.3g}" == f"{high:.3g}"
+            alone = significant(low) == significant(high)
             words += [begin, f"{joint} at ", Digits(low)] if alone else [begin, f"{joint} from ", Digits(low)]
             words += [] if alone else [" to ", Digits(high)]
             words += [f" {unit}, ", Digits(abs(departure.mean), 2), f" N·m {side} the curve"]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
 from stiffcal.reduction.logs.blocks import Blocks
-from stiffcal.reduction.raw_states import RawStates
-from stiffcal.reduction.results import IngestedRun
+from stiffcal.reduction.states.ingested_runs import IngestedRun
+from stiffcal.reduction.states.raw_states import RawStates
 from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from functools import cached_property
 from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.parameters import Parameter
 from stiffcal.estimation.rows import Rows
-from stiffcal.identification.fit_results import IdentifiedParameter
-from stiffcal.identification.regressors import Regressor, RegressorMaker
-from stiffcal.identification.search_subject import SearchSubject
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
+from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker
+from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, Place
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stiffcal.estimate import Estimate
 from stiffcal.kinds.presentation import Column, Digits, Joints, Names, Table, Words
-from stiffcal.quantity import ShownUnit, quantity_of
+from stiffcal.quantity import ShownUnit, Units, quantity_of
 from stiffcal.wording import estimate, listing, place, significant
 
 
@@ -53,10 +53,10 @@ def printed_rows(table: Table) -> tuple[tuple[str, ...], ...]:
 
 
 def _units(table: Table) -> list[ShownUnit]:
-    """Return the unit of each column, by its largest number."""
-    return [
-        quantity_of(column.unit).unit_for(
-            piece.value for row in table.rows for piece in row[k] if isinstance(piece, Digits | Estimate)
-        )
-        for k, column in enumerate(table.columns)
-    ]
+    """Return the unit of each column, one for all columns of a quantity, by the largest number there."""
+    quantities = [quantity_of(column.unit) for column in table.columns]
+    units = Units(
+        (quantity, [piece.value for row in table.rows for piece in row[k] if isinstance(piece, Digits | Estimate)])
+        for k, quantity in enumerate(quantities)
+    )
+    return [units.of(quantity) for quantity in quantities]

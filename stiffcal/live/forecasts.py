@@ -19,7 +19,7 @@ from stiffcal.diagnosis.row_forecast import forecast_row_residual
 from stiffcal.diagnosis.row_scan import RowScan, scan_row_candidates
 from stiffcal.diagnosis.scan import Trial, refine_nonlinear, try_candidate
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.judgement.row_document import too_few_folds
 from stiffcal.kinds import all_kinds
 from stiffcal.measurements.columns import table_of
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from stiffcal.arrays import Floats, Integers
     from stiffcal.diagnosis.base_rows import BaseRows
     from stiffcal.errors import Progress
-    from stiffcal.identification.readings import Observations
+    from stiffcal.identification.readings.observations import Observations
     from stiffcal.kinds import ExperimentKind
     from stiffcal.kinds.drawn_rows import DrawnRows
     from stiffcal.kinds.row_search import RowProblem

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.rods import BeamProperties
 from stiffcal.mechanics.section import BeamSection
+from stiffcal.quantity import LENGTH
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,8 @@ class Chain:
     """True where the robot file gives every link a mass."""
     gravity: Floats
     """(3,) m/s² in base axes."""
+    rated_payload: float | None = None
+    """kg at the flange that the maker allows; None where the robot file does not state it."""
     beams: dict[str, BeamFrame] = field(default_factory=dict)
     """Link name to its beam."""
     compensator: dict[str, object] | None = None
@@ -128,11 +131,11 @@ class Chain:
     @property
     def position_units(self) -> tuple[str, ...]:
         """J units in which joint positions are read and printed: "deg", or "mm" of a prismatic joint."""
-        return tuple("mm" if prismatic else "deg" for prismatic in self.prismatic)
+        return tuple(LENGTH.usual.name if prismatic else "deg" for prismatic in self.prismatic)
 
     def printed_positions(self, joints: Floats) -> Floats:
         """Turn joint positions (…, J), rad and m, into degrees and mm."""
-        return np.where(self.prismatic, 1e3 * np.asarray(joints), np.degrees(joints))
+        return np.where(self.prismatic, LENGTH.usual.factor * np.asarray(joints), np.degrees(joints))
 
     def position_words(self, joints: Floats, form: str = ".4g") -> str:
         """Return joint positions (J,), rad and m, in words: degrees, and mm of prismatic joints."""
@@ -141,7 +144,7 @@ class Chain:
 
     def from_printed(self, positions: Floats) -> Floats:
         """Turn joint positions (…, J), degrees and mm, into rad and m."""
-        return np.where(self.prismatic, 1e-3 * np.asarray(positions), np.radians(positions))
+        return np.where(self.prismatic, np.asarray(positions) / LENGTH.usual.factor, np.radians(positions))
 
     @property
     def joint_of_link(self) -> dict[str, int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.mechanics.chain import Chain
+from stiffcal.quantity import LENGTH
 
 UNIT_WORDS = {
     "deg": "degrees",
@@ -50,7 +51,7 @@ def millimetres(lengths: Sequence[float]) -> str:
     >>> millimetres([0.001, -0.0205])
     '1.0, -20.5'
     """
-    return ", ".join(f"{1e3 * part:.1f}" for part in lengths)
+    return ", ".join(f"{LENGTH.usual.factor * part:.1f}" for part in lengths)
 
 
 def sliding(chain: Chain) -> set[str]:

@@ -1,9 +1,9 @@
 """The direction of gravity in the axes of the base, known before any measurement to the tolerance of assembly.
 
 Where the tracker stands is found together with the robot, so that joint 1's own tilt is part of its frame by convention
-(`stiffcal.identification.gauge`): base axes are then those in which joint 1's axis is where the robot file has it, and
-how they are turned against gravity no place of an unloaded robot shows. What sags does: by the sine of the tilt times
-the sag. Where a tracker is levelled, gravity is known in its axes, and joint 1's tilt is a number of its own.
+(`stiffcal.identification.fitting.gauge`): base axes are then those in which joint 1's axis is where the robot file has
+it, and how they are turned against gravity no place of an unloaded robot shows. What sags does: by the sine of the tilt
+times the sag. Where a tracker is levelled, gravity is known in its axes, and joint 1's tilt is a number of its own.
 
 Of a robot whose first axis is vertical the tilt is left out: it loads every joint with the sine and cosine of joint 1's
 angle, weight itself does not, so that over poses all around it moves no compliance.

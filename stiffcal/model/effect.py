@@ -13,8 +13,10 @@ are of three sorts:
 
 from __future__ import annotations
 
+import copy
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from functools import cache
 from typing import ClassVar
 
 from stiffcal.arrays import Floats
@@ -43,7 +45,6 @@ from stiffcal.model.parameters import ParameterRole as ParameterRole
 from stiffcal.model.parameters import ParameterSpec as ParameterSpec
 from stiffcal.model.parameters import Values as Values
 from stiffcal.model.parameters import usual_grid
-from stiffcal.model.prismatic import at_prismatic_joint
 from stiffcal.model.scalar_laws import ScalarLaw
 from stiffcal.model.state_order import StateOrder as StateOrder
 
@@ -209,3 +210,16 @@ class Instrument(EffectAtRest):
     def observation_columns(self, place: Place, observed: Observed, shape: Values) -> dict[str, Floats]:
         """Return amplitude symbol to (B, 6, n): what a unit of it adds to the displacement."""
         return {}
+
+
+@cache
+def at_prismatic_joint(effect: Effect) -> Effect:
+    """Return an effect with its parameters at a prismatic joint; ValueError where it cannot act there."""
+    parameters = effect.prismatic
+    if isinstance(parameters, str):
+        raise ValueError(f"{effect.name} cannot act at a prismatic joint: {parameters}")
+    if parameters == effect.parameters:
+        return effect
+    form = copy.copy(effect)
+    form.parameters = parameters  # type: ignore[misc]  # of this instance alone
+    return form

@@ -12,8 +12,7 @@ from collections.abc import Iterable, Sequence
 from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.effect import Effect, EffectAtRest, Law, Place, Values
-from stiffcal.model.prismatic import at_prismatic_joint
+from stiffcal.model.effect import Effect, EffectAtRest, Law, Place, Values, at_prismatic_joint
 
 
 class WholeForm(Law, ABC):

@@ -7,16 +7,10 @@ or ball screw).
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cache
-from typing import TYPE_CHECKING
 
 from stiffcal.model.parameters import ParameterSpec
-
-if TYPE_CHECKING:
-    from stiffcal.model.effect import Effect
 
 PINION_RADIUS = 0.1
 """m."""
@@ -65,16 +59,3 @@ def spec_along_axis(spec: ParameterSpec) -> ParameterSpec:
 def specs_along_axis(parameters: Iterable[ParameterSpec]) -> tuple[ParameterSpec, ...]:
     """Return the parameters of a rotary drive's law as they are at a prismatic joint."""
     return tuple(spec_along_axis(spec) for spec in parameters)
-
-
-@cache
-def at_prismatic_joint(effect: Effect) -> Effect:
-    """Return an effect with its parameters at a prismatic joint; ValueError where it cannot act there."""
-    parameters = effect.prismatic
-    if isinstance(parameters, str):
-        raise ValueError(f"{effect.name} cannot act at a prismatic joint: {parameters}")
-    if parameters == effect.parameters:
-        return effect
-    form = copy.copy(effect)
-    form.parameters = parameters  # type: ignore[misc]  # of this instance alone
-    return form

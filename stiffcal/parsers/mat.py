@@ -10,18 +10,10 @@ from typing import Any, Protocol
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.log_columns import Options, damaged_file_errors, nearest_name
+from stiffcal.parsers.mat_classes import PLAIN_CLASSES
 from stiffcal.parsers.named_columns import NamedColumn, OpenColumns
 from stiffcal.parsers.signatures import begins_like_hdf5
 
-PLAIN_CLASSES = (
-    "double",
-    "single",
-    "logical",
-    "char",
-    "cell",
-    "struct",
-    *(f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64)),
-)
 OF_TABLES = {"table": "writetable", "timetable": "writetimetable"}
 """What writes a table of MATLAB as text."""
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.parsers.mat import PLAIN_CLASSES
+from stiffcal.parsers.mat_classes import PLAIN_CLASSES
 from stiffcal.parsers.named_columns import NamedColumn
 
 Read = Callable[[int, int], NDArray[Any]]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.parsers.hdf5_files import Read, by_chunk, checked, members_of, open_hdf5
-from stiffcal.parsers.mat import PLAIN_CLASSES
+from stiffcal.parsers.mat_classes import PLAIN_CLASSES
 from stiffcal.parsers.named_columns import NamedColumn
 
 MOST_LETTERS = 1 << 16  # of a word in a cell

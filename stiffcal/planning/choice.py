@@ -9,19 +9,8 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.estimation.identifiability import check_identifiability
 from stiffcal.estimation.unknowns import Unknowns
-from stiffcal.planning.design import (
-    VAGUE,
-    Criterion,
-    Design,
-    best_design,
-    compressed,
-    information,
-    inverse,
-    loss_of,
-    losses_after,
-    start_of,
-    sum_of,
-)
+from stiffcal.planning.criterion import Criterion, inverse, losses_after
+from stiffcal.planning.design import VAGUE, Design, best_design, compressed, information, loss_of, start_of, sum_of
 from stiffcal.planning.goals import Goal
 from stiffcal.planning.repeats import Repeats
 

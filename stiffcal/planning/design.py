@@ -12,15 +12,13 @@ equivalence of two extremum problems", Canadian J. Math. 12, 1960 (bound); S. D.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.planning.criterion import LEAST_GAIN, Criterion, inverse, losses_after, variances_of, volume
 from stiffcal.planning.repeats import Repeats
 
-# Relative improvement below which an exchange is rounding.
-LEAST_GAIN = 1e-9
 # Passes over the whole design; a handful settles.
 MOST_PASSES = 12
 # The relaxed optimum is accepted at this ratio of its value to its bound.
@@ -36,17 +34,6 @@ COMPRESSED_AT_ONCE = 500
 # What is known before any measurement: the start of M, so that few runs already have a finite covariance. Standard
 # deviation of each parameter in units of its own value: far beyond any use.
 VAGUE = 1e2
-
-
-class Criterion(Enum):
-    """What a design minimises."""
-
-    DETERMINANT = "determinant"
-    """The volume of the joint confidence region of all parameters, or of some (D- or Ds-optimality)."""
-    WORST = "worst"
-    """The largest relative standard uncertainty of a parameter."""
-    PREDICTION = "prediction"
-    """The mean variance of predictions at given poses and loads (I- or V-optimality)."""
 
 
 @dataclass(frozen=True)
@@ -191,14 +178,6 @@ def start_of(p: int, known: Floats | None) -> Floats:
     return vague if known is None else known + vague
 
 
-def inverse(matrix: Floats) -> Floats:
-    """Return the inverse of a positive definite matrix, symmetric to the last bit."""
-    scale = 1.0 / np.sqrt(np.diagonal(matrix))
-    lower = np.linalg.inv(np.linalg.cholesky(matrix * scale[:, None] * scale))
-    half = lower * scale
-    return np.asarray(half.T @ half)
-
-
 def sum_of(factors: Floats, chosen: Integers) -> Floats:
     """Return (p, p) the information of chosen candidates."""
     stacked = factors[chosen].reshape(-1, factors.shape[2])
@@ -208,15 +187,10 @@ def sum_of(factors: Floats, chosen: Integers) -> Floats:
 def value_of(covariance: Floats, criterion: Criterion, rows: Floats) -> float:
     """Return the criterion's value of a covariance (p, p), of rows as `wanted_rows` makes them."""
     if criterion is Criterion.DETERMINANT:
-        return float(np.exp(_volume(covariance, rows) / (2 * len(rows))))
+        return float(np.exp(volume(covariance, rows) / (2 * len(rows))))
     if criterion is Criterion.WORST:
-        return float(np.sqrt(np.max(_variances(covariance, rows))))
-    return float(np.sqrt(np.sum(_variances(covariance, rows))))
-
-
-def _volume(covariance: Floats, rows: Floats) -> float:
-    """Return the logarithm of the determinant of the covariance of rows (q, p)."""
-    return float(np.linalg.slogdet(rows @ covariance @ rows.T)[1])
+        return float(np.sqrt(np.max(variances_of(covariance, rows))))
+    return float(np.sqrt(np.sum(variances_of(covariance, rows))))
 
 
 def _rule(covariance: Floats, criterion: Criterion, rows: Floats) -> tuple[Criterion, Floats]:
@@ -224,42 +198,9 @@ def _rule(covariance: Floats, criterion: Criterion, rows: Floats) -> tuple[Crite
 
     While the largest variance is of something not known yet, the determinant of all parameters leads there faster.
     """
-    if criterion is Criterion.WORST and bool(np.max(_variances(covariance, rows)) > 1.0):
+    if criterion is Criterion.WORST and bool(np.max(variances_of(covariance, rows)) > 1.0):
         return Criterion.DETERMINANT, np.eye(len(covariance))
     return criterion, rows
-
-
-def _variances(covariance: Floats, rows: Floats) -> Floats:
-    """Return (q,) the variances of rows (q, p)."""
-    return np.asarray(np.sum((rows @ covariance) * rows, axis=1))
-
-
-def losses_after(factors: Floats, covariance: Floats, criterion: Criterion, rows: Floats) -> Floats:
-    """Return (N,) the logarithm of the loss after each candidate joins, by updates of the covariance of rank r.
-
-    With G = A C Aᵀ and Y = (I + G)^(-1/2) A C the covariance becomes C − YᵀY (Woodbury). The determinant of all becomes
-    det C / det(I + G); that of some is it over the determinant of the others, were these known.
-    """
-    moved = factors @ covariance
-    gram = moved @ np.swapaxes(factors, 1, 2) + np.eye(factors.shape[1])
-    lower = np.linalg.cholesky(gram)
-    if criterion is Criterion.DETERMINANT:
-        gain = 2.0 * np.sum(np.log(np.diagonal(lower, axis1=1, axis2=2)), axis=1)
-        others = ~rows.any(axis=0)
-        if others.any():
-            known = inverse(inverse(covariance)[np.ix_(others, others)])
-            part = factors[:, :, others]
-            inside = np.linalg.cholesky(part @ known @ np.swapaxes(part, 1, 2) + np.eye(factors.shape[1]))
-            gain = gain - 2.0 * np.sum(np.log(np.diagonal(inside, axis1=1, axis2=2)), axis=1)
-        return np.asarray((_volume(covariance, rows) - gain) / (2 * len(rows)))
-    update = np.linalg.solve(lower, moved)
-    if criterion is Criterion.WORST:
-        variances = _variances(covariance, rows) - np.sum((update @ rows.T) ** 2, axis=1)
-        # Of equal worst parameters the mean decides: otherwise nothing shows which exchange helps.
-        worst = np.max(variances, axis=1)
-        return np.asarray(0.5 * np.log(worst) + 1e-6 * np.mean(variances, axis=1) / worst)
-    mean = np.sum((rows @ covariance) * rows) - np.sum((update @ rows.T) ** 2, axis=(1, 2))
-    return np.asarray(0.5 * np.log(np.maximum(mean, np.finfo(float).tiny)))
 
 
 def _greedy(factors: Floats, n_runs: int, criterion: Criterion, start: Floats, rows: Floats, most: Repeats) -> Integers:
@@ -360,7 +301,7 @@ def relaxed_optimum(
             # where no candidate brings anything all weights are as good
             inside = moved / moved.sum() if moved.any() else inside
             if criterion is Criterion.WORST:
-                variances = _variances(covariance, rows)
+                variances = variances_of(covariance, rows)
                 shares = shares * np.sqrt(variances / np.max(variances))
                 shares = np.maximum(shares / shares.sum(), 1e-12)
                 shares = shares / shares.sum()
@@ -414,5 +355,5 @@ def _bound(
     if criterion is Criterion.DETERMINANT:
         return value_of(covariance, criterion, rows) * float(np.sqrt(len(rows) / most))
     if criterion is Criterion.WORST:
-        return float(np.sum(shares * _variances(covariance, rows)) / np.sqrt(most))
-    return float(np.sum(_variances(covariance, rows)) / np.sqrt(most))
+        return float(np.sum(shares * variances_of(covariance, rows)) / np.sqrt(most))
+    return float(np.sum(variances_of(covariance, rows)) / np.sqrt(most))

@@ -1,8 +1,8 @@
 """How well parameters would be known: the noise of the readings, and what the geometry's tolerance adds.
 
 Errors of the robot file's lengths and angles are common to all runs. With small errors g the fit answers with other
-compliances, B g (`identification.geometry`); with a prior of g their covariance grows by B Σ Bᵀ, which more runs of one
-kind do not reduce.
+compliances, B g (`identification.fitting.geometry`); with a prior of g their covariance grows by B Σ Bᵀ, which more
+runs of one kind do not reduce.
 """
 
 from __future__ import annotations

@@ -14,15 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.planning.criterion import LEAST_GAIN, Criterion, inverse, losses_after
 from stiffcal.planning.design import (
     EXCHANGED,
-    LEAST_GAIN,
     MOST_PASSES,
-    Criterion,
     Design,
     compressed,
-    inverse,
-    losses_after,
     relaxed_optimum,
     rounded,
     start_of,

@@ -17,15 +17,15 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.campaign.experiment_kinds import measure_of
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.load_rows import LoadRows
-from stiffcal.identification.noise import Noise
-from stiffcal.identification.observation import Observations, derivatives, observe
+from stiffcal.identification.derivatives.observation import Observations, derivatives, observe
+from stiffcal.identification.fitting.load_rows import LoadRows
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole
-from stiffcal.reduction.motion import gauge_directions
+from stiffcal.reduction.loads.motion import gauge_directions
 
 RunKind: TypeAlias = Literal["load", "absolute", "clamped"]
 # Unloaded readings of a run: before the load steps, and after them.
@@ -80,7 +80,7 @@ def information_of_runs(
     with_rotation : the targets' orientations are measured too.
     fixed : full names of parameters that are not to be identified.
     further : returns (q, m, n) changes of the readings that are carried through in the same way, as
-        `identification.geometry.geometry_columns`.
+        `identification.fitting.geometry.geometry_columns`.
     kind : "absolute": places are read, each pose once: the K load steps are read as they are, and nothing unloaded;
         "clamped": angles of driven motors, after one unloaded reading.
     turn : (N, K, L) rad, how far logged joints' motors are driven at the load steps of clamped runs.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.planning.design import LEAST_GAIN, Criterion, inverse, losses_after
+from stiffcal.planning.criterion import LEAST_GAIN, Criterion, inverse, losses_after
 from stiffcal.planning.repeats import Repeats
 
 # An interval that one lost run makes so many times wider rests on it.

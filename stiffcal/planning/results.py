@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Matrix, Number, OrAbsent, Vector
-from stiffcal.identification.observability import ObservabilityIndices
+from stiffcal.identification.answers.observability import ObservabilityIndices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,12 +21,13 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.load_rows import LoadRows
-from stiffcal.identification.noise import Noise, Whitening
-from stiffcal.identification.observation import Observations, predicted, rests
+from stiffcal.identification.derivatives.observation import Observations, predicted, rests
+from stiffcal.identification.fitting.load_rows import LoadRows
+from stiffcal.identification.noise.reading_noise import Noise, Whitening
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.planning.design import VAGUE, Criterion, Design, best_design, compressed
+from stiffcal.planning.criterion import Criterion
+from stiffcal.planning.design import VAGUE, Design, best_design, compressed
 from stiffcal.planning.goals import Goal
 from stiffcal.planning.information import RunKind, information_of_runs
 from stiffcal.planning.repeats import Repeats

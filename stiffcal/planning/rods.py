@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.links.rods import RodDesign, ShapeError, rod_design, shape_errors
 from stiffcal.measurements.rods import BeamProperties, Rods, rods_between
 from stiffcal.mechanics.beam import TORSION, UNKNOWNS
-from stiffcal.quantity import LENGTH
+from stiffcal.quantity import LENGTH, of_component
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import in_unit, significant
 
@@ -159,8 +159,9 @@ def _around(points: Floats) -> Floats:
 
 def _observable(view: RodObservability) -> tuple[str, ...]:
     size = in_unit(view.sigma, LENGTH.unit_for([view.sigma]), 2) + ("" if view.stated else " (assumed)")
+    shown = [of_component(k).unit_for(view.std[k : k + 3]) for k in (0, 3)]
     determined = [
-        f"{name} ± {_two_digits(1e6 * NORMAL_95 * std)} {'µm' if i < 3 else 'µrad'}"
+        f"{name} ± {in_unit(NORMAL_95 * std, shown[i // 3], 2)}"
         for i, (name, std) in enumerate(zip(_COMPONENTS, view.std, strict=True))
         if np.isfinite(std)
     ]
@@ -203,7 +204,7 @@ def _unmeasured(view: RodObservability) -> tuple[str, ...]:
 
 def _advice_text(rod: ExtraRod, view: RodObservability) -> str:
     places = " to ".join(
-        "[" + ", ".join(f"{1e3 * value:.0f}" for value in point) + "]" for point in (rod.start, rod.end)
+        "[" + ", ".join(f"{LENGTH.usual.factor * value:.0f}" for value in point) + "]" for point in (rod.start, rod.end)
     )
     if rod.determines:
         return f"one more rod from {places} mm would determine {', '.join(rod.determines)}"

@@ -10,7 +10,7 @@ from stiffcal.arrays import Floats
 from stiffcal.wording import significant
 
 if TYPE_CHECKING:
-    from stiffcal.identification.observability import ObservabilityIndices
+    from stiffcal.identification.answers.observability import ObservabilityIndices
     from stiffcal.planning.results import AnotherHour, Remedy
 
 OWN_WEIGHT = "own weight"

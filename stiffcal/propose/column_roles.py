@@ -368,7 +368,7 @@ def _transform(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[Rol
             by_stem.setdefault(match[1], {})[match[2] + match[3]] = column
     for elements in by_stem.values():
         for numbers in ("0123", "1234"):
-            *three, last = numbers
+            three, last = numbers[:3], numbers[3]
             for is_row in (False, True):
                 place = [last + k if is_row else k + last for k in three]
                 turned = [column + row if is_row else row + column for row in three for column in three]

@@ -37,7 +37,6 @@ from stiffcal.propose.role_units import columns_text, unit_of_role
 from stiffcal.propose.signal_lines import LARGEST_RADIAN, signal_lines
 from stiffcal.propose.table_sniffing import SniffedTable
 from stiffcal.propose.time_lines import time_line
-from stiffcal.wording import significant
 
 CLAMPED, FRICTION = "clamped", "friction"
 KINDS_OF_LOGS = (CLAMPED, FRICTION)
@@ -300,7 +299,7 @@ def _joint_lines(name: str, drives: DriveColumns) -> list[ProposedLine]:
         written, guessed = unit_of_role(role, "angle" if signal == POSITION else signal, likely)
         angle_unit = written if signal == POSITION and written in ("deg", "rad", "rev") else angle_unit
         units.append(f"{signal} = {toml_text.value(written)}")
-        doubts += [f"{signal} in {written} (values up to {significant(size)})"] if guessed else []
+        doubts += [f"{signal} in {written} (values up to {size:.3g})"] if guessed else []
     lines.append(ProposedLine(f"units = {{ {', '.join(units)} }}", ", ".join(doubts) if doubts else None))
     if CURRENT in drives.signals and TORQUE not in drives.signals:
         lines.append(

@@ -30,7 +30,6 @@ from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.time_lines import time_line
 from stiffcal.propose.unnamed_columns import are_numbered, missing_names, roles_by_values
 from stiffcal.readers import Reader, WantedColumns, find_reader
-from stiffcal.wording import significant
 
 FIRST_BYTES = 1 << 14
 
@@ -282,7 +281,7 @@ def _counts_lines(roles: Roles, text: str) -> list[ProposedLine]:
     counts = _COUNTS.search(text)
     per_unit = f", {counts[2]} per unit" if counts is not None else ""
     largest = max(column.size for column in roles.force.columns)
-    return [ProposedLine("", f"up to {significant(largest)}: counts{per_unit}? Log or write units, not counts")]
+    return [ProposedLine("", f"up to {largest:.3g}: counts{per_unit}? Log or write units, not counts")]
 
 
 def with_doubt(line: ProposedLine, names: FrameNames) -> ProposedLine:

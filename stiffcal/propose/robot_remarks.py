@@ -16,7 +16,7 @@ from stiffcal.propose.column_roles import Roles
 from stiffcal.propose.from_table import Proposal
 from stiffcal.propose.table_purpose import serves_absolute
 from stiffcal.quantities import unit
-from stiffcal.wording import listing, significant
+from stiffcal.wording import listing
 
 # Logged angles leave the limits of a controller by rounding and overshoot, not by this, rad.
 _BEYOND = float(np.radians(1.0))
@@ -68,7 +68,7 @@ def robot_remarks(chain: Chain, roles: Roles, units: Sequence[str], file: str, *
         beyond = np.flatnonzero((read < low - _BEYOND) | (read > high + _BEYOND))
         if beyond.size:
             shown = (chain.printed_positions(np.full(chain.n_joints, end))[k] for end in (low, high, read[beyond[0]]))
-            ends = [significant(value, 4) for value in shown]
+            ends = [f"{value:.4g}" for value in shown]
             mark = " mm" if chain.prismatic[k] else "°"
             remarks.append(
                 f'column "{column.header}": {beyond.size} of {read.size} values are beyond the limits of joint '

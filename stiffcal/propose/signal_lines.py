@@ -12,7 +12,7 @@ from stiffcal.propose.lines import DEFAULT_NAMES, FORCE_SENSOR, TRACKER, FrameNa
 from stiffcal.propose.role_units import columns_text, unit_of_role
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.quantities import unit
-from stiffcal.wording import length, significant
+from stiffcal.wording import length
 
 LARGEST_RADIAN = 6.6
 """A joint angle beyond one turn and a bit is not in radians."""
@@ -51,7 +51,7 @@ def joints_line(roles: Roles, prismatic: Collection[SniffedColumn] = ()) -> Prop
     likely = "deg" if size > LARGEST_RADIAN else "rad"
     written, guessed = unit_of_role(roles.joints, "angle", likely)
     line = f"joints = {{ position = {columns_text(roles.joints)}, {toml_text.pair('units', {'position': written})} }}"
-    doubts = [f"{written}, judged by the values (up to {significant(size)})"] if guessed else []
+    doubts = [f"{written}, judged by the values (up to {size:.3g})"] if guessed else []
     doubts += [roles.joints.doubt] if roles.joints.doubt else []
     return ProposedLine(line, ", ".join(doubts) if doubts else None)
 
@@ -64,7 +64,7 @@ def _line_of_mixed_joints(joints: Role, prismatic: Collection[SniffedColumn]) ->
     for k, column in enumerate(joints.columns):
         if column in prismatic:
             units[k], guessed = unit_of_role(Role((column,)), "length", "m" if column.size < LONGEST_M else "mm")
-            doubts += [f"{column.header} in {units[k]} (values up to {significant(column.size)})"] if guessed else []
+            doubts += [f"{column.header} in {units[k]} (values up to {column.size:.3g})"] if guessed else []
     line = f"joints = {{ position = {columns_text(joints)}, {toml_text.pair('units', {'position': units})} }}"
     return ProposedLine(line, ", ".join(doubts) if doubts else None)
 
@@ -111,7 +111,7 @@ def moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
         size = max(column.size for column in roles.deflection.columns)
         likely = "m" if size < _LARGEST_DEFLECTION_M else "mm" if size < _LARGEST_DEFLECTION_M * 1e3 else "um"
         written, guessed = unit_of_role(roles.deflection, "translation", likely)
-        doubts += [f"{written}, judged by the values (up to {significant(size)})"] if guessed else []
+        doubts += [f"{written}, judged by the values (up to {size:.3g})"] if guessed else []
         units, rotation = f"translation = {toml_text.value(written)}", ""
         if roles.rotation is not None:
             turned = max(column.size for column in roles.rotation.columns)
@@ -136,7 +136,7 @@ def moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
         assert roles.position is not None
         size = max(column.size for column in roles.position.columns)
         written, guessed = unit_of_role(roles.position, "position", "m" if size < _LARGEST_POSITION_M else "mm")
-        doubts += [f"{written}, judged by the values (up to {significant(size, 4)})"] if guessed else []
+        doubts += [f"{written}, judged by the values (up to {size:.4g})"] if guessed else []
         columns = f"position = {columns_text(roles.position)}"
         doubts += [roles.position.doubt] if roles.position.doubt else []
         doubts += [f"or of {', '.join(roles.position.others)}"] if roles.position.others else []
@@ -162,7 +162,7 @@ def target_tables(roles: Roles) -> list[ProposedLine]:
         size = max(column.size for column in role.columns)
         written, guessed = unit_of_role(role, "position", "m" if size < _LARGEST_POSITION_M else "mm")
         sigma, why = _sigma(role, "position", written)
-        doubt = f"{written}, judged by the values (up to {significant(size, 4)})" if guessed else None
+        doubt = f"{written}, judged by the values (up to {size:.4g})" if guessed else None
         lines += [
             ProposedLine(f"[sources.table.poses.{name}]"),
             ProposedLine(f"frame = {toml_text.value(TRACKER)}", frames=(TRACKER, name)),

@@ -131,7 +131,7 @@ def _file_of_signals(tables: Sequence[SniffedTable], roles: Roles) -> list[str]:
                 FaultCode.SHAPE_MISMATCH,
                 files[1],
                 "header",
-                f"the {signal} is also in {files[0]}",
+                f"{signal}: also in {files[0]}",
                 "put it into one file",
             )
         sentences += [f"{signal} = {toml_text.value(f'raw/{files[0]}')}"] if files else []

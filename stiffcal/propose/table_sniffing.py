@@ -232,9 +232,9 @@ def _column(header: str, layout: Layout, cells: list[str]) -> SniffedColumn:
     if len(values) > 0.5 * len(filled):
         return SniffedColumn(header, name, written, values, has_reading)
     other = next((cell for cell in filled if number(cell, layout.decimal, layout.thousands) is None), None)
-    doubt = None
-    if other is not None and all(map(_IN_DIGITS.fullmatch, filled)):
-        doubt = f"its cells are no numbers ({other!r}): write digits with one decimal mark, and a minus sign in front"
+    if other is None or not all(map(_IN_DIGITS.fullmatch, filled)):
+        return SniffedColumn(header, name, written, (), has_reading)
+    doubt = f"its cells are no numbers ({other!r}): write digits with one decimal mark, and a minus sign in front"
     return SniffedColumn(header, name, written, (), has_reading, doubt)
 
 

@@ -25,7 +25,6 @@ from stiffcal.propose.unnamed_states import (
     within_limits,
 )
 from stiffcal.table_layout.layout import NAMELESS
-from stiffcal.wording import significant
 
 _NUMBERED = re.compile(rf"{NAMELESS}\d{{1,6}}")
 # Of the distance from the origin: how far a target or a joint goes under a load.
@@ -105,7 +104,7 @@ def _with_unit(time: SniffedColumn) -> SniffedColumn:
     step = float(np.median(np.diff(time.values)))
     if time.unit is not None or step <= _LONGEST_STEP_S:
         return time
-    return replace(time, unit="ms", doubt=f"ms, as a row each {significant(step, 4)} s would be too few")
+    return replace(time, unit="ms", doubt=f"ms, as a row each {step:.4g} s would be too few")
 
 
 def _ticks(column: SniffedColumn) -> bool:
@@ -186,8 +185,7 @@ def _role(columns: tuple[SniffedColumn, ...], why: str) -> Role | None:
 def open_columns(roles: Roles) -> list[str]:
     """Return a sentence on each column without a name that changes and is used for nothing."""
     return [
-        f"{column.header} ({significant(min(column.values), 4)} to "
-        f"{significant(max(column.values), 4)}) is not used: its values leave open "
+        f"{column.header} ({min(column.values):.4g} to {max(column.values):.4g}) is not used: its values leave open "
         "what it is"
         for column in roles.unused
         if _NUMBERED.fullmatch(column.header) and len(set(column.values)) > 1 and not _is_row_number(column)

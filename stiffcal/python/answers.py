@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +13,10 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame
 from stiffcal.quantity import LENGTH, Units, of_joint, quantity_of
-from stiffcal.report.wording import length, measure_text
+from stiffcal.report.wording import length, measure_text, model_words, part
 from stiffcal.results.value_words import as_shown, remark, value_text
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import place_label, significant
+from stiffcal.wording import count, place_label, share, significant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,9 +25,11 @@ if TYPE_CHECKING:
     from stiffcal.compensation.predict_result import PredictResult
     from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect
     from stiffcal.documents import CommandResult, Document
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
     from stiffcal.measurements.columns import Values
     from stiffcal.model.summary import EffectAt
+    from stiffcal.planning.results import PlanResult
+    from stiffcal.results.history_results import HistoryResult
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.validation.results import ErrorSlice
@@ -136,7 +139,8 @@ def parameter_lines(parameters: Sequence[IdentifiedParameter], shifted: Collecti
     lines = []
     for name, one in estimates.items():
         unit, words = units.of(one.quantity or quantity_of("1")), remark(one)
-        lines.append(f"{name}: {value_text(one, unit)}{unit.mark}{f', {words}' if words else ''}")
+        mark = unit.mark if one.is_bounded else ""
+        lines.append(f"{name}: {value_text(one, unit)}{mark}{f', {words}' if words else ''}")
     return lines
 
 
@@ -360,6 +364,102 @@ class LoadPrediction(CampaignAnswer):
 
     def _repr_html_(self) -> str:
         return self._html(self.summary(), self.deflection)
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+
+class FitHistory(CampaignAnswer):
+    """Every fit of a campaign.
+
+    Parameters
+    ----------
+    result : of ``history``.
+    """
+
+    result: HistoryResult
+
+    def __init__(self, result: HistoryResult) -> None:
+        super().__init__(result)
+
+    @property
+    def fits(self) -> pd.DataFrame:
+        """One fit a row, oldest first, by its id: the model in words, errors in m and rad; NaN where not known."""
+        measures = {"heldout": "heldout_rms", "fit": "fit_rms", "noise": "noise"}
+        rows = [
+            {"fit": fit.id, "time": fit.time, "model": model_words(fit.model)}
+            | {
+                f"{name}_{unit}": math.nan if (value := part(getattr(fit, field), measure)) is None else value
+                for name, field in measures.items()
+                for measure, unit in (("translation", "m"), ("rotation", "rad"))
+            }
+            for fit in self.result.fits
+        ]
+        return frame_of_rows(rows, ("fit",)).set_index("fit")
+
+    def summary(self) -> str:
+        """Return each fit in a line: its model and its error in held-out data."""
+        return "\n".join(
+            f"fit {fit.id}: {model_words(fit.model)}: "
+            + ("not validated" if fit.heldout_rms is None else f"{measure_text(fit.heldout_rms)} in held-out data")
+            for fit in self.result.fits
+        )
+
+    def _repr_html_(self) -> str:
+        return self._html(self.summary(), self.fits)
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+
+class MeasurementPlan(CampaignAnswer):
+    """Which poses and loads to measure.
+
+    Parameters
+    ----------
+    result : of ``plan``.
+    """
+
+    result: PlanResult
+
+    def __init__(self, result: PlanResult) -> None:
+        super().__init__(result)
+
+    @property
+    def runs(self) -> pd.DataFrame:
+        """One run a row, in the order of measuring: joints in rad, number of loads, minutes, and its rank."""
+        rows = [
+            {"run": run.id}
+            | {f"joint{number}_rad": float(angle) for number, angle in enumerate(run.joints, start=1)}
+            | {"loads": len(run.wrench), "minutes": run.minutes, "rank": run.rank}
+            for run in self.result.runs
+        ]
+        return frame_of_rows(rows, ("run",)).set_index("run")
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """One parameter a row, by full name: the value that is planned for, and its expected ± 95 %, in ``unit``."""
+        rows = [
+            {
+                "parameter": one.name, "value": one.value, "unit": one.unit,
+                "half_width": math.nan if one.half_width is None else one.half_width,
+                "relative": math.nan if one.relative is None else one.relative, "identified": one.identified,
+            }
+            for one in self.result.parameters
+        ]  # fmt: skip
+        return frame_of_rows(rows, ("parameter",)).set_index("parameter")
+
+    def summary(self) -> str:
+        """Return how many runs there are, and how well each parameter would be known."""
+        lines = [count(len(self.result.runs), "run")]
+        lines += [
+            f"  {one.name}: " + ("not identifiable" if one.relative is None else f"± {share(one.relative)}")
+            for one in self.result.parameters
+        ]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return self._html("\n".join(self.summary().splitlines()[:1]), self.runs, self.parameters)
 
     def __repr__(self) -> str:
         return self.summary()

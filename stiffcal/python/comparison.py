@@ -100,7 +100,7 @@ class FitComparison:
 
         ``outside_interval`` is whether the value after lies outside the 95 % interval before.
         """
-        from stiffcal.identification.before_after import estimated_parameters, values_before_and_after
+        from stiffcal.identification.answers.before_after import estimated_parameters, values_before_and_after
 
         estimates = (estimated_parameters(fit.result.parameters) for fit in (self.before, self.after))
         rows: list[dict[str, str | float | bool | None]] = []

@@ -12,7 +12,7 @@ import numpy as np
 from stiffcal.documents import Number
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.wording import place_label
 
 if TYPE_CHECKING:

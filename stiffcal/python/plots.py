@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -11,11 +11,17 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import column_values
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
 
-    from stiffcal.python.session import CampaignSession
-
 LENGTHS, ANGLES = ("dx", "dy", "dz"), ("rx", "ry", "rz")
+
+
+class WithResiduals(Protocol):
+    """A campaign, as far as its pictures need it."""
+
+    def residuals(self, heldout: bool = True) -> pd.DataFrame:
+        """Return the residual of every reading with what it may follow."""
 
 
 class CampaignPlots:
@@ -26,7 +32,7 @@ class CampaignPlots:
     session : the campaign.
     """
 
-    def __init__(self, session: CampaignSession) -> None:
+    def __init__(self, session: WithResiduals) -> None:
         self._session = session
 
     def residual(

@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
-from stiffcal.python.answers import FittedModel, LoadPrediction, ModelDiagnosis, ModelValidation
+from stiffcal.python.answers import (
+    FitHistory,
+    FittedModel,
+    LoadPrediction,
+    MeasurementPlan,
+    ModelDiagnosis,
+    ModelValidation,
+)
 from stiffcal.stages.steps import (
     FIT_STATES,
     HELDOUT_STATES,
@@ -179,9 +186,7 @@ class CampaignSession:
         from stiffcal.commands.improve import improvement
         from stiffcal.python.improvement import ModelImprovement
 
-        if self._context.trial is not None:
-            reason, mend = "a model that is tried is not written", "open the campaign and improve that"
-            raise InputError.at(FaultCode.OPTION_INVALID, str(self.folder), "improve", reason, mend)
+        self._refuse_trial("improve")
         return ModelImprovement(improvement(self.folder, self._context, dry_run=dry_run), self._logged)
 
     def view(self, raw: bool = True, height: int = 900) -> CampaignPage:
@@ -201,6 +206,67 @@ class CampaignSession:
 
         with self._logged():
             return CampaignPage(page_of(self.folder, self._context, raw).html, height)
+
+    def report(self, file: str | Path | None = None, *, short: bool = False, overwrite: bool = False) -> Path:
+        """Write the report that ``stiffcal report`` writes, and return its path.
+
+        Parameters
+        ----------
+        file : ``*.pdf``; None: report.pdf in the campaign folder.
+        short : two pages for a customer.
+        overwrite : also a file that holds something stiffcal did not write.
+
+        Raises
+        ------
+        InputError : of a model that is tried; the file cannot be written or holds something else.
+        """
+        from stiffcal.commands.report import report_campaign
+
+        self._refuse_trial("report")
+        context = replace(self._context, overwrite=overwrite)
+        with self._logged():
+            return Path(report_campaign(self.folder, context, None if file is None else Path(file), short).file)
+
+    def history(self) -> FitHistory:
+        """Return every fit of the campaign, oldest first, with its error in held-out data.
+
+        Raises
+        ------
+        InputError : of a model that is tried, which is in no history.
+        """
+        from stiffcal.commands.history import read_history
+
+        self._refuse_trial("history")
+        with self._logged():
+            return FitHistory(read_history(self.folder, self._context))
+
+    def plan(
+        self,
+        purpose: str = "stiffness",
+        *,
+        runs: int | None = None,
+        force: float | None = None,
+        tell: Sequence[str] = (),
+    ) -> MeasurementPlan:
+        """Plan which poses and loads to measure, with the means of plan.toml; no file is written.
+
+        Parameters
+        ----------
+        purpose : "stiffness", "look-alikes" (of the last diagnosis), "region" (of plan.toml), or a CSV of poses and
+            loads to predict deflection at.
+        runs : their number; None: as plan.toml has it. force : the largest, N; None: likewise.
+        tell : two or more effects with their places that the runs are to distinguish, as "backlash j4".
+
+        Raises
+        ------
+        InputError : of a model that is tried; plan.toml is missing or wrong, or nothing can be planned.
+        """
+        from stiffcal.commands.plan import PlanRequest, plan_campaign
+
+        self._refuse_trial("plan")
+        request = PlanRequest(purpose=purpose, runs=runs, force=force, rivals=tuple(tell))
+        with self._logged():
+            return MeasurementPlan(plan_campaign(self.folder, self._context, request))
 
     def predict(self, poses: str | Path | pd.DataFrame | Mapping[str, Sequence[float]]) -> LoadPrediction:
         """Predict deflection and Cartesian stiffness under loads.
@@ -325,7 +391,7 @@ class CampaignSession:
         run : only this run.
         against : draw the residual in held-out poses against this, as ``torque:4``; None: load against deformation.
         of : draw the fit instead: ``normal`` (residuals against a normal law), ``influence`` (of each run on each
-            value), ``correlation``, ``history``.
+            value), ``correlation``, ``profile`` (of values near a bound or that bend a law), ``history``.
         overwrite : also a file that holds something stiffcal did not write.
 
         Raises
@@ -336,6 +402,12 @@ class CampaignSession:
 
         with self._logged():
             plot_campaign(self.folder, replace(self._context, overwrite=overwrite), Path(file), run, against, of)
+
+    def _refuse_trial(self, step: str) -> None:
+        """Raise InputError where a model is tried: the step would write, or read, what is of model.toml."""
+        if self._context.trial is not None:
+            reason, mend = "a model that is tried is not written", f"open the campaign and call {step} on that"
+            raise InputError.at(FaultCode.OPTION_INVALID, str(self.folder), step, reason, mend)
 
     def _data(self) -> Ingested:
         return up_to_date_states(self.folder, self._context)

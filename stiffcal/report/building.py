@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,6 @@ from stiffcal.report.sections import all_sections
 from stiffcal.report.typesetting import set_pages
 
 _LOGO_FILE = "logo.png"
-_LEFT_OUT_TITLE = "Not in this report"
 
 
 def build_report(
@@ -120,25 +119,28 @@ def _kind(content: ReportContent) -> str:
 
 
 def lay_out(content: ReportContent, is_short: bool = False) -> list[ReportSection]:
-    """Lay out all sections that have something to show; the last one names the others, with the reason.
+    """Lay out all sections that have something to show; the last one ends with the others, and the reason.
 
     Parameters
     ----------
     content : as of `build_report`. is_short : those for a customer alone, and no reasons.
     """
     sections: list[ReportSection] = []
-    reasons: list[str] = []
+    reasons: dict[str, list[str]] = {}
     for module in all_sections():
         if is_short and not getattr(module, "IN_SHORT", False):
             continue
         laid_out = module.section(content)
         for made in laid_out if isinstance(laid_out, tuple) else (laid_out,):
             if isinstance(made, LeftOut):
-                reasons.append(f"{made.title}: {made.reason}.")
+                reasons.setdefault(made.reason, []).append(made.title)
             elif made is not None:
                 sections.append(made)
-    if reasons and not is_short:
-        sections.append(ReportSection(_LEFT_OUT_TITLE, (Items(tuple(reasons)),)))
+    if reasons and sections and not is_short:
+        left_out = "; ".join(f"{', '.join(titles)} ({reason})" for reason, titles in reasons.items())
+        sections[-1] = replace(
+            sections[-1], blocks=(*sections[-1].blocks, Paragraph(f"Left out: {left_out}.", "quiet"))
+        )
     return sections
 
 

@@ -17,8 +17,8 @@ from stiffcal.campaign.report_settings import ReportSettings
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
-from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import BeforeAfter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
 from stiffcal.kinds.presentation import Page, Table
 from stiffcal.measurements.rms import Rms
@@ -27,6 +27,7 @@ from stiffcal.model.summary import EffectAt
 from stiffcal.report.compensation_content import WithAndWithout
 from stiffcal.report.joint_curves import JointPicture
 from stiffcal.report.link_pictures import LinkPicture
+from stiffcal.report.pictures_of_fit import PictureOfFit
 from stiffcal.report.provenance_content import ReportInstrument, ReportProvenance
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
@@ -337,6 +338,8 @@ class ReportContent:
     """The map of the workspace that the campaign asks for."""
     logo: bytes = b""
     """PNG for the first page; empty where the campaign names none."""
+    statistics: tuple[PictureOfFit, ...] = ()
+    """Whether the statistics of the fit hold."""
     settings: ReportSettings = field(default_factory=ReportSettings)
     """Optional sections that the campaign asks for."""
     with_and_without: WithAndWithout | None = None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.body_results import JointLineResult
+from stiffcal.identification.bodies.body_results import JointLineResult
 
 
 @dataclass(frozen=True)

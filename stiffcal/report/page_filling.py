@@ -28,7 +28,7 @@ _LEAST_MM = 1.0
 
 
 @dataclass(frozen=True)
-class Layout:
+class PageLayout:
     """Where blocks are on the pages; places are page from 1, and mm from its top."""
 
     pages: int
@@ -57,10 +57,10 @@ class Layout:
         return sum(not self.is_full(page) for page in range(1, self.pages + 1))
 
 
-def layout_from(data: Mapping[str, Any]) -> Layout:
+def layout_from(data: Mapping[str, Any]) -> PageLayout:
     """Return the layout that the template states."""
     places = {name: tuple((int(on), float(y)) for on, y in data[name]) for name in ("begins", "ends", "pictures")}
-    return Layout(int(data["pages"]), heights=tuple(data["heights"]), **places)
+    return PageLayout(int(data["pages"]), heights=tuple(data["heights"]), **places)
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Setting:
     """Spaces between blocks over their usual size."""
 
 
-def filled(n_pictures: int, laid_out: Callable[[Setting], Layout]) -> Setting:
+def filled(n_pictures: int, laid_out: Callable[[Setting], PageLayout]) -> Setting:
     """Return the setting with which the fewest pages are more than a third empty.
 
     Parameters
@@ -97,7 +97,7 @@ def filled(n_pictures: int, laid_out: Callable[[Setting], Layout]) -> Setting:
     return best
 
 
-def _smaller(layout: Layout, sizes: Sequence[float], given_up: set[int]) -> list[float] | None:
+def _smaller(layout: PageLayout, sizes: Sequence[float], given_up: set[int]) -> list[float] | None:
     """Return sizes that fill the first page which is not full; None where none can be filled.
 
     Parameters
@@ -118,7 +118,7 @@ def _smaller(layout: Layout, sizes: Sequence[float], given_up: set[int]) -> list
     return None
 
 
-def _about(layout: Layout, page: int) -> tuple[list[int], float]:
+def _about(layout: PageLayout, page: int) -> tuple[list[int], float]:
     """Return pictures on a page, with one that opens the next page, and what is too much for this one, mm."""
     after = page + 1
     opening = next(k for k, (on, _) in enumerate(layout.ends) if on == after)

@@ -15,7 +15,7 @@ from typing import Any
 
 from stiffcal.escapes.json_text import document_text
 from stiffcal.report.fonts import drawable_data, further_fonts, own_fonts, texts_of
-from stiffcal.report.page_filling import Layout, Setting, filled, layout_from
+from stiffcal.report.page_filling import PageLayout, Setting, filled, layout_from
 
 _TEMPLATE = "report.typ"
 # typst keeps what it made of a document until so many others have been set without needing it.
@@ -48,19 +48,21 @@ def set_pages(pages: dict[str, Any], folder: Path, day: str) -> bytes:
         shutil.copyfile(font, fonts / font.name)
     only_these = typst.Fonts(include_system_fonts=False, include_embedded_fonts=False, font_paths=[str(fonts)])
     timestamp = date or datetime(1970, 1, 1, tzinfo=UTC)
-    place = {"input": str(folder / _TEMPLATE), "root": str(folder), "font_paths": only_these}
+    file, root = str(folder / _TEMPLATE), str(folder)
 
     def write(setting: Setting) -> None:
         (folder / "setting.json").write_text(document_text(asdict(setting), indent=None), encoding="utf-8")
 
-    def laid_out(setting: Setting) -> Layout:
+    def laid_out(setting: Setting) -> PageLayout:
         write(setting)
-        return layout_from(json.loads(typst.query(selector="<layout>", field="value", one=True, **place)))
+        return layout_from(
+            json.loads(typst.query(file, "<layout>", field="value", one=True, root=root, font_paths=only_these))
+        )
 
     n_pictures = sum(block["kind"] == "picture" for section in pages["sections"] for block in section["blocks"])
     try:
         write(filled(n_pictures, laid_out))
-        return typst.compile(timestamp=timestamp, **place)
+        return typst.compile(file, root=root, font_paths=only_these, timestamp=timestamp)
     finally:
         _give_back_memory()
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from stiffcal.identification.agreement_results import Agreement
-from stiffcal.identification.state_kinds import state_kinds
+from stiffcal.identification.answers.agreement_results import Agreement
+from stiffcal.identification.readings.state_kinds import state_kinds
 from stiffcal.quantity import Units, quantity_of
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import count, plus_minus, significant

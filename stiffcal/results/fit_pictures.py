@@ -5,13 +5,16 @@ Each is a `Picture` of plain values, drawn like those of kinds of experiment.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.kinds.presentation import Band, Line, Marks, Panel, Picture, Series
-from stiffcal.wording import count
+from stiffcal.identification.profiles import Profile
+from stiffcal.kinds.presentation import Band, Line, Marks, Panel, Picture, Series, Span
+from stiffcal.quantity import quantity_of
+from stiffcal.wording import estimate
 
 MOST_POINTS = 300
 """Points of a sample that are drawn: those at both ends all, between them evenly spread ones."""
@@ -21,10 +24,12 @@ MOST_PARAMETERS = 8
 """Parameters whose changes have a colour of their own: those that a single run changes most."""
 MOST_NAMES = 40
 """Runs whose names stand below the axis; more are counted."""
-HEIGHT_MM, ROW_MM = 90.0, 5.0
+HEIGHT_MM, ROW_MM = 72.0, 3.2
 """Height of a picture, and of a row of the correlations."""
 LARGEST_PT = 9.0
 """Side of the square of a correlation of ± 1, points of print."""
+PROFILE_COLUMNS, PROFILE_MM = 2, 58.0
+"""Panels of profiles in a row, and the height of one."""
 STEPS = 10
 """Sizes of the squares in which correlations are drawn, a tenth each."""
 
@@ -56,8 +61,8 @@ def _normal_panel(name: str, values: Floats) -> Panel:
         Marks(expected, np.sort(values)[rank - 1], "o", 0, size=2.5, label="residuals"),
     ]
     return Panel(
-        f"{name}: {count(n, 'reading')}", "expected of a normal law, standard deviations",
-        "residual, standard deviations of the noise", tuple(series), has_zero_lines=True,
+        name, "expected of a normal law [standard deviations]", "residual [standard deviations]", tuple(series),
+        has_zero_lines=True,
     )  # fmt: skip
 
 
@@ -91,8 +96,9 @@ def influence_picture(names: Sequence[str], runs: Sequence[str], changes: Floats
         series.append(Marks(x[alone], np.zeros(alone.size), "x", "model", size=6.0, label="determines a value alone"))
     few = len(runs) <= MOST_NAMES
     panel = Panel(
-        "", "run that is left out" if few else f"run that is left out, counted: {runs[0]} … {runs[-1]}",
-        "change of the value, standard uncertainties", tuple(series), x_names=tuple(runs) if few else (),
+        "Influence of each run",
+        "run that is left out" if few else f"run that is left out, counted: {runs[0]} … {runs[-1]}",
+        "change of the value [standard uncertainties]", tuple(series), x_names=tuple(runs) if few else (),
         has_zero_lines=True, empty="" if names else "the model has no free parameter",
     )  # fmt: skip
     return Picture((panel,), 1, HEIGHT_MM)
@@ -120,7 +126,8 @@ def correlation_picture(names: Sequence[str], covariance: Floats) -> Picture:
             )  # fmt: skip
     edge = len(names) - 0.5
     panel = Panel(
-        "", "number of the parameter", "", tuple(series), x_names=tuple(str(k + 1) for k in range(len(names))),
+        "Correlations", "number of the parameter", "", tuple(series),
+        x_names=tuple(str(k + 1) for k in range(len(names))),
         y_names=tuple(f"{name}  {k}" for k, name in enumerate(names, start=1)), x_limits=(-0.5, edge),
         y_limits=(edge, -0.5), empty="" if len(names) > 1 else "a single parameter has no correlation",
     )  # fmt: skip
@@ -144,8 +151,46 @@ def history_picture(fits: Sequence[str], errors: Floats, noise: Floats, measure:
         ends = np.concatenate([x[:1] - 0.5, x, x[-1:] + 0.5]), np.concatenate([noise[:1], noise, noise[-1:]])
         series.append(Line(*ends, is_dashed=True, colour="quiet", label="noise"))
     empty = "" if np.isfinite(errors).any() else "no fit of the history was validated"
-    panel = Panel("", "fit", measure, tuple(series), x_names=tuple(fits), head_room=0.1, empty=empty)
+    panel = Panel("History of fits", "fit", measure, tuple(series), x_names=tuple(fits), head_room=0.1, empty=empty)
     return Picture((panel,), 1, HEIGHT_MM)
+
+
+def profile_picture(found: Sequence[Profile], intervals: Mapping[str, tuple[float, float] | None]) -> Picture:
+    """Return the sums of squares over parameters near a bound or that bend their law, and both forms of interval.
+
+    Parameters
+    ----------
+    found : the profiles. intervals : full name to the interval that the fit states, as values; None: there is none.
+    """
+    panels = tuple(_profile_panel(one, intervals.get(one.name)) for one in found)
+    none = Panel("", "", "", (), empty="no parameter bends its law or is near a bound: the stated intervals hold")
+    rows = max(-(-len(panels) // PROFILE_COLUMNS), 1)
+    return Picture(panels or (none,), min(max(len(panels), 1), PROFILE_COLUMNS), 12.0 + PROFILE_MM * rows)
+
+
+def _profile_panel(profile: Profile, stated: tuple[float, float] | None) -> Panel:
+    drawn = np.isfinite(profile.values) & np.isfinite(profile.rise)
+    shown = quantity_of(profile.spec.unit).unit_for(profile.values[drawn].tolist())
+    unit, factor = shown.name, shown.factor
+    x = factor * profile.values[drawn]
+    if not x.size:
+        return Panel(profile.name, "", "", (), empty="nothing of it can be computed")
+    series: list[Series] = [
+        Line(x, profile.rise[drawn], colour=0, label="sum of squares, all others free"),
+        Line(x, profile.parabola[drawn], is_dashed=True, colour="quiet", label="parabola of the standard uncertainty"),
+        Line(x[[0, -1]], np.full(2, profile.level), width=0.7, colour=1, label="95 %"),
+    ]
+    low, high = (None if end is None else factor * end for end in (profile.low, profile.high))
+    span = Span(x[0] if low is None else low, x[-1] if high is None else high, label="95 % interval by the profile")
+    series.insert(0, span)
+    title = f"{profile.name}\nby the profile: {estimate(factor * profile.estimate, [low, high])} {unit}".rstrip()
+    if stated is not None:
+        ends = [factor * end if math.isfinite(end) else None for end in stated]
+        title += f"\nstated, by the parabola: {estimate(factor * profile.estimate, ends)} {unit}".rstrip()
+    return Panel(
+        title, f"value [{unit}]" if unit else "value", "rise [variances of the noise]", tuple(series),
+        x_limits=(float(x[0]), float(x[-1])), y_limits=(0.0, 3.0 * profile.level), x_ticks=5,
+    )  # fmt: skip
 
 
 def in_standard_uncertainties(steps: Floats, covariance: Floats) -> Floats:
@@ -159,4 +204,5 @@ __all__ = [
     "in_standard_uncertainties",
     "influence_picture",
     "normal_picture",
+    "profile_picture",
 ]

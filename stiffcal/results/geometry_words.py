@@ -5,7 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from stiffcal.identification.geometry_results import GeometryFound, NoOffsets, StatedLink, StatedNumber, StatedZero
+from stiffcal.identification.answers.geometry_results import (
+    GeometryFound,
+    NoOffsets,
+    StatedLink,
+    StatedNumber,
+    StatedZero,
+)
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import listing, plus_minus, significant
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, OrAbsent, Origin
-from stiffcal.identification.before_after import EstimatedParameter
+from stiffcal.identification.answers.before_after import EstimatedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
 

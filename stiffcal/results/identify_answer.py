@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stiffcal.identification.bodies import cartesian_stiffness, joints_by_themselves
-from stiffcal.identification.document import (
+from stiffcal.identification.answers.document import (
     correlated_parameters,
     finite,
     fit_warnings,
@@ -19,12 +18,13 @@ from stiffcal.identification.document import (
     unidentified_parameters,
     values_in_fit,
 )
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.fit_results import GeometryTaken
-from stiffcal.identification.geometry import with_geometry
-from stiffcal.identification.identify import fit_rms
-from stiffcal.identification.measured_links import link_results
-from stiffcal.identification.measured_robots import unusual_stiffness_warnings
+from stiffcal.identification.answers.fit_results import GeometryTaken
+from stiffcal.identification.answers.measured_robots import unusual_stiffness_warnings
+from stiffcal.identification.bodies.bodies import cartesian_stiffness, joints_by_themselves
+from stiffcal.identification.bodies.measured_links import link_results
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.geometry import with_geometry
+from stiffcal.identification.fitting.identify import fit_rms
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.rms import Rms
 from stiffcal.reduction.copies.repeated_rows import repeated_rows

@@ -7,9 +7,8 @@ from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, ManyKeys, Number, OrAbsent, Origin
-from stiffcal.identification.agreement_results import Agreement
-from stiffcal.identification.body_results import CartesianStiffnessResult, JointByItself
-from stiffcal.identification.fit_results import (
+from stiffcal.identification.answers.agreement_results import Agreement
+from stiffcal.identification.answers.fit_results import (
     CorrelatedParameters,
     DualQuaternionFit,
     GeometryTaken,
@@ -18,9 +17,10 @@ from stiffcal.identification.fit_results import (
     RejectedState,
     UnidentifiedParameters,
 )
-from stiffcal.identification.geometry_results import GeometryFound
-from stiffcal.identification.link_results import CouplingResult, LinkResult
-from stiffcal.identification.noise import NoiseSource
+from stiffcal.identification.answers.geometry_results import GeometryFound
+from stiffcal.identification.bodies.body_results import CartesianStiffnessResult, JointByItself
+from stiffcal.identification.bodies.link_results import CouplingResult, LinkResult
+from stiffcal.identification.noise.reading_noise import NoiseSource
 from stiffcal.kinds import section_types
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, TypeAlias
 from stiffcal.diagnosis.results import ProposedEffect, ResidualDependence
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, OrAbsent
-from stiffcal.identification.before_after import BeforeAfter
+from stiffcal.identification.answers.before_after import BeforeAfter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary, Where
 from stiffcal.reduction.registration.frames import RegistrationSummary

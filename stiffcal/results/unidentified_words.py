@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from stiffcal.estimation.undetermined import Undetermined
-from stiffcal.identification.fit_results import UnidentifiedParameters
+from stiffcal.identification.answers.fit_results import UnidentifiedParameters
 from stiffcal.wording import listing
 
 MOST_NAMED = 24

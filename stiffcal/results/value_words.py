@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stiffcal import wording
-from stiffcal.estimate import Estimate
-from stiffcal.quantity import ShownUnit
 from stiffcal.wording import AT_LIMIT, DASH, listing
 
 if TYPE_CHECKING:
-    from stiffcal.identification.before_after import BeforeAfter
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.estimate import Estimate
+    from stiffcal.identification.answers.before_after import BeforeAfter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
+    from stiffcal.quantity import ShownUnit
 
 SHIFTED = "shifted by what the model lacks"
 
@@ -43,6 +43,8 @@ def value_text(estimate: Estimate, unit: ShownUnit) -> str:
 
     Examples
     --------
+    >>> from stiffcal.estimate import Estimate
+    >>> from stiffcal.quantity import ShownUnit
     >>> unit = ShownUnit("mrad", 1e3)
     >>> value_text(Estimate(value=0.002, interval=[0.0019, 0.0021]), unit)
     '2.00 ± 0.10'
@@ -64,6 +66,7 @@ def remark(estimate: Estimate) -> str:
 
     Examples
     --------
+    >>> from stiffcal.estimate import Estimate
     >>> remark(Estimate(value=1.0, interval=[0.1, None], is_poorly_determined=True))
     'poorly determined, no upper bound'
     >>> remark(Estimate(value=1.0, interval=[0.9, 1.1], is_shifted=True))
@@ -93,6 +96,7 @@ def value_in_model(estimate: Estimate | None, unit: ShownUnit) -> str:
 
     Examples
     --------
+    >>> from stiffcal.quantity import ShownUnit
     >>> value_in_model(None, ShownUnit(""))
     'not in the model'
     """

@@ -22,10 +22,18 @@ import pyarrow as pa
 from stiffcal.campaign.source import Source
 from stiffcal.diagnosis.effect_curves import EffectEvidence
 from stiffcal.diagnosis.refits import Refit, RefitSummary
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.row_layout import GAUGE, LENGTH, MOTOR, ROTATION, TRANSLATION, GaugeRows, RowLayout
-from stiffcal.identification.state_loads import BRANCH, LOAD, TORQUE
-from stiffcal.identification.state_tables import observed_table
+from stiffcal.identification.answers.state_tables import observed_table
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.row_layout import (
+    GAUGE,
+    LENGTH,
+    MOTOR,
+    ROTATION,
+    TRANSLATION,
+    GaugeRows,
+    RowLayout,
+)
+from stiffcal.identification.readings.state_loads import BRANCH, LOAD, TORQUE
 from stiffcal.ingest.recording_tables import recording_table
 from stiffcal.kinds import all_kinds
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo

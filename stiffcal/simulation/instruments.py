@@ -30,7 +30,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import rotation_from_vector, rpy_from_rotation, vector_from_rotation
 from stiffcal.quaternions import quaternion_from_rotation
-from stiffcal.reduction.approach import last_motion
+from stiffcal.reduction.states.approach import last_motion
 from stiffcal.simulation.motion import MotionProgram, PoseProgram
 from stiffcal.simulation.sensors import Channels
 from stiffcal.simulation.settings import TrueRobot

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
-from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
+from stiffcal.campaign.experiment_kinds import experiment_kind
 from stiffcal.campaign.typed import TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -121,9 +121,3 @@ def run_simulation(experiment: str) -> RunSimulation[TomlTable] | None:
     """
     kind = experiment_kind(experiment)
     return None if kind is None else cast("RunSimulation[TomlTable] | None", kind.simulation())
-
-
-def motion_tables() -> tuple[tuple[str, type[TomlTable]], ...]:
-    """Return the tables of `simulate.toml` that kinds of experiment have, by name."""
-    found = ((name, run_simulation(name)) for name in kind_names())
-    return tuple((name, simulation.settings) for name, simulation in found if simulation is not None)

@@ -18,7 +18,7 @@ from stiffcal.campaign.toml_reading import read_toml, validate
 from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, TomlTable, WrongValueError
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
-from stiffcal.simulation.kinds import motion_tables
+from stiffcal.simulation.motion_tables import motion_tables
 
 SCHEMA = "stiffcal/simulate/1"
 FILE_NAME = "simulate.toml"

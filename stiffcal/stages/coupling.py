@@ -20,8 +20,8 @@ def with_coupling(data: Ingested, result: IdentifyResult, loss: str, context: Ru
     ------
     InputError : no rods, or a model that lets no link with rods give.
     """
-    from stiffcal.identification.coupling import coupling_result, identify_both_ways
-    from stiffcal.identification.identify import Settings
+    from stiffcal.identification.answers.coupling import coupling_result, identify_both_ways
+    from stiffcal.identification.fitting.identify import Settings
     from stiffcal.model.assembly import fixed_parameters
 
     rodded = [rods.link for rods in data.states.setup.rods]

@@ -35,8 +35,8 @@ CONFIRMED = ("model", "fit_rms", "noise", "loss", "model_text")
 """What of a foreign entry of the history must be equal to a fit of the user's own."""
 
 if TYPE_CHECKING:
-    from stiffcal.identification.fit import Fit
-    from stiffcal.store.reading import Documents, Stored
+    from stiffcal.identification.fitting.fit import Fit
+    from stiffcal.store.store_place import Documents, Stored
 
 
 def up_to_date_fit(data: Ingested, context: RunContext) -> IdentifyResult:
@@ -72,7 +72,7 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
     ------
     InputError : no load state can be used, or the model holds nothing to fit.
     """
-    from stiffcal.identification.identify import Settings, identify_parameters
+    from stiffcal.identification.fitting.identify import Settings, identify_parameters
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.reduction.set_aside.displacement_measured import check_displacement_measured
     from stiffcal.stages.experiments import robot_to_fit
@@ -109,10 +109,10 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
     fit : of the load states; None where there are none.
     """
     from stiffcal.campaign.geometry import planned_rows
-    from stiffcal.identification.agreement import agreement_of_experiments
-    from stiffcal.identification.identify import Settings
-    from stiffcal.identification.state_tables import observed_table
-    from stiffcal.identification.stated_geometry import geometry_found
+    from stiffcal.identification.answers.agreement import agreement_of_experiments
+    from stiffcal.identification.answers.state_tables import observed_table
+    from stiffcal.identification.answers.stated_geometry import geometry_found
+    from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.suspects import suspects_in
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.results.identify_answer import identify_result
@@ -190,7 +190,7 @@ def next_fit_id(history: Document) -> str:
 
 def _entry(result: IdentifyResult, data: Ingested) -> Document:
     """Return a fit's entry of the history, without its id."""
-    from stiffcal.identification.before_after import estimated_parameters
+    from stiffcal.identification.answers.before_after import estimated_parameters
 
     return document_of(
         StoredFit(
@@ -211,7 +211,7 @@ def _entry(result: IdentifyResult, data: Ingested) -> Document:
 
 def _expectation(data: Ingested, fit: Fit) -> tuple[Rms | None, str]:
     """Return the error to expect in new poses: the numbers, and one sentence."""
-    from stiffcal.identification.state_kinds import measured_kinds
+    from stiffcal.identification.readings.state_kinds import measured_kinds
     from stiffcal.validation.heldout import heldout_residuals
     from stiffcal.validation.validate import rms_of
 

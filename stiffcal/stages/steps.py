@@ -102,7 +102,7 @@ class Ingested:
     table: pa.Table
     """The states as they lie in the store."""
     states: LoadStates
-    """The same as arrays, without what a correcting controller commanded (`reduction.commanded`); none where the
+    """The same as arrays, without what a correcting controller commanded (`reduction.states.commanded`); none where the
     campaign holds other experiments alone.
     """
     non_load: dict[str, pa.Table] = field(default_factory=dict)
@@ -217,7 +217,7 @@ def up_to_date_states(folder: Path, context: RunContext) -> Ingested:
     from stiffcal.ingest.freshness import freshness_of, warn_missing_sources, with_stored_runs, without_damaged
     from stiffcal.ingest.ingesting import ingest_now
     from stiffcal.kinds import tables_of_logs
-    from stiffcal.reduction.commanded import without_commands
+    from stiffcal.reduction.states.commanded import without_commands
     from stiffcal.store.index import FOREIGN, OWN
     from stiffcal.trust.foreign_content import use_foreign_results
 

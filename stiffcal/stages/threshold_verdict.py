@@ -16,7 +16,7 @@ from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import read_regular
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.revision import REVISION
 from stiffcal.stages.fit import up_to_date_fit

@@ -11,7 +11,7 @@ import numpy as np
 from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.estimation.unknowns import ParameterColumn
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.effect import Kind, ParameterRole
 from stiffcal.stages.fit import fit_now
@@ -24,7 +24,7 @@ USUAL_GAIN = 0.02
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.model.effect import Effect
     from stiffcal.stages.fitted_campaign import FittedCampaign
     from stiffcal.stages.steps import RunContext

@@ -24,8 +24,8 @@ from stiffcal.stages.threshold_verdict import check_thresholds
 
 if TYPE_CHECKING:
     from stiffcal.campaign.thresholds import ThresholdsFile
-    from stiffcal.identification.fit import Fit
-    from stiffcal.store.reading import Documents, Stored
+    from stiffcal.identification.fitting.fit import Fit
+    from stiffcal.store.store_place import Documents, Stored
 
 
 def up_to_date_results(data: Ingested, context: RunContext) -> tuple[IdentifyResult, ValidateResult]:
@@ -99,8 +99,8 @@ def validate_now(
     identified : the fit as it is stored.
     fit : the fit itself where it is at hand; it is made again otherwise.
     """
-    from stiffcal.identification.state_loads import load_columns
-    from stiffcal.identification.state_tables import observed_table
+    from stiffcal.identification.answers.state_tables import observed_table
+    from stiffcal.identification.readings.state_loads import load_columns
     from stiffcal.results.validate_answer import validate_result
     from stiffcal.stages.experiments import (
         kept_of_kinds,

@@ -30,7 +30,7 @@ from stiffcal.store.snapshot import Snapshot
 from stiffcal.trust.notices import notice
 
 if TYPE_CHECKING:
-    from stiffcal.store.reading import Store
+    from stiffcal.store.store_place import StorePlace
 
 _MOST_BYTES = 1 << 28
 # Files up to this size are compared with their hash before they are carried over; larger ones when they are read.
@@ -184,7 +184,7 @@ class PreviousGeneration:
         notice(f"{goal}: a damaged part of the store was moved here with its history")
 
 
-def previous_generation(store: Store, folder: Path | None) -> PreviousGeneration:
+def previous_generation(store: StorePlace, folder: Path | None) -> PreviousGeneration:
     """Return the current generation; of a damaged index, that there may be a history.
 
     Raises

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
-from urllib.parse import unquote, urlsplit
+from typing import cast
 
 import pyarrow as pa
 
 from stiffcal.documents import Document, Origin
-from stiffcal.errors import InputError, one_line
+from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import Columns
 from stiffcal.plain_files import is_there
@@ -20,36 +19,13 @@ from stiffcal.store.generations import LOCK, current_folder, has_others, pinned,
 from stiffcal.store.index import INDEX, OWN, REBUILD, DamagedStoreError, read_index
 from stiffcal.store.locking import writer_lock
 from stiffcal.store.snapshot import Snapshot
+from stiffcal.store.store_place import Documents, Stored, StorePlace
 from stiffcal.store.writing import Writing, begin_writing
 from stiffcal.trust.notices import notice
 
-if TYPE_CHECKING:
-    from stiffcal.store.remote import Remote
 
-Documents: TypeAlias = Mapping[str, Mapping[str, Any]]
-Stored: TypeAlias = Callable[[str], Document | None]
-
-
-class Store:
-    """A campaign's store.
-
-    Parameters
-    ----------
-    location : its folder (or a ``file:`` address), or its place in an object store, ``s3://bucket/prefix``; it need
-        not exist.
-    display_name : its name in messages; default: the location.
-    """
-
-    def __init__(self, location: str | Path, display_name: str = "") -> None:
-        self.display_name = display_name or str(location)
-        _check_address(location, self.display_name)
-        self.remote = _remote_of(location, self.display_name)
-        self.folder = self.remote.mirror if self.remote is not None else _folder_of(location, self.display_name)
-
-    @property
-    def address(self) -> str:
-        """The store's place, as the user allows places."""
-        return self.remote.address if self.remote is not None else str(self.folder)
+class Store(StorePlace):
+    """A campaign's store; parameters as of `StorePlace`."""
 
     def _current(self) -> Path | None:
         if self.remote is not None:
@@ -199,38 +175,3 @@ class Store:
             if keep_rest:
                 writing.keep_rest()
             writing.commit()
-
-
-def _check_address(location: str | Path, display_name: str) -> None:
-    """Refuse what no system takes, and what looks like an address and cannot be taken apart, as an open bracket."""
-    text = str(location)
-    if "\0" in (unquote(text) if "://" in text else text):
-        reason, mend = "it contains a character NUL", "give a folder, or s3://BUCKET/PREFIX"
-        raise InputError.at(FaultCode.STORE_ADDRESS, one_line(display_name), "--store", reason, mend)
-    if isinstance(location, Path) or "://" not in location:
-        return
-    try:
-        urlsplit(location)
-    except ValueError as error:
-        reason, mend = f"not an address ({error})", "give a folder, or s3://BUCKET/PREFIX"
-        raise InputError.at(FaultCode.STORE_ADDRESS, display_name, "--store", reason, mend) from None
-
-
-def _folder_of(location: str | Path, display_name: str) -> Path:
-    if isinstance(location, Path) or "://" not in location:
-        return Path(location)
-    address = urlsplit(location)
-    if address.scheme == "file" and address.netloc in ("", "localhost"):
-        return Path(unquote(address.path))
-    reason = f"{address.scheme}: addresses are not supported"
-    raise InputError.at(
-        FaultCode.STORE_ADDRESS, display_name, "--store", reason, "give a folder, or s3://BUCKET/PREFIX"
-    )
-
-
-def _remote_of(location: str | Path, display_name: str) -> Remote | None:
-    if isinstance(location, Path) or not location.startswith("s3://"):
-        return None
-    from stiffcal.store.remote import Remote
-
-    return Remote(location, display_name)

@@ -14,8 +14,9 @@ from stiffcal.documents import Document
 from stiffcal.measurements.columns import Columns, table_of
 from stiffcal.store.index import OWN
 from stiffcal.store.origin import worst_of
-from stiffcal.store.reading import Documents, Store, Stored
+from stiffcal.store.reading import Store
 from stiffcal.store.snapshot import Snapshot
+from stiffcal.store.store_place import Documents, Stored
 
 
 @dataclass(frozen=True)

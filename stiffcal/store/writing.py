@@ -44,8 +44,8 @@ from stiffcal.store.previous import PreviousGeneration, previous_generation
 ROW_GROUP = 1 << 18
 
 if TYPE_CHECKING:
-    from stiffcal.store.reading import Documents, Store, Stored
     from stiffcal.store.remote import Ticket
+    from stiffcal.store.store_place import Documents, Stored, StorePlace
 
 
 @contextmanager
@@ -154,7 +154,7 @@ class Writing:
     needed : whether something of a name must not be left out by `keep_rest` where it is damaged.
     """
 
-    def __init__(self, store: Store, command: str, old: PreviousGeneration, ticket: Ticket | None) -> None:
+    def __init__(self, store: StorePlace, command: str, old: PreviousGeneration, ticket: Ticket | None) -> None:
         self.committed = False
         self.sources_state: str | None = None
         self.origin = OWN
@@ -336,7 +336,7 @@ class Writing:
 
 
 @contextmanager
-def begin_writing(store: Store, command: str, wait_s: float) -> Iterator[Writing]:
+def begin_writing(store: StorePlace, command: str, wait_s: float) -> Iterator[Writing]:
     """Hold the writer's lock and a new generation; without a commit nothing of it remains."""
     with ExitStack() as stack:
         with store_faults(store.display_name):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.validation.compare_result import Change, FittedValue
 
 CHANCE = 0.01

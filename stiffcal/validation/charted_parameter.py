@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from stiffcal.identification.before_after import EstimatedParameter, estimated_parameters
+from stiffcal.identification.answers.before_after import EstimatedParameter, estimated_parameters
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.validation.control_chart import FEWEST_CAMPAIGNS, ControlChart, control_chart
 from stiffcal.validation.one_robot import amplitude_of
@@ -21,7 +21,7 @@ from stiffcal.validation.trend_result import (
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
     from stiffcal.campaign.trend_settings import TrendSettings
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.documents import CommandResult, KeyIf, NullIsNan, Number, Origin
-from stiffcal.identification.before_after import BeforeAfter
+from stiffcal.identification.answers.before_after import BeforeAfter
 from stiffcal.model.summary import Where
 
 

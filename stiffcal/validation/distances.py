@@ -9,10 +9,10 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.documents import Number, OrAbsent
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.noise import rms_length
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.row_layout import TRANSLATION
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.noise.reading_noise import rms_length
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.row_layout import TRANSLATION
 from stiffcal.mechanics.chain import Chain
 from stiffcal.validation.heldout import joined_folds, left_out_residuals
 from stiffcal.validation.region_folds import random_folds, region_folds

@@ -26,10 +26,10 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.documents import Number
 from stiffcal.estimation.parameters import Parameter
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.load_scale import common_scale
-from stiffcal.identification.row_layout import TRANSLATION
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.fitting.load_scale import common_scale
+from stiffcal.identification.readings.row_layout import TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.catalogue import built_in_effects
@@ -46,6 +46,8 @@ KNOWN = 5.0
 """Standard deviations from zero at which a payload is to show a compliance: 20 %."""
 LEAST_LEVER = 0.01
 """Share of the arm's longest lever below which weight at the flange does not turn a joint."""
+LEAST_PAYLOAD = 0.02
+"""Share of the rated payload that is worth hanging on: less is within what a flange and its cables weigh."""
 
 JointVerdict: TypeAlias = Literal[
     "identified",
@@ -148,7 +150,7 @@ def _summary(joints: list[JointElasticity]) -> Elasticity:
         )
     others = [joint.joint for joint in joints if joint.verdict != "identified"]
     known = f"elasticity of {_joints(identified)} is identified; " if identified else ""
-    mend = "no payload at the flange would make it identifiable in such poses"
+    mend = "with whatever payload at the flange, such poses do not identify it"
     if payloads:
         ways = [f"{significant(mass, 2)} kg for joint {joint}" for mass, joint in payloads]
         mend = f"measure again with a payload at the flange in half of the poses: {', '.join(ways)}"
@@ -270,6 +272,10 @@ def payload_that_shows(fit: Fit, joint: int, compliance: float) -> float | None:
         return None
     scatter = float(np.sqrt(np.mean(left**2) * (1.0 + len(fit.free_names) / fit.dof)))
     mass = KNOWN * scatter / shown
+    rated = chain.rated_payload
+    if rated is not None:
+        # less than the smallest is within what weighs anyhow
+        return max(mass, LEAST_PAYLOAD * rated) if mass <= rated else None
     # no arm of this kind carries more than it weighs
     return mass if not chain.masses_known or mass < float(np.sum(chain.link_mass)) else None
 

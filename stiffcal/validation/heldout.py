@@ -16,13 +16,13 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.estimation.constants import stretches
 from stiffcal.estimation.leave_out import LeaveOut
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Problem, fit_problem, raw_whitening
-from stiffcal.identification.load_rows import LoadRows
-from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import Observations
-from stiffcal.identification.state_kinds import StateKind, kinds_of_observations
-from stiffcal.identification.weights import without_offsets
+from stiffcal.identification.derivatives.observation import Observations
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Problem, fit_problem, raw_whitening
+from stiffcal.identification.fitting.load_rows import LoadRows
+from stiffcal.identification.noise.reading_noise import Whitening
+from stiffcal.identification.noise.weights import without_offsets
+from stiffcal.identification.readings.state_kinds import StateKind, kinds_of_observations
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.validation.schemes import HOLDOUT_RUNS, LEAVE_ONE_POSE_OUT
 

@@ -10,7 +10,7 @@ from stiffcal.model.measured_frames import FramePosition
 from stiffcal.validation.distances import Distances, LadderStep, distances_of, summary_of
 
 if TYPE_CHECKING:
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.composite import CompliantRobot
 
@@ -35,7 +35,7 @@ def ladder_of(states: LoadStates, fit: Fit, own: Distances) -> list[LadderStep]:
     states : the campaign's absolute places.
     fit : of the present model. own : its distances.
     """
-    from stiffcal.identification.identify import Settings, identify_parameters
+    from stiffcal.identification.fitting.identify import Settings, identify_parameters
 
     nominal = summary_of(fit.data.measured, fit.data)
     rms = None if nominal is None else nominal.rms

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.measured_frames import FRAME
 

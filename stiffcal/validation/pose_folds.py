@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.arrays import Integers
 from stiffcal.estimation.constants import stretches
-from stiffcal.identification.observation import Observations
+from stiffcal.identification.derivatives.observation import Observations
 from stiffcal.mechanics.like_poses import pose_groups
 
 SAME_POSE = float(np.radians(1.0))

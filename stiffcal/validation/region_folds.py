@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.readings import Observations
+from stiffcal.identification.readings.observations import Observations
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.validation.pose_folds import SAME_POSE
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.quantity import ANGLE, LENGTH, ShownUnit
 from stiffcal.uncertainty import NORMAL_95
@@ -239,7 +239,7 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
         return ThresholdCheck("max_drift", joint, limit, None, "", None, text)
     drift, chance = after / before - 1.0, min(p_value * judged, 1.0)
     stiffnesses = f"{significant(after)} and {significant(before)} N·m/rad"
-    words = f"stiffness of {joint} is {100 * drift:+.3g} % against {name} ({stiffnesses})"
+    words = f"stiffness of {joint} is {'+' * (drift > 0.0)}{share(drift)} against {name} ({stiffnesses})"
     # 1.96 standard uncertainties of the relative change: smaller drifts these two fits cannot detect.
     blur = NORMAL_95 * std / abs(value)
     if abs(drift) > limit and chance < CHANCE:

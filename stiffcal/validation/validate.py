@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.noise import reading_rows, rms_by_measure
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.row_layout import MEASURES, ROTATION, TRANSLATION
-from stiffcal.identification.state_kinds import measured_kinds
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.noise.reading_noise import reading_rows, rms_by_measure
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.row_layout import MEASURES, ROTATION, TRANSLATION
+from stiffcal.identification.readings.state_kinds import measured_kinds
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.mechanics.chain import Chain
@@ -209,7 +209,7 @@ def _by_direction(states: LoadStates, heldout: HeldoutResiduals, robot: Complian
         for sign, is_positive in (("+", True), ("−", False)):
             members = loaded & (axis == number) & (positive == is_positive)
             if members.any():
-                slices.append(_slice(f"mostly {sign}{name}", members, heldout))
+                slices.append(_slice(f"near {sign}{name}", members, heldout))
     if (~loaded).any():
         slices.append(_slice("unloaded", ~loaded, heldout))
     return slices

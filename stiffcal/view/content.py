@@ -13,7 +13,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.kinds.presentation import Page
 from stiffcal.measurements.rms import Rms
-from stiffcal.quantity import ANGLE, LENGTH, Units, of_measure
+from stiffcal.quantity import ANGLE, LENGTH, ShownUnit, Units, of_measure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -267,25 +267,6 @@ class ViewStates:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ViewUnit:
-    """A unit that the scripts show numbers in."""
-
-    unit: str
-    factor: float
-    """From SI."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ViewUnits:
-    """One unit for all lengths of a page, and one for all angles, by the largest error."""
-
-    length: ViewUnit
-    angle: ViewUnit
-    main: ViewUnit
-    """Of what errors are compared in."""
-
-
-@dataclass(frozen=True, kw_only=True)
 class ViewContent:
     """All that the page shows."""
 
@@ -362,11 +343,7 @@ class ViewContent:
     """
 
     @property
-    def units(self) -> ViewUnits:
-        """The units of all that the scripts write by themselves."""
+    def units(self) -> dict[str, ShownUnit]:
+        """Units of what the scripts write: of all lengths, all angles, and what errors are compared in."""
         units = Units.of_errors([self.zero, self.noise])
-        length, angle, main = (
-            ViewUnit(unit=unit.name, factor=unit.factor)
-            for unit in map(units.of, (LENGTH, ANGLE, of_measure(self.measure)))
-        )
-        return ViewUnits(length=length, angle=angle, main=main)
+        return {"length": units.of(LENGTH), "angle": units.of(ANGLE), "main": units.of(of_measure(self.measure))}

@@ -189,12 +189,12 @@ const stiffcal = {};
     const kind = shown.heldout ? "held-out residual" : "residual of the fit",
       length = S.units.length,
       sigma = S.sigma();
-    const { factor, unit } = S.scalar ? S.units.main : axis < 3 ? length : S.units.angle;
+    const { factor, name: unit } = S.scalar ? S.units.main : axis < 3 ? length : S.units.angle;
     if (key === "r.all") {
       return {
         values: shown.move.map((value) => length.factor * value),
         label: kind,
-        unit: length.unit,
+        unit: length.name,
         levels: [],
         sigma: length.factor * sigma,
         wide: true,
@@ -227,7 +227,7 @@ const stiffcal = {};
         source = one.turns ? shown.turn : shown.move;
       for (let i = 0; i < S.n; i++) values[i] = scale.factor * [0, 1, 2].reduce((sum, k) => sum + one.along[3 * i + k] * source[3 * i + k], 0);
       const noiseAlong = one.turns ? (noise?.rotation ?? NaN) / Math.sqrt(3) : sigma;
-      return { values, label: `${kind} along ${one.name}`, unit: scale.unit, levels: [], sigma: scale.factor * noiseAlong, wide: false };
+      return { values, label: `${kind} along ${one.name}`, unit: scale.name, levels: [], sigma: scale.factor * noiseAlong, wide: false };
     }
     const effect = S.data.effects.find((entry) => `along ${entry.name}` === name);
     for (let i = 0; i < S.n; i++) {
@@ -241,6 +241,6 @@ const stiffcal = {};
       values[i] = size > 0 ? (length.factor * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2])) / size : NaN;
     }
     const label = effect ? `${kind} along the effect ${effect.name}` : `length of the ${kind}`;
-    return { values, label, unit: length.unit, levels: [], sigma: length.factor * (effect ? sigma : (S.main(noise) ?? NaN) / 2), wide: false };
+    return { values, label, unit: length.name, levels: [], sigma: length.factor * (effect ? sigma : (S.main(noise) ?? NaN) / 2), wide: false };
   };
 })(stiffcal);

@@ -143,7 +143,7 @@
   /**
    * Axes with labels; returns how numbers become pixels.
    * @param {CanvasRenderingContext2D} g @param {{x: number, y: number, w: number, h: number}} box
-   * @param {{x: number[], y: number[], xLabel: string, yLabel: string, xNames?: string[]}} axes
+   * @param {{x: number[], y: number[], xLabel: string, yLabel: string, xNames?: string[], yNames?: string[], yLetters?: number}} axes
    */
   S.axes = function (g, box, axes) {
     const toX = (v) => box.x + ((v - axes.x[0]) / (axes.x[1] - axes.x[0])) * box.w;
@@ -170,7 +170,7 @@
     const rows = named
         ? axes.yNames.map((_, k) => k).filter((k) => k % Math.ceil(axes.yNames.length / Math.max(1, box.h / 16)) === 0)
         : S.ticks(axes.y[0], axes.y[1], Math.max(2, box.h / 45)),
-      rowTexts = named ? rows.map((k) => S.visible(axes.yNames[k]).slice(0, 9)) : S.tickTexts(rows);
+      rowTexts = named ? rows.map((k) => S.visible(axes.yNames[k]).slice(0, axes.yLetters || 9)) : S.tickTexts(rows);
     rows.forEach((mark, k) => {
       const y = Math.round(toY(mark)) + 0.5;
       g.moveTo(box.x, y);

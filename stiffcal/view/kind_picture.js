@@ -1,5 +1,7 @@
 (function (S) {
-  const SHAPES = { "^": 1, v: 3, o: 0, x: 6 };
+  const SHAPES = { "^": 1, s: 2, v: 3, o: 0, x: 6 };
+  /** Letters of the name of a row that are written. */
+  const MOST_LETTERS = 48;
   const colourOf = (colour) =>
     typeof colour === "number" ? S.theme.series[colour % S.theme.series.length] : colour === "quiet" ? S.theme.quiet : S.theme.ink;
   const shapeOf = (s) => SHAPES[s.marker] ?? Number(s.marker);
@@ -67,6 +69,13 @@
     } else g.fillRect(x, y - 2, 12, s.kind_ === "Line" ? 3 : 8);
   };
 
+  /** Limits of an axis that begins at zero or below, with room above, where a panel asks for that. */
+  function fromZero({ head_room: room }, [low, high]) {
+    if (room === null || room === undefined) return [low, high];
+    const least = Math.min(low, 0);
+    return [least, high + room * (high - least)];
+  }
+
   /** Values along y that a series needs room for. */
   function heights(s) {
     if (!s.y) return [...s.low, ...s.high];
@@ -88,13 +97,18 @@
     const isFirst = (entry, k) => entry.label && series.findIndex((other) => other.label === entry.label) === k;
     const entries = series.filter(isFirst).map((s) => ({ word: s.label, mark: markOf(g, s) }));
     const top = 14 + 16 * (entries.length ? S.keys(g, { x: 74, w: width - 92 }, entries) : 0),
-      box = { x: 74, y: top, w: width - 92, h: height - 48 - top };
+      names = panel.y_names ?? [],
+      // names of rows have the room that the longest one needs, half of the picture at most
+      left = Math.min(width / 2, Math.max(74, ...names.map((name) => 12 + g.measureText(S.visible(name)).width))),
+      box = { x: left, y: top, w: width - left - 18, h: height - 48 - top };
     const axes = S.axes(g, box, {
       x: panel.x_limits || S.span(xs),
-      y: panel.y_limits || S.span(ys.length ? ys : [0, 1]),
+      y: panel.y_limits || fromZero(panel, S.span(ys.length ? ys : [0, 1])),
       xLabel: S.visible(panel.x_label),
       yLabel: S.visible(panel.y_label),
       xNames: panel.x_names,
+      yNames: names,
+      yLetters: MOST_LETTERS,
     });
     g.save();
     g.beginPath();

@@ -10,6 +10,13 @@
     });
   }
 
+  /** What a panel is called, and what it draws over what; of a title of several lines the first, the others are its note. */
+  function titleOf({ title, x_label, y_label }) {
+    const axes = y_label && x_label ? `${y_label} over ${x_label}` : y_label,
+      [first, ...others] = title.split("\n");
+    return others.length ? first : [first, axes].filter(Boolean).join(", ");
+  }
+
   const HOW =
     "Drag a rectangle, or click on a point: select the states of these points in all panels; with Shift they are added. " +
     "Left and right arrows: go from point to point; Enter selects; Escape clears the selection.";
@@ -33,7 +40,7 @@
     };
     const made = S.panel({
       id: `kind${number}`,
-      title: `${panel.title ? `${panel.title}, ` : ""}${panel.y_label}${panel.x_label ? ` over ${panel.x_label}` : ""}`,
+      title: titleOf(panel),
       about: caption,
       height: 340,
       how: linked ? HOW + (sweeps ? OF_SWEEPS : "") : "",
@@ -45,7 +52,8 @@
           g.strokeStyle = S.theme.ink;
           g.strokeRect(points[at].px - 7, points[at].py - 7, 14, 14);
         }
-        return S.nSelected && points.length ? `${points.filter(S.isChosenPoint).length} of ${points.length} points are of selected states.` : "";
+        const chosenPoints = S.nSelected && points.length ? `${points.filter(S.isChosenPoint).length} of ${points.length} points are of selected states.` : "";
+        return [...panel.title.split("\n").slice(1), chosenPoints].filter(Boolean).join("; ");
       },
       depends: () => `${S.version}/${at}/${brush?.key() ?? ""}`,
       key: linked ? S.onKeys({ ArrowRight: () => step(1), ArrowLeft: () => step(-1) }, () => points[at]?.members) : undefined,

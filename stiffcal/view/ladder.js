@@ -56,7 +56,7 @@
     unfold.element.hidden = !data.models.some(isFolded);
     const panel = S.panel({
       id: "ladder",
-      title: "2 Ladder of models",
+      title: "2 History of fits",
       height: height(),
       about:
         `Error ${S.leftOut()} (bars) and of the fit (frames), all states. Choose a model to show it in all ` +

@@ -98,6 +98,8 @@
       panels = document.getElementById("panels"),
       { scrollTop } = sheet;
     const open = [...panels.querySelectorAll("details[open]")].map((entry) => entry.closest("section").id + entry.className);
+    // a shorter verdict leaves its room: what stands below stays where it was
+    summary.style.minHeight = `${summary.offsetHeight}px`;
     S.take(data);
     build(before.part);
     const present = S.data.models.find((entry) => entry.present);
@@ -153,7 +155,10 @@
       else if (S.n) S.readHash();
       S.redraw();
     });
-    addEventListener("resize", S.redraw);
+    addEventListener("resize", () => {
+      summary.style.minHeight = "";
+      S.redraw();
+    });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       S.readTheme();
       S.redraw();

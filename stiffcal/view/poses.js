@@ -10,7 +10,7 @@
       direction = S.variableByName.get(data.direction);
     // where each run is one state, its components are the columns
     const byComponent = !S.scalar && S.n < 2 * data.runs.length;
-    const { factor, unit } = S.units.main;
+    const { factor, name: unit } = S.units.main;
     const words = byComponent ? ["x", "y", "z"] : direction ? direction.levels : ["all"];
     // runs of another kind of experiment have nothing in this measure
     const runs = [...data.runs.keys()].filter((run) => S.members[run].some((i) => Number.isFinite(data.states.measured[0][3 * i])));

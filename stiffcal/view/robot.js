@@ -276,7 +276,7 @@
     }
 
     function table() {
-      const { factor, unit } = S.units.length,
+      const { factor, name: unit } = S.units.length,
         scaled = (vector) => vector.map((value) => factor * value);
       const rows = S.members[S.state.run].map((i) => {
         const v = vectors(i);

@@ -24,10 +24,10 @@
   S.count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, "\u202f");
   /** A length. @param {number|null} metres */
   S.length = (metres) => inUnit(metres, S.units.length);
-  const inUnit = function (value, { factor, unit }) {
+  const inUnit = function (value, { factor, name }) {
     if (!Number.isFinite(value ?? NaN)) return "–";
     const isRounding = factor > 1 && value !== 0 && Math.abs(value) < 1e-9;
-    return isRounding ? `below 1 n${unit.slice(1)}` : `${S.digits(factor * value)} ${unit}`;
+    return isRounding ? `below 1 n${name.slice(1)}` : `${S.digits(factor * value)} ${name}`;
   };
   /** An angle. @param {number|null} radians */
   S.angle = (radians) => inUnit(radians, S.units.angle);

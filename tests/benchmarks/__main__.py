@@ -26,7 +26,7 @@ SMOKE: dict[str, tuple[object, ...]] = {
     "jacobian_speed": (5000, 1),
     "fit_speed": (10_000, 1),
     "step_speed": (600, 20_500, 1),
-    "cost": (5140, 60, 400, "irb4400"),
+    "cost": (5140, 60, 2000, "irb4400"),
     "plan_cost": (30, 600, 60),
     "absolute_cost": (40, 60, 0, (40, 10_000)),
     "batch_speed": (2,),

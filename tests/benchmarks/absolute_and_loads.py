@@ -20,10 +20,10 @@ from scipy.stats import chi2
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import ParameterColumn, free_columns
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.geometry import with_geometry
-from stiffcal.identification.identify import identify_parameters, predict_observations
-from stiffcal.identification.observation import evaluate, observe
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.geometry import with_geometry
+from stiffcal.identification.fitting.identify import identify_parameters, predict_observations
 from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.campaign_effects import placed_robot

@@ -19,7 +19,7 @@ from pathlib import Path
 from time import process_time
 
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.benchmarks.cost import make_place_campaign, reported

@@ -18,7 +18,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.compensation.targets import CorrectionOptions, correct_joints, errors_of
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place

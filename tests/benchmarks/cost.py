@@ -7,6 +7,7 @@ balance of a robot with springs and a play, and from ``campaigns/max100``.
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 
@@ -79,6 +81,8 @@ class Spent:
 
     seconds: float
     megabytes: float
+    answer: dict[str, Any]
+    """The command's document."""
 
 
 def make_load_campaign(folder: Path, n_runs: int) -> Path:
@@ -150,18 +154,26 @@ def _loads(rng: np.random.Generator, n_runs: int, per_run: int) -> Floats:
 def spent_by(*arguments: str | Path) -> Spent:
     """Run stiffcal with these arguments in a process of its own; raise where it fails."""
     command = [sys.executable, "-P", "-m", "stiffcal", *map(str, arguments), "--json"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    answer = process.stdout.read()
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     # 1 says that something is still missing or does not hold: a table without loads identifies no joint
     if process.returncode not in (0, 1):
         raise subprocess.CalledProcessError(process.returncode, command)
-    return Spent(used.ru_utime + used.ru_stime, used.ru_maxrss / (1024 if sys.platform != "darwin" else 1024**2))
+    megabytes = used.ru_maxrss / (1024 if sys.platform != "darwin" else 1024**2)
+    return Spent(used.ru_utime + used.ru_stime, megabytes, json.loads(answer))
 
 
 def seconds_of_folds(n_runs: int) -> float:
-    """Return the least of three processor times of sorting runs into poses."""
-    angles = np.random.default_rng(n_runs).uniform(-1.5, 1.5, (n_runs, 6))
+    """Return the least of three processor times of sorting runs into poses; a tenth of them are taken twice."""
+    rng = np.random.default_rng(n_runs)
+    angles = rng.uniform(-1.5, 1.5, (n_runs, 6))
+    again = rng.permutation(n_runs)[: n_runs // 10]
+    like = angles[again] + np.radians(0.9) * rng.uniform(-1.0, 1.0, (len(again), 6))
+    found = pose_groups(np.vstack([angles, like]), np.radians(1.0))
+    assert np.array_equal(found, [*range(n_runs), *again]), "runs of one pose were not sorted into it"
     taken = []
     for _ in range(3):
         began = process_time()
@@ -185,10 +197,9 @@ def main(states: int = 20_000, rows: int = 2773, runs: int = 4000, logged: str =
     states : of the campaign that is diagnosed. rows : of the table that is checked. runs : that are sorted into poses.
     logged : bundled campaign whose simulated logs are checked.
     """
-    few = seconds_of_folds(runs // 4)
-    held = [
-        reported(f"folds of {runs} runs over those of {runs // 4}", seconds_of_folds(runs) / few, FOLDS_RATIO, " x")
-    ]
+    ratio = seconds_of_folds(runs) / seconds_of_folds(runs // 4)
+    assert ratio < 2.0 * FOLDS_RATIO, f"sorting {runs} runs into poses takes the square of their number"
+    held = [reported(f"folds of {runs} runs over those of {runs // 4}", ratio, FOLDS_RATIO, " x")]
     with tempfile.TemporaryDirectory(prefix="stiffcal-cost-") as place:
         folder = Path(place)
         loaded = make_load_campaign(folder / "loaded", max(2, states // STATES_PER_RUN))

@@ -23,7 +23,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.planning.campaign.candidates import candidates_of
 from stiffcal.planning.choice import identifiable
-from stiffcal.planning.design import Criterion, best_design, information
+from stiffcal.planning.criterion import Criterion
+from stiffcal.planning.design import best_design, information
 from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext
 

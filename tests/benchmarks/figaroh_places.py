@@ -28,9 +28,9 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.observation import predicted, rests
+from stiffcal.identification.derivatives.observation import predicted, rests
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, vector_from_rotation
 from stiffcal.model.catalogue import built_in_effects

@@ -18,8 +18,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import evaluate, observe
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

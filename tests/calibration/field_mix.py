@@ -14,7 +14,7 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.observation import observe
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.equilibrium import NoBalanceError

@@ -15,7 +15,7 @@ from stiffcal.cli.compare import show_comparison
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
+from stiffcal.identification.answers.before_after import EstimatedParameter, values_before_and_after
 from stiffcal.mechanics.axis_distances import first_difference
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.summary import Where

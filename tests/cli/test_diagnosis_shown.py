@@ -68,7 +68,7 @@ def test_the_plan_that_decides_is_a_line_to_copy() -> None:
     ]
     result: Any = SimpleNamespace(missing=[], unexplained=False, excluded_sizes=sizes)
     with StringIO() as text:
-        _show_excluded(AnswerConsole(file=text, width=200), result, Path("cell"), None)
+        _show_excluded(AnswerConsole(file=text, width=200), result, Path("cell"), None, details=False)
         assert "stiffcal plan cell --force 641" in text.getvalue()
 
 

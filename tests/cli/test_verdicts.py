@@ -14,8 +14,11 @@ from stiffcal.cli.identify import fit_verdict
 from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.heldout_results import ErrorAsValidated
 from stiffcal.diagnosis.results import ProposedEffect
-from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import (
+    EstimatedParameter,
+    values_before_and_after,
+)
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
 from stiffcal.quantity import DriftFollows

@@ -101,7 +101,7 @@ def test_thresholds_of_a_file_go_before_the_manifests_and_are_not_stored(campaig
     )
     document = validate_campaign(campaign, thresholds=load_thresholds(file))
     assert document.thresholds == {"max_rms_m": 1e-6, "max_relative": 0.5}
-    assert document.failed[0].endswith("is above max_rms_m = 0.001 mm")
+    assert document.failed[0].endswith("is above max_rms_m = 0.00100 mm")
     assert open_store(campaign, RunContext()).read_document("validate")["passed"] is True
 
 

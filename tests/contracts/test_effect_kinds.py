@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.kinds.friction.part_fit import PartFit
 from stiffcal.kinds.friction.row_columns import RowColumns
 from stiffcal.kinds.friction.rows import steady_rows

@@ -11,8 +11,8 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.observation import Observations, evaluate, observe
-from stiffcal.identification.weights import predict_observations
+from stiffcal.identification.derivatives.observation import Observations, evaluate, observe
+from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -48,7 +48,7 @@ BOUNDS = {
     "diagnosis/suspects/rival_effects.py",
     "effects/presliding.py",  # keeps a shape within what is possible
     "effects/stribeck.py",
-    "identification/base_load.py",  # the directions of gravity that a prior holds
+    "identification/fitting/base_load.py",  # the directions of gravity that a prior holds
     "model/assembly.py",  # values that a person wrote
     "model/parameters.py",
     "model/plugin_contract.py",
@@ -94,7 +94,7 @@ def test_nobody_else_differentiates_the_model(trees: dict[str, ast.Module]) -> N
         for name, tree in trees.items()
         if not name.startswith(OWN)
         and any(
-            module == "stiffcal.identification.observation" and what in {"evaluate", "derivatives"}
+            module == "stiffcal.identification.derivatives.observation" and what in {"evaluate", "derivatives"}
             for module, what in imported(tree)
         )
     }
@@ -135,7 +135,7 @@ def test_gauss_newton_has_one_caller_for_each_kind_of_rows(trees: dict[str, ast.
     """Every fit of load states and absolute places goes through `fit_observations`, every one of friction `PartFit`."""
     callers = {name for name, tree in trees.items() if ("stiffcal.estimation.solve", "settle") in imported(tree)}
     assert callers == {
-        "identification/identify.py",
+        "identification/fitting/identify.py",
         "kinds/friction/part_fit.py",
         "kinds/clamped/torque_angle_fit.py",
     }

@@ -10,7 +10,7 @@ from stiffcal.diagnosis.heldout_error import as_validated, left_out_residual, re
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Place

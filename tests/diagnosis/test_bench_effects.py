@@ -9,7 +9,7 @@ from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.lack_of_fit import family_p
 from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
 from stiffcal.effects.joint_compliance import JointCompliance
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.drift import Drift, drift_of_states
-from stiffcal.identification.readings import Observations
+from stiffcal.identification.readings.observations import Observations
 
 N = 200
 

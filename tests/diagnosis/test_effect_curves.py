@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.diagnosis.effect_curves import EffectEvidence, evidence_for
 from stiffcal.diagnosis.load_scan import scan_candidates
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector

@@ -14,7 +14,7 @@ from stiffcal.diagnosis.scan import is_possible_shape
 from stiffcal.effects.encoder_drift import EncoderDrift
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.viscous_power import ViscousPower
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from tests.laboratory.clamped_bench import CYCLE, clamped_bench

@@ -13,10 +13,10 @@ from stiffcal.diagnosis.heldout_error import left_out_residual
 from stiffcal.diagnosis.lack_of_fit import judge, lack_of_fit
 from stiffcal.diagnosis.load_scan import scan_candidates
 from stiffcal.estimation.triangular import triangular_of_rows
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.geometry import geometry_slope
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.geometry import geometry_slope
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects

@@ -12,8 +12,8 @@ from stiffcal.diagnosis.results import AgreementWithPlaces
 from stiffcal.effects.target_offset import TargetOffset
 from stiffcal.effects.tracker_frame import TrackerFrame
 from stiffcal.effects.wrench_frame import WrenchFrame
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import attached_poses

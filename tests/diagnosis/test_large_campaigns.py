@@ -11,8 +11,8 @@ import pytest
 
 import stiffcal.diagnosis.folds
 import stiffcal.estimation.triangular
-import stiffcal.identification.projection
-import stiffcal.identification.regressors
+import stiffcal.identification.fitting.regressors
+import stiffcal.identification.noise.projection
 from stiffcal.diagnosis.base_rows import choice_groups
 from stiffcal.diagnosis.candidates import list_candidates
 from stiffcal.diagnosis.folds import FoldProducts
@@ -22,8 +22,8 @@ from stiffcal.diagnosis.structure import what_it_follows
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.estimation.triangular import triangular_of_rows
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.regressors import StoredRegressor
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.fitting.regressors import StoredRegressor
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import LoadStates, Sigma
@@ -58,8 +58,8 @@ def test_a_diagnosis_is_the_same_when_signatures_are_not_kept(monkeypatch: pytes
     states, robot = with_play(5), joint_springs(six_axes())
     catalogue = {name: effect for name, effect in find_effects().items() if name in TRIED}
     whole = diagnose_states(states, robot, catalogue)
-    monkeypatch.setattr(stiffcal.identification.regressors, "MOST_KEPT", 0)
-    monkeypatch.setattr(stiffcal.identification.projection, "NUMBERS_AT_ONCE", 3000)
+    monkeypatch.setattr(stiffcal.identification.fitting.regressors, "MOST_KEPT", 0)
+    monkeypatch.setattr(stiffcal.identification.noise.projection, "NUMBERS_AT_ONCE", 3000)
     monkeypatch.setattr(stiffcal.estimation.triangular, "NUMBERS_AT_ONCE", 3000)
     monkeypatch.setattr(stiffcal.diagnosis.folds, "NUMBERS_AT_ONCE", 200)
     pieces = diagnose_states(states, robot, catalogue)

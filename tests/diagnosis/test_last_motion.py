@@ -13,10 +13,10 @@ from stiffcal.diagnosis.pattern_plugin import plugin_text
 from stiffcal.diagnosis.pattern_results import FollowedBy
 from stiffcal.diagnosis.patterns import find_pattern
 from stiffcal.diagnosis.structure import what_it_follows
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import observe
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -17,7 +17,7 @@ from stiffcal.diagnosis.results import (
     UnknownLaw,
     UntestableEffect,
 )
-from stiffcal.identification.search_subject import SearchSubject
+from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
 

@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.setting_results import SettingKind
-from stiffcal.identification.identify import Settings, fit_problem
+from stiffcal.identification.fitting.identify import Settings, fit_problem
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.judgement.settings_off import given_frames

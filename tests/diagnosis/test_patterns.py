@@ -10,9 +10,9 @@ import pytest
 from stiffcal.diagnosis.pattern_plugin import plugin_text
 from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
 from stiffcal.diagnosis.patterns import Followed, find_pattern
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, Law, Place

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.effects.bearing_tilt import BearingTilt
-from stiffcal.identification.identify import predict_observations
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import PlacedEffect

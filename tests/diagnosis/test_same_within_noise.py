@@ -22,7 +22,7 @@ from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.effects.link_weight import LinkWeight
 from stiffcal.effects.seat_shift import SeatShift
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -13,8 +13,8 @@ import pytest
 from stiffcal.diagnosis.choosing import choice_without_each_group
 from stiffcal.diagnosis.heldout_error import left_out_rms, rms_after_choosing
 from stiffcal.documents import document_of
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Problem, Settings, fit_observations
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Problem, Settings, fit_observations
 from stiffcal.judgement import diagnosed as module_of_models
 from stiffcal.judgement import states as module_of_sets
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states

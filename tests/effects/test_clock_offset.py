@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.effects.clock_offset import ClockOffset
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -8,9 +8,9 @@ import pytest
 from stiffcal.effects.encoder_drift import EncoderDrift
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import evaluate, observe
-from stiffcal.identification.weights import predict_observations
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.effect import Effect, Place
 from stiffcal.model.forms import added_forms, form_of

@@ -8,9 +8,9 @@ import pytest
 from stiffcal.effects.fixture_compliance import FixtureCompliance
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import evaluate, observe
-from stiffcal.identification.weights import predict_observations
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Place
 from tests.laboratory.clamped_bench import clamped_bench, model_with

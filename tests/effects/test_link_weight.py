@@ -13,10 +13,10 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_weight import LinkWeight
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import evaluate, observe
-from stiffcal.identification.weights import predict_observations
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

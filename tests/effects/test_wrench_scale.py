@@ -12,9 +12,9 @@ from stiffcal.effects.backlash import Backlash
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.wrench_scale import WrenchScale
 from stiffcal.estimation.undetermined import Undetermined
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Inputs, Place

@@ -17,8 +17,8 @@ from stiffcal.estimation.identifiability import check_identifiability
 from stiffcal.estimation.triangular import triangular
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.estimation.unknowns import Unknowns
-from stiffcal.identification.gauge import included_in, redundant_geometry
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.gauge import included_in, redundant_geometry
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.measured_frames import placed_frame

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stiffcal.estimation.triangular import Reduced, TriangularFactor, triangular
-from stiffcal.identification.least_squares import reduce_blocks
-from stiffcal.identification.noise import Noise, Whitening, covariance, whiten
-from stiffcal.identification.observation import Evaluation, Observations, observe
+from stiffcal.identification.derivatives.observation import Evaluation, Observations, observe
+from stiffcal.identification.fitting.least_squares import reduce_blocks
+from stiffcal.identification.noise.reading_noise import Noise, Whitening, covariance, whiten
 from tests.laboratory.simulated_states import medium_robot, played
 
 

@@ -15,7 +15,7 @@ from stiffcal.estimation.prior import Prior
 from stiffcal.estimation.rows import ReadingChange, Rows, joined, together
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.estimation.unknowns import OpenBefore, Unknowns
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from tests.laboratory.function_sources import FunctionSource, independent, solved
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes

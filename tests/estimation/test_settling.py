@@ -12,10 +12,12 @@ from stiffcal.estimation import bounded_least_squares, solve
 from stiffcal.estimation.bounded_least_squares import least_squares_within
 from stiffcal.estimation.identifiability import check_identifiability
 from stiffcal.estimation.unknowns import Unknowns, free_columns
-from stiffcal.identification import dual_form, rest_tangent, variance_components
-from stiffcal.identification.document import fit_warnings
-from stiffcal.identification.identify import Settings, fit_problem, identify_parameters
-from stiffcal.identification.observation import derivatives
+from stiffcal.identification.answers import dual_form
+from stiffcal.identification.answers.document import fit_warnings
+from stiffcal.identification.derivatives import rest_tangent
+from stiffcal.identification.derivatives.observation import derivatives
+from stiffcal.identification.fitting.identify import Settings, fit_problem, identify_parameters
+from stiffcal.identification.noise import variance_components
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.model.no_balance import NoBalanceError
 from tests.laboratory.robots import six_axes

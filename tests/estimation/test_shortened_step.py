@@ -12,12 +12,12 @@ from stiffcal.estimation.identifiability import Identifiability
 from stiffcal.estimation.shortened_step import SHORTEST, TakenStep
 from stiffcal.estimation.solve import MAX_STEPS, ROUGH_STEP
 from stiffcal.estimation.triangular import Reduced
-from stiffcal.identification import load_source
-from stiffcal.identification.identify import fit_problem, identify_parameters
-from stiffcal.identification.load_source import LoadWeights
-from stiffcal.identification.noise import Noise, Whitening
-from stiffcal.identification.observation import Observations, evaluate
-from stiffcal.identification.weights import Weights
+from stiffcal.identification.derivatives.observation import Observations, evaluate
+from stiffcal.identification.fitting import load_source
+from stiffcal.identification.fitting.identify import fit_problem, identify_parameters
+from stiffcal.identification.fitting.load_source import LoadWeights
+from stiffcal.identification.noise.reading_noise import Noise, Whitening
+from stiffcal.identification.noise.weights import Weights
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -16,15 +16,15 @@ from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.refit_values import _at_bound, _interval
 from stiffcal.estimate import Estimate
 from stiffcal.estimation.parameters import Parameter, reported_parameters
-from stiffcal.identification.before_after import estimated_parameters
-from stiffcal.identification.document import identified_parameter, rest_in_words, resting_on_limits
+from stiffcal.identification.answers.before_after import estimated_parameters
+from stiffcal.identification.answers.document import identified_parameter, rest_in_words, resting_on_limits
 from stiffcal.kinds.friction.documents import _identified
 from stiffcal.kinds.friction.page import _value_cell
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.python.frames import parameters_frame
-from stiffcal.view.gathering.models import _value
+from stiffcal.view.gathering.models import _values
 from tests.laboratory.effect_bench import robot_chain
 
 BACKLASH = built_in_effects()["backlash"]
@@ -85,7 +85,7 @@ def test_the_warning_agrees_with_how_many_values_rest_on_a_limit(names: list[str
 
 def test_the_page_says_that_a_value_rests_on_a_limit() -> None:
     (one,) = estimated_parameters([replace(identified_parameter(found(0.5 * UPPER)), rests_on=["a.b.c"])])
-    assert "a.b.c" in _value(one.name, one.estimate).text
+    assert "a.b.c" in _values({one.name: one.estimate})[0].text
 
 
 def test_what_is_absent_has_an_upper_limit() -> None:

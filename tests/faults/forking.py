@@ -30,10 +30,10 @@ IMPORTED = (
     "stiffcal.batch.campaigns", "stiffcal.model.editing", "stiffcal.ingest.reducing",
     "stiffcal.report.gathering.content", "stiffcal.report.effect_pictures.drawing", "stiffcal.report.building",
     "stiffcal.simulation.simulate", "stiffcal.judgement.states", "stiffcal.validation.validate",
-    "stiffcal.identification.identify", "stiffcal.propose.from_table", "stiffcal.propose.templates",
+    "stiffcal.identification.fitting.identify", "stiffcal.propose.from_table", "stiffcal.propose.templates",
     "matplotlib.backends.backend_svg", "matplotlib.figure", "pyarrow.csv", "pyarrow.parquet", "typst", "h5py",
     "rich.console", "rich.table", "rich.progress", "stiffcal.stages.diagnoses.stored_curves",
-    "stiffcal.identification.state_tables",
+    "stiffcal.identification.answers.state_tables",
 )  # fmt: skip
 
 

@@ -12,10 +12,10 @@ from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.gauge import redundant_geometry
-from stiffcal.identification.geometry import with_geometry
-from stiffcal.identification.identify import identify_parameters, predict_observations
-from stiffcal.identification.observation import evaluate, observe
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.gauge import redundant_geometry
+from stiffcal.identification.fitting.geometry import with_geometry
+from stiffcal.identification.fitting.identify import identify_parameters, predict_observations
 from stiffcal.measurements.load_states import TrackerPlace
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector, transform

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.identification.observation import Observations, observe
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.derivatives.observation import Observations, observe
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place

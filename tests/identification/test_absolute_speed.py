@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import stiffcal.identification.observation
+import stiffcal.identification.derivatives.observation
 import stiffcal.model.equilibrium
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import Rest, find_rest
@@ -113,7 +113,7 @@ def test_orders_of_eccentricities_are_found_without_a_balance_for_every_paramete
         balances.append(arguments)
         return find_rest(*arguments, **named)
 
-    monkeypatch.setattr(stiffcal.identification.observation, "find_rest", counted)
+    monkeypatch.setattr(stiffcal.identification.derivatives.observation, "find_rest", counted)
     monkeypatch.setattr(stiffcal.model.equilibrium, "find_rest", counted)
     states, model = campaign(200)
     fit = identify_parameters(states, replace(model, placed=tuple(replace(p, values={}) for p in model.placed)))

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.least_squares import reduce_blocks
-from stiffcal.identification.noise import Noise, own_variance, stated_noise, whiten, with_stated_places
-from stiffcal.identification.observation import Evaluation, Observations, observe
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.run_offsets import run_offsets
-from stiffcal.identification.weights import huber_whitening
+from stiffcal.identification.derivatives.observation import Evaluation, Observations, observe
+from stiffcal.identification.fitting.least_squares import reduce_blocks
+from stiffcal.identification.noise.projection import Projection
+from stiffcal.identification.noise.reading_noise import Noise, own_variance, stated_noise, whiten, with_stated_places
+from stiffcal.identification.noise.run_offsets import run_offsets
+from stiffcal.identification.noise.weights import huber_whitening
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.validation.heldout import search_folds, validation_folds

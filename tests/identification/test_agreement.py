@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from stiffcal.identification.agreement import _agreement
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.answers.agreement import _agreement
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import bending_swing, six_axes_with_beams, with_effect

@@ -14,10 +14,10 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.base_load import loaded_by_tilt
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import evaluate, observe
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.base_load import loaded_by_tilt
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector

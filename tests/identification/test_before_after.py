@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from stiffcal.identification.before_after import (
+from stiffcal.identification.answers.before_after import (
     EstimatedParameter,
     estimated_parameters,
     values_before_and_after,
 )
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.results.value_words import value_in_model
 

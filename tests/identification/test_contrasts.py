@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from stiffcal.identification.contrasts import contrasts
-from stiffcal.identification.identify import fit_problem
+from stiffcal.identification.fitting.identify import fit_problem
+from stiffcal.identification.noise.contrasts import contrasts
 from tests.laboratory.simulated_states import medium_robot, played
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.wrench_correction import _as_one_drive
+from stiffcal.identification.noise.wrench_correction import _as_one_drive
 
 STATES, DRIVEN = 12, 1
 RUN = np.repeat([3, 5], STATES // 2)

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from stiffcal.documents import document_of
-from stiffcal.identification.coupling import (
+from stiffcal.identification.answers.coupling import (
     Coupling,
     coupling_result,
     identify_both_ways,
     without_links,
     without_measured_links,
 )
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.link_noise import _directions, spread_by_rods
-from stiffcal.identification.link_results import Way
-from stiffcal.identification.measured_links import measure_links
-from stiffcal.identification.readings import observe
+from stiffcal.identification.bodies.link_noise import _directions, spread_by_rods
+from stiffcal.identification.bodies.link_results import Way
+from stiffcal.identification.bodies.measured_links import measure_links
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.readings.observations import observe
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Place

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.identification.deflection_shares import deflection_shares
-from stiffcal.identification.readings import observe
+from stiffcal.identification.answers.deflection_shares import deflection_shares
+from stiffcal.identification.readings.observations import observe
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import PlacedEffect

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.identification.dual_form import TwoForms, identify_in_two_forms, two_forms_result
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.answers.dual_form import TwoForms, identify_in_two_forms, two_forms_result
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector

@@ -10,9 +10,9 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import ParameterColumn, free_columns
-from stiffcal.identification import observation, rest_tangent
-from stiffcal.identification.identify import fit_problem
-from stiffcal.identification.observation import Observations, derivatives, evaluate, predicted, rests
+from stiffcal.identification.derivatives import observation, rest_tangent
+from stiffcal.identification.derivatives.observation import Observations, derivatives, evaluate, predicted, rests
+from stiffcal.identification.fitting.identify import fit_problem
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import BeamFrame
 from stiffcal.model.catalogue import built_in_effects

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Observed, Place, Values

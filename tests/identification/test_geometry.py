@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.geometry import (
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.geometry import (
     geometry_changes,
     geometry_columns,
     geometry_prior,
     misfit_of_places,
     with_geometry,
 )
-from stiffcal.identification.geometry_prior import GeometrySource
-from stiffcal.identification.identify import identify_parameters, predict_observations
-from stiffcal.identification.observation import observe
+from stiffcal.identification.fitting.geometry_prior import GeometrySource
+from stiffcal.identification.fitting.identify import identify_parameters, predict_observations
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.rotations import rotation_from_vector
 from tests.rates.playing import Hidden, simulate_runs

@@ -13,8 +13,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.edit_model import edit_model
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.errors import InputError
-from stiffcal.identification.holding_torques import holding_torques
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.holding_torques import holding_torques
+from stiffcal.identification.derivatives.observation import observe
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.stages.steps import RunContext, up_to_date_states

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem, identify_parameters
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.model.catalogue import find_effects

@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.cartesian_stiffness import cartesian_stiffnesses, stiffness_by_equation_15
-from stiffcal.identification.joint_lines import joint_compliance
-from stiffcal.identification.joint_motion import joint_motions, measured_joints
+from stiffcal.identification.bodies.cartesian_stiffness import cartesian_stiffnesses, stiffness_by_equation_15
+from stiffcal.identification.bodies.joint_lines import joint_compliance
+from stiffcal.identification.bodies.joint_motion import joint_motions, measured_joints
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import find_effects

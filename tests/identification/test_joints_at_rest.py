@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.joints_at_rest import _noise_of
+from stiffcal.identification.readings.joints_at_rest import _noise_of
 
 STATES = 4000
 SIZES = np.array([0.4, 0.5, 0.45, 0.05, 0.04, 0.06])

@@ -13,8 +13,8 @@ from scipy.stats import chi2
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.errors import InputError
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.measured_frames import placed_load_point

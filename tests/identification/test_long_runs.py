@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification import starting
-from stiffcal.identification.geometry import geometry_effect
-from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import FIT_TOLERANCE, Observations, evaluate, observe
-from stiffcal.identification.weights import predict_observations, raw_whitening
+from stiffcal.identification.derivatives.observation import FIT_TOLERANCE, Observations, evaluate, observe
+from stiffcal.identification.fitting.geometry import geometry_effect
+from stiffcal.identification.noise.reading_noise import Whitening
+from stiffcal.identification.noise.weights import predict_observations, raw_whitening
+from stiffcal.identification.readings import starting
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -10,8 +10,8 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.documents import document_of
-from stiffcal.identification.measured_links import link_results, measure_links
-from stiffcal.identification.readings import observe
+from stiffcal.identification.bodies.measured_links import link_results, measure_links
+from stiffcal.identification.readings.observations import observe
 from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.beam import beam_compliance

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.measured_robots import (
+from stiffcal.identification.answers.measured_robots import (
     KGF,
     MEASURED,
     UnusualStiffness,
@@ -16,6 +15,7 @@ from stiffcal.identification.measured_robots import (
     unusual_stiffness,
     unusual_stiffness_warnings,
 )
+from stiffcal.identification.fitting.identify import identify_parameters
 from tests.laboratory.hidden_campaigns import folder_of, reduced
 from tests.laboratory.random_robots import DrawnRobot, draw_robot
 from tests.laboratory.simulated_states import joint_springs

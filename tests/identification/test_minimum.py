@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import least_squares
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.identify import Settings, fit_problem, identify_parameters, offset_free_residual
-from stiffcal.identification.observation import evaluate
-from stiffcal.identification.weights import estimate_weights
+from stiffcal.identification.derivatives.observation import evaluate
+from stiffcal.identification.fitting.identify import Settings, fit_problem, identify_parameters, offset_free_residual
+from stiffcal.identification.noise.weights import estimate_weights
 from stiffcal.measurements.load_states import Sigma
 from tests.estimation.test_shortened_step import with_plays
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import fit_problem, identify_parameters
+from stiffcal.identification.fitting.identify import fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played

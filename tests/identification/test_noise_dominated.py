@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.estimation.undetermined import Undetermined
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import cycles_of, joint_springs, played

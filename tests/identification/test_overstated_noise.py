@@ -9,8 +9,8 @@ import pytest
 
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.identification.document import fit_warnings
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.answers.document import fit_warnings
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import LoadStates, Sigma

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.observation import observe
-from stiffcal.identification.pose_history import pose_history, rigid_drive_torques
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.regressors import Linearised
+from stiffcal.identification.readings.pose_history import pose_history, rigid_drive_torques
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.drives import drive_torque

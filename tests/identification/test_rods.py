@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
-from stiffcal.identification.observation import evaluate, observe
-from stiffcal.identification.row_layout import GAUGE, LENGTH
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.identify import Settings, fit_rms, identify_parameters
+from stiffcal.identification.readings.row_layout import GAUGE, LENGTH
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from tests.laboratory.rod_states import (

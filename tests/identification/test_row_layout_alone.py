@@ -8,9 +8,9 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.wrench_bias import WrenchBias
-from stiffcal.identification.identify import predict_observations
-from stiffcal.identification.observation import FIT_TOLERANCE, observe
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.derivatives.observation import FIT_TOLERANCE, observe
+from stiffcal.identification.fitting.identify import predict_observations
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place

@@ -12,9 +12,15 @@ import pytest
 
 from stiffcal.estimation.solve import ROUGH_STEP, settle
 from stiffcal.estimation.unknowns import OpenBefore
-from stiffcal.identification import starting
-from stiffcal.identification.identify import SMALL_MOTION, Settings, _initial_estimate, fit_problem, identify_parameters
-from stiffcal.identification.load_source import LoadSource
+from stiffcal.identification.fitting.identify import (
+    SMALL_MOTION,
+    Settings,
+    _initial_estimate,
+    fit_problem,
+    identify_parameters,
+)
+from stiffcal.identification.fitting.load_source import LoadSource
+from stiffcal.identification.readings import starting
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.stages.experiments import robot_to_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states
@@ -77,7 +83,7 @@ def test_the_whole_is_passed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert min(passed) < n / 2
     assert passed.count(n) == 1
     passed.clear()
-    monkeypatch.setattr("stiffcal.identification.identify.settle", without_contraction)
+    monkeypatch.setattr("stiffcal.identification.fitting.identify.settle", without_contraction)
     twice = identify_parameters(states, truth)
     assert passed.count(n) == 2
     for own, other in zip(once.parameters, twice.parameters, strict=True):

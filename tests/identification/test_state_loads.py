@@ -11,7 +11,7 @@ import pytest
 from stiffcal.campaign.frames import resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.identification.state_loads import force_since_reference
+from stiffcal.identification.readings.state_loads import force_since_reference
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.mechanics.kinematics import attached_poses
 from tests.laboratory.small_campaign import LEVELS

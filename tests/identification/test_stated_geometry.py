@@ -15,12 +15,12 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.identification import stated_geometry
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.geometry_results import GeometryFound, NoOffsets, OffsetsAlone, StatedNumber
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.readings import observe
-from stiffcal.identification.stated_geometry import HeldEnds, best_offsets, geometry_found
+from stiffcal.identification.answers import stated_geometry
+from stiffcal.identification.answers.geometry_results import GeometryFound, NoOffsets, OffsetsAlone, StatedNumber
+from stiffcal.identification.answers.stated_geometry import HeldEnds, best_offsets, geometry_found
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.readings.observations import observe
 from stiffcal.mechanics.joint_rows import rows_as_planned, rows_of_chain
 from stiffcal.model.composite import CompliantRobot
 from tests.laboratory.absolute_and_loads import write_campaign

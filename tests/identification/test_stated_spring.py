@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.document import fit_warnings
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.geometry import with_geometry
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.answers.document import fit_warnings
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.geometry import with_geometry
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.model.catalogue import find_effects

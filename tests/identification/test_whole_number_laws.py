@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.composite import PlacedEffect

@@ -7,8 +7,9 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.kinds.friction.fitting import FrictionFit, fit_friction
+from stiffcal.kinds.friction.friction_run import FrictionRun
 from stiffcal.kinds.friction.rows import FrictionRows, motion_rows, steady_rows
-from stiffcal.kinds.friction.runs import FrictionRun, reduce_friction
+from stiffcal.kinds.friction.runs import reduce_friction
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place

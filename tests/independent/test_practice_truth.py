@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.identification.observation import Observations, observe
-from stiffcal.identification.weights import predict_observations
+from stiffcal.identification.derivatives.observation import Observations, observe
+from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

@@ -13,8 +13,8 @@ from stiffcal.campaign.geometry import chain_of, planned_rows
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.gauge import redundant_geometry
-from stiffcal.identification.observation import evaluate, observe
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.gauge import redundant_geometry
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.joint_rows import rows_of_chain

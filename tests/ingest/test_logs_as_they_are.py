@@ -95,7 +95,7 @@ def test_gaps_are_reported_one_by_one(folder: Path) -> None:
 
     change(folder / FORCE, cut)
     (line,) = said(folder)
-    assert line.startswith(f"{FORCE}: a gap of 1 s before 31.000 s")
+    assert line.startswith(f"{FORCE}: a gap of 1.00 s before 31.000 s")
     assert "all: 30.000 … 31.000 s, 60.000 … 60.500 s" in line
     assert "gaps are not filled" in line
 

@@ -14,7 +14,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.logs.coarse_clock import coarse_clock
 from stiffcal.reduction.logs.plausibility import LogQuality
-from stiffcal.reduction.states import _anything_measured
+from stiffcal.reduction.states.load_states import _anything_measured
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.small_campaign import write_small_campaign
 
@@ -142,7 +142,7 @@ def test_a_coarse_clock_is_recognised_and_an_irregular_one_is_not() -> None:
 def test_a_coarse_clock_is_refused_with_the_rate_to_write() -> None:
     quality = LogQuality("ft.csv", lambda row: f"line {row + 1}", sampled=True)
     with pytest.raises(
-        InputError, match=r"the time resolution is 16 ms, with 7 rows per step; .*time = \{ rate_hz = 437.5 \}"
+        InputError, match=r"the time resolution is 16.0 ms, with 7 rows per step; .*time = \{ rate_hz = 437.5 \}"
     ):
         quality.update(np.arange(1, 701), TICKS, {})
 

@@ -22,8 +22,8 @@ from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.ingest.parts import READ_RUNS, READ_STATES
 from stiffcal.measurements.columns import column_of, values_of
 from stiffcal.propose.templates import write_template
-from stiffcal.reduction import tabled_states
 from stiffcal.reduction.logs import rows as logs
+from stiffcal.reduction.states import tabled_states
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from stiffcal.stages.steps import RunContext, key_of_table, up_to_date_states

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.states import StatesOfCampaign
 from stiffcal.mistakes.found import mistakes_of

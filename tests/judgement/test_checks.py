@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.checks import _LeftOver, checks_of
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.reading import read_off

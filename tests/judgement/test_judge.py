@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off

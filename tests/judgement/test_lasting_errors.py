@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.noise import Noise
-from stiffcal.identification.observation import Observations, observe, predicted, rests
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.derivatives.observation import Observations, observe, predicted, rests
+from stiffcal.identification.fitting.regressors import Linearised
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.lasting_errors import lasting_errors, made_by
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.model.catalogue import built_in_effects

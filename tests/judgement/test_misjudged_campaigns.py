@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.calibration.judging import judged
 from tests.laboratory.judged_folder import said_of
 
 pytestmark = pytest.mark.long
@@ -18,6 +19,15 @@ def test_a_guide_that_gives_with_extension_is_no_effect_of_the_catalogue() -> No
     found = said_of(DATA / "scara-quill")
     assert found.groups == ()
     assert found.unexplained
+    assert found.unlisted[0].place == "joint 3"
+    assert found.unlisted[0].follows == "what it carries and its extension"
+
+
+def test_rolling_bodies_that_flatten_are_no_play() -> None:
+    """Joint 3 gives by the power 2/3 of its torque, half the noise in all: a play was certain."""
+    found = judged("evidence", 11, 1, "law-hertz-contact")
+    assert found.answer.unexplained
+    assert not any(name.firm for name in found.answer.named)
 
 
 def test_a_target_knocked_and_back_is_a_run_and_no_step() -> None:

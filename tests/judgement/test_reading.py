@@ -62,7 +62,8 @@ def test_a_discrepancy_shows_by_its_rms_over_all_readings(absolute: bool) -> Non
         # of a hundred readings fifty directions are moved, by half the variance of the discrepancy
         first = int(np.argmax(least <= DISCREPANCIES / 2.0))
         assert [left(one, k, 0.0) for k in (first - 1, first)] == [0.0, 1.0]
-        assert left(one, first, 2.0 * DISCREPANCIES[first]) == 0.0
+        assert left(one, first, DISCREPANCIES[first]) == 1.0
+        assert left(one, first, 1.01 * DISCREPANCIES[first]) == 0.0
 
 
 def test_the_present_model_has_the_shapes_that_were_weighed() -> None:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.setting_results import SettingKind
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem
-from stiffcal.identification.observation import predicted, rests
+from stiffcal.identification.derivatives.observation import predicted, rests
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.judgement.numbers import CONTRADICTED, SETUP_MISTAKE
 from stiffcal.judgement.priors import MemberKind, Share, log_odds
 from stiffcal.judgement.reading import WhatIsMissing, read_off

@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.effects.periodic_stiffness import PeriodicStiffness
 from stiffcal.effects.stribeck import Stribeck
-from stiffcal.identification.regressors import Regressor
+from stiffcal.identification.fitting.regressors import Regressor
 from stiffcal.judgement.shapes import _of_grid
 from stiffcal.model.effect import Effect
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem
-from stiffcal.identification.observation import predicted, rests
+from stiffcal.identification.derivatives.observation import predicted, rests
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.judgement.priors import MemberKind, Share, log_odds
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.states import judge_states

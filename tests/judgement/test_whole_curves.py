@@ -10,7 +10,7 @@ import pytest
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.edit_model import edit_model
 from stiffcal.effects.encoder_drift import EncoderDrift
-from stiffcal.identification.regressors import Regressor
+from stiffcal.identification.fitting.regressors import Regressor
 from stiffcal.judgement.ground import is_of
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Booleans
-from stiffcal.identification.observation import Observations, observe
-from stiffcal.identification.readings import WrenchCorrection
-from stiffcal.identification.row_layout import MOTOR
+from stiffcal.identification.derivatives.observation import Observations, observe
+from stiffcal.identification.readings.observations import WrenchCorrection
+from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.kinds.clamped.folds import LEAST_POSITIONS, cycles
 from stiffcal.measurements.load_states import members_of
 from stiffcal.validation.heldout import search_folds, validation_folds

@@ -14,8 +14,9 @@ from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
 from stiffcal.campaign.source import Source
 from stiffcal.errors import InputError
-from stiffcal.kinds.clamped import sweeps as sweeps_module
-from stiffcal.kinds.clamped.sweeps import cut_sweeps, lag_of, moved_joint
+from stiffcal.kinds.clamped import clocks as clocks_module
+from stiffcal.kinds.clamped.clocks import lag_of
+from stiffcal.kinds.clamped.sweeps import cut_sweeps, moved_joint
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.clocks.lag_minima import LagMinimum, are_distinguished, lag_minima
 from stiffcal.reduction.logs.motor_side import MotorSide
@@ -127,8 +128,8 @@ def test_a_force_that_fits_at_two_lags_has_no_clock(monkeypatch: pytest.MonkeyPa
     def compared(*_: object) -> bool:
         return are_distinguished(*part_losses)
 
-    monkeypatch.setattr(sweeps_module, "lag_minima", with_rival)
-    monkeypatch.setattr(sweeps_module, "are_distinguished", compared)
+    monkeypatch.setattr(clocks_module, "lag_minima", with_rival)
+    monkeypatch.setattr(clocks_module, "are_distinguished", compared)
     offset = lag_of(*driven_logs())
     assert offset.value is None
     assert offset.reason

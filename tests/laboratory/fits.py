@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from stiffcal.documents import document_of, result_of
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.report.content import ReportContent
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult

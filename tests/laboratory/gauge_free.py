@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.fit import Fit
+from stiffcal.identification.fitting.fit import Fit
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Inputs

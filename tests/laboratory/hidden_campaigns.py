@@ -26,7 +26,7 @@ from stiffcal.errors import no_progress
 from stiffcal.ingest import reducing
 from stiffcal.ingest.data_quality import DataQuality
 from stiffcal.ingest.reducing import ReadingOptions, ReducedCampaign, collect_raw_states, reduce_campaign
-from stiffcal.reduction.recordings import ReducedRun, reduce_run
+from stiffcal.reduction.states.recordings import ReducedRun, reduce_run
 
 HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"
 PRACTICE_13 = Path(__file__).parent / "data" / "practice-13"

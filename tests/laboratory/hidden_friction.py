@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.kinds.friction.friction_run import FrictionRun
 from stiffcal.kinds.friction.problem import friction_problems
 from stiffcal.kinds.friction.rows import steady_rows
-from stiffcal.kinds.friction.runs import FrictionRun, reduce_friction
+from stiffcal.kinds.friction.runs import reduce_friction
 from stiffcal.kinds.row_search import RowProblem
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.model.catalogue import find_effects

@@ -105,7 +105,7 @@ def _states(rng: np.random.Generator, chain: Chain, names: tuple[str, ...], with
 def columns_of(robot: CompliantRobot, states: LoadStates) -> tuple[tuple[str, ...], Floats]:
     """Return names and (rows, p) columns of the undeformed robot, per m and rad, of all free parameters."""
     from stiffcal.estimation.unknowns import free_columns
-    from stiffcal.identification.observation import evaluate, observe
+    from stiffcal.identification.derivatives.observation import evaluate, observe
 
     data, free = observe(states, robot.chain), free_columns(robot)
     found = np.concatenate([block.columns for block in evaluate(replace(robot, deformed=False), data, free)], axis=2)
@@ -135,8 +135,8 @@ def ranked(drawn: DrawnChain, seed: int) -> Ranked:
     from stiffcal.estimation.triangular import triangular
     from stiffcal.estimation.undetermined import Undetermined
     from stiffcal.estimation.unknowns import OpenBefore, Unknowns
-    from stiffcal.identification.gauge import redundant_geometry
-    from stiffcal.identification.observation import observe
+    from stiffcal.identification.derivatives.observation import observe
+    from stiffcal.identification.fitting.gauge import redundant_geometry
 
     names, columns = columns_of(drawn.robot, drawn.states)
     p = len(names)

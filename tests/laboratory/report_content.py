@@ -25,7 +25,7 @@ def made_up_states(n_runs: int = 2, per_run: int = 5, rotation: bool = False) ->
         run=run,
         force=force,
         load=np.linalg.norm(force, axis=1),
-        direction=np.tile(np.repeat(np.array(["mostly +x", "mostly +y", "mostly +z"]), len(ramp)), n_runs),
+        direction=np.tile(np.repeat(np.array(["near +x", "near +y", "near +z"]), len(ramp)), n_runs),
         branch=np.where(rising, "loading", "unloading"),
         measured=measured,
         predicted=predicted,

@@ -79,7 +79,7 @@ def validate_document(
     by_load = breakdown(np.array(load_names)[bins], heldout, load_names)
     axis = np.argmax(np.abs(states.force[used]), axis=1)
     positive = states.force[used][np.arange(len(axis)), axis] > 0
-    mostly = np.array([f"mostly {'+' if up else '−'}{'xyz'[a]}" for a, up in zip(axis, positive, strict=True)])
+    mostly = np.array([f"near {'+' if up else '−'}{'xyz'[a]}" for a, up in zip(axis, positive, strict=True)])
     zero = measures(states.measured[used])
     order = np.argsort(-np.linalg.norm(heldout[:, :3], axis=1))[:5]
     return {
@@ -88,7 +88,7 @@ def validate_document(
         "relative": {k: (v / z if v and (z := zero[k]) else None) for k, v in measures(heldout).items()},
         "zero_model": zero, "scheme": f"leave one pose out, {len(run_names)} folds",
         "by_run": breakdown(names, heldout, run_names),
-        "by_direction": breakdown(mostly, heldout, [f"mostly {sign}{axis}" for axis in "xyz" for sign in "+−"]),
+        "by_direction": breakdown(mostly, heldout, [f"near {sign}{axis}" for axis in "xyz" for sign in "+−"]),
         "by_load": by_load, "by_branch": breakdown(states.branch[used], heldout, ["loading", "unloading"]),
         "by_joint_angle": [], "passed": True,
         "worst": [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.composite import CompliantRobot

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = Path(__file__).parents[2] / "stiffcal"
-ROOMS = ("reduction", "mistakes", "kinds/friction/clocks.py", "kinds/clamped/holding.py")
+ROOMS = ("reduction", "mistakes", "kinds/friction/clocks.py", "kinds/clamped/clocks.py", "kinds/clamped/holding.py")
 """Where they stand: holds and clocks of all kinds of experiment as well."""
 
 FIXED: Mapping[str, str] = {

@@ -14,7 +14,7 @@ from stiffcal.commands.edit_model import edit_model
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import Progress
-from stiffcal.identification.before_after import estimated_parameters
+from stiffcal.identification.answers.before_after import estimated_parameters
 from stiffcal.live.choice import ModelChoice, RowsLeftOut
 from stiffcal.live.models import OF_ANOTHER_PAGE, LiveModels, ModelChangedError, SupersededError
 from stiffcal.stages.steps import RunContext

@@ -19,8 +19,8 @@ from stiffcal.live.log_files import QUIET_S, SETTLED_S, LogFiles
 from stiffcal.live.models import LiveModels
 from stiffcal.live.page import live_server
 from stiffcal.live.watching import LogWatcher, WatchedRun
-from stiffcal.reduction import tabled_states
 from stiffcal.reduction.logs import rows as logs
+from stiffcal.reduction.states import tabled_states
 from stiffcal.stages.steps import RunContext
 from stiffcal.view.packing import unpacked
 from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign

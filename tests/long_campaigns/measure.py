@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -66,7 +67,10 @@ def cost_of(folder: Path, *command: str) -> Cost:
     """
     name, *options = command
     arguments = [sys.executable, "-c", _CHILD, str(folder / "raw"), name, str(folder), *options, "--json"]
-    ended = subprocess.run(arguments, capture_output=True, text=True, check=False)
+    environment = dict(os.environ)
+    if environment.pop("PYTHONDONTWRITEBYTECODE", ""):  # in an installation Python's compiled modules are there
+        environment["PYTHONPYCACHEPREFIX"] = str(folder.parent / "compiled")
+    ended = subprocess.run(arguments, capture_output=True, text=True, check=False, env=environment)
     lines = ended.stderr.strip().splitlines()
     try:
         return Cost(**json.loads(lines[-1]))

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.identify import fit_problem
+from stiffcal.identification.fitting.identify import fit_problem
 from stiffcal.measurements.load_states import members_of
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.reduction.registration.poses import different_poses

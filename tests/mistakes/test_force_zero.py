@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.force_zero.accounts import moved_zeros, without_zeros

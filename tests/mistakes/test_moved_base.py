@@ -19,8 +19,8 @@ from stiffcal.diagnosis.suspects.moved_rows import _as_measured, left_of_places,
 from stiffcal.diagnosis.suspects.words import suspect_of_move
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.rotations import rotation_from_vector

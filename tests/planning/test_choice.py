@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.planning.choice import choose_runs, identifiable, short_order
-from stiffcal.planning.design import Criterion
+from stiffcal.planning.criterion import Criterion
 
 
 def test_parameters_that_make_up_for_each_other_are_not_identified() -> None:

@@ -9,7 +9,8 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.planning import design
-from stiffcal.planning.design import VAGUE, Criterion, best_design, compressed, information, loss_of, relaxed_optimum
+from stiffcal.planning.criterion import Criterion, losses_after
+from stiffcal.planning.design import VAGUE, best_design, compressed, information, loss_of, relaxed_optimum
 
 
 def random_factors(n: int, rows: int, p: int, seed: int = 3) -> Floats:
@@ -124,7 +125,7 @@ def test_the_update_of_rank_r_is_the_inverse() -> None:
         (Criterion.PREDICTION, np.random.default_rng(1).normal(size=(4, 4))),
         *((criterion, some) for criterion in Criterion),
     ]:
-        fast = design.losses_after(factors, covariance, criterion, rows)
+        fast = losses_after(factors, covariance, criterion, rows)
         covariances = [np.linalg.inv(matrix + factor.T @ factor) for factor in factors]
         slow = [np.log(design.value_of(after, criterion, rows)) for after in covariances]
         np.testing.assert_allclose(fast, slow, atol=1e-6 + 1e-6 * (criterion is Criterion.WORST))

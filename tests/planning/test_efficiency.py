@@ -13,7 +13,8 @@ from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.planning.campaign.candidates import candidates_of
 from stiffcal.planning.campaign.model import fixed_names, with_rotation
 from stiffcal.planning.choice import choose_runs
-from stiffcal.planning.design import VAGUE, Criterion, information, loss_of
+from stiffcal.planning.criterion import Criterion
+from stiffcal.planning.design import VAGUE, information, loss_of
 from stiffcal.planning.information import information_of_runs
 from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext

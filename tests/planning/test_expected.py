@@ -8,9 +8,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from stiffcal.identification.geometry import geometry_columns, with_geometry
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.fitting.geometry import geometry_columns, with_geometry
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.mechanics.chain import GeometryTolerance
 from stiffcal.planning.expected import expected_fit
 from stiffcal.planning.information import information_of_runs

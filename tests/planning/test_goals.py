@@ -7,7 +7,8 @@ import pytest
 
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.planning.campaign.choice import named_parameters
-from stiffcal.planning.design import VAGUE, Criterion, best_design, information, loss_of
+from stiffcal.planning.criterion import Criterion
+from stiffcal.planning.design import VAGUE, best_design, information, loss_of
 from stiffcal.planning.goals import Goal, mixed_design
 from stiffcal.planning.information import RunInformation
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import Attachment, Gauge, Sigma
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.model.equilibrium import solve_balance

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.planning.design import VAGUE, Criterion, best_design
+from stiffcal.planning.criterion import Criterion
+from stiffcal.planning.design import VAGUE, best_design
 from stiffcal.planning.lost_runs import MUCH_WIDER
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.planning.design import Criterion, best_design
+from stiffcal.planning.criterion import Criterion
+from stiffcal.planning.design import best_design
 from stiffcal.planning.repeats import Repeats, TooAlikeError
 
 

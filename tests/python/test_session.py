@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ import pytest
 
 import stiffcal
 from stiffcal.cli.app import main
+from stiffcal.commands.plan import PlanRequest
+from stiffcal.planning.results import ExpectedParameter
+from stiffcal.results.value_words import SHIFTED
 from stiffcal.trust import record
 from tests.laboratory.fits import fit_of
 from tests.laboratory.plugin_campaigns import stranger
@@ -133,7 +137,7 @@ def test_a_fit_without_load_states_counts_its_readings_and_pure_numbers_have_no_
     assert stiffcal.FittedModel(result, "", "joint-friction").summary().splitlines() == [
         "joint-friction: 24 readings in 2 runs",
         "  joint-friction.j1.exponent: 1.59 ± 0.20",
-        "  joint-friction.j1.velocity: not identified",
+        "  joint-friction.j1.velocity: not identifiable",
         "fit 0.728 N·m rms, noise not known",
     ]
 
@@ -345,6 +349,54 @@ def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession) -> None:
     with pytest.raises(stiffcal.InputError, match="there is no evidence for creep; choose backlash"):
         diagnosis.evidence("creep")
     assert diagnosis.summary() in diagnosis._repr_html_().replace("&#x27;", "'")
+    # the fit that was diagnosed marks what the missing effect shifts
+    moved = {one.name for one in diagnosis.result.before_after if one.outside_interval}
+    fit = with_play.identify()
+    assert moved == set(fit.result.shifted)
+    assert fit.summary().count(SHIFTED) == len(moved) > 0
+
+
+# ---- what is read, written and planned ------------------------------------------------------------------------------
+
+
+def test_history_report_and_plan_are_those_of_the_commands(
+    session: stiffcal.CampaignSession, validated_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fits = session.history()
+    assert fits.fits["heldout_m"].notna().any()
+    assert len(fits.summary().splitlines()) == len(fits.fits) == len(fits.to_dict()["fits"])
+    asked: list[tuple[Path | None, bool, bool]] = []
+
+    def written(folder: Path, context: Any, output: Path | None, is_short: bool) -> Any:
+        asked.append((output, is_short, context.overwrite))
+        return SimpleNamespace(file=str(output))
+
+    monkeypatch.setattr("stiffcal.commands.report.report_campaign", written)
+    assert session.report(tmp_path / "two.pdf", short=True, overwrite=True) == tmp_path / "two.pdf"
+    assert asked == [(tmp_path / "two.pdf", True, True)]
+    known = ExpectedParameter(
+        name="a.j1.c", unit="rad/(N·m)", value=1e-6, assumed=False, half_width=1e-8, relative=0.01, from_geometry=None,
+        identified=True,
+    )  # fmt: skip
+    run = SimpleNamespace(id="p1", joints=np.zeros(2), wrench=np.zeros((3, 6)), minutes=2.0, rank=1)
+    planned = SimpleNamespace(runs=[run], parameters=[known])
+
+    def plan(folder: Path, context: Any, request: PlanRequest) -> Any:
+        assert (folder, request.runs, request.force, request.rivals) == (validated_folder, 2, 300.0, ("a j1", "b j2"))
+        return planned
+
+    monkeypatch.setattr("stiffcal.commands.plan.plan_campaign", plan)
+    answer = session.plan(runs=2, force=300.0, tell=["a j1", "b j2"])
+    assert answer.runs[["loads", "rank"]].to_numpy().tolist() == [[3, 1]]
+    assert answer.parameters.loc["a.j1.c", "half_width"] == 1e-8
+    assert answer.summary().splitlines() == ["1 run", "  a.j1.c: ± 1.00 %"]
+
+
+@pytest.mark.parametrize("step", ["report", "history", "plan", "improve"])
+def test_a_model_that_is_tried_has_no_step_that_would_write(step: str, session: stiffcal.CampaignSession) -> None:
+    trial = session.with_effect("backlash", joints=[4])
+    with pytest.raises(stiffcal.InputError, match=f"call {step} on that"):
+        getattr(trial, step)()
 
 
 # ---- how it runs ----------------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ import numpy as np
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.diagnosis.heldout_error import fitted_rms
 from stiffcal.errors import no_progress
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.model.campaign_effects import placed_robot

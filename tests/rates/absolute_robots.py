@@ -14,10 +14,10 @@ import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import observe
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.rotations import rotation_from_vector

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.identification.identify import predict_observations
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.identification.geometry import with_geometry
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.geometry import with_geometry
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.mechanics.chain import GeometryTolerance
 from tests.rates.intervals import clopper_pearson
 from tests.rates.playing import GEOMETRY_OFF, Hidden, simulate_runs

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

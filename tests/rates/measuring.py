@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.identify import predict_observations
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector

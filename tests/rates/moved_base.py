@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.fit import Fit
+from stiffcal.identification.fitting.fit import Fit
 from stiffcal.mistakes.catalogue.places import moved_base as module
 from stiffcal.mistakes.places.mistake import MovedRows
 from stiffcal.mistakes.places.steps import Steps

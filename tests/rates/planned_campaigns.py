@@ -24,10 +24,10 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.commands.plan import PlanRequest, plan_campaign
-from stiffcal.identification.geometry import geometry_columns, with_geometry
-from stiffcal.identification.geometry_prior import GeometryPrior, GeometrySource
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.fitting.geometry import geometry_columns, with_geometry
+from stiffcal.identification.fitting.geometry_prior import GeometryPrior, GeometrySource
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.rotations import rotation_from_vector

@@ -21,8 +21,8 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.plan_file import load_plan
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.plan import PlanRequest, plan_campaign
-from stiffcal.identification.identify import Settings
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.fitting.identify import Settings
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
@@ -32,7 +32,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.planning.campaign.rivals import named_rival, rivals_of_diagnosis
 from stiffcal.planning.information import reads_along_lines
-from stiffcal.reduction.motion import gauge_directions
+from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.stages.experiments import robot_to_fit
 from stiffcal.stages.plans.model import rival_models
 from stiffcal.stages.steps import RunContext, up_to_date_states

@@ -10,11 +10,11 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.identify import predict_observations
-from stiffcal.identification.noise import Noise, whiten
-from stiffcal.identification.observation import Observations, evaluate, observe
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.regressors import Linearised
+from stiffcal.identification.derivatives.observation import Observations, evaluate, observe
+from stiffcal.identification.fitting.identify import predict_observations
+from stiffcal.identification.fitting.regressors import Linearised
+from stiffcal.identification.noise.projection import Projection
+from stiffcal.identification.noise.reading_noise import Noise, whiten
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.catalogue import built_in_effects

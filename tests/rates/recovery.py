@@ -15,7 +15,7 @@ from scipy.special import chdtrc
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.model.assembly import compliant_robot
 from stiffcal.model.catalogue import find_effects

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.observation import observe
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.judgement.document import explaining_run
 from stiffcal.model.catalogue import built_in_effects

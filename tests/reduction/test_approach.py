@@ -10,8 +10,8 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest import Run
 from stiffcal.measurements.set_aside import IN_USE
-from stiffcal.reduction.approach import LEAST_MOTION, approach_of_drives, last_motion
-from stiffcal.reduction.raw_states import RawStates
+from stiffcal.reduction.states.approach import LEAST_MOTION, approach_of_drives, last_motion
+from stiffcal.reduction.states.raw_states import RawStates
 from tests.laboratory.robots import six_axes
 
 

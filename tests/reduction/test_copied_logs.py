@@ -13,7 +13,7 @@ from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.ingest.data_quality import ReadLog
 from stiffcal.ingest.read_run import ReadRun
 from stiffcal.ingest.run_texts import stored_text, text_of
-from stiffcal.reduction.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
+from stiffcal.reduction.logs.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
 from stiffcal.reduction.logs.plausibility import LogQuality
 from stiffcal.reduction.logs.sampled_readings import MOST_ROWS, ReadingSampler
 from stiffcal.reduction.logs.summary import LogSummary

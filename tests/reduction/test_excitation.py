@@ -13,7 +13,7 @@ from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.equilibrium import solve_balance
 from stiffcal.reduction.loads.excitation import joint_excitation
-from stiffcal.reduction.motion import less_means_of_runs
+from stiffcal.reduction.loads.motion import less_means_of_runs
 from tests.laboratory.absolute_places import place_setup
 from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.track_and_arm import TRACK, draw_joints, robot_of

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.tables import states_from_table, states_table

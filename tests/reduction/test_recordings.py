@@ -11,7 +11,7 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.holds.unused import UnusedCode
 from stiffcal.reduction.logs.blocks import Blocks, blocks_of
-from stiffcal.reduction.recordings import reduce_run
+from stiffcal.reduction.states.recordings import reduce_run
 from tests.laboratory.made_up_logs import load_cycle
 
 COMPLIANCE = 5e-6 * np.array([[1.0, 0.2, 0.0], [0.2, 1.5, -0.3], [0.0, -0.3, 0.8]])

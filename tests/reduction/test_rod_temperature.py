@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.measured_links import measure_links
-from stiffcal.identification.readings import observe
+from stiffcal.identification.bodies.measured_links import measure_links
+from stiffcal.identification.readings.observations import observe
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mistakes.rods.faults import find_rod_faults
 from stiffcal.model.composite import CompliantRobot
-from stiffcal.reduction.rod_temperature import grown_lengths, smooth_in_time, without_growth
+from stiffcal.reduction.states.rod_temperature import grown_lengths, smooth_in_time, without_growth
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import bending_swing, five_rods, six_axes_with_beams, with_effect, with_rods
 from tests.laboratory.simulated_states import joint_springs, played

@@ -12,7 +12,7 @@ from stiffcal.errors import InputError
 from stiffcal.measurements.tables import states_from_table, states_table
 from stiffcal.mistakes.displacements.springs import work_of_load
 from stiffcal.reduction.loads.excitation import joint_excitation
-from stiffcal.reduction.motion import motion_of
+from stiffcal.reduction.loads.motion import motion_of
 from tests.reduction.test_states import ROBOT, folder_of, states_of
 
 MANIFEST = """schema = "stiffcal/campaign/1"

@@ -13,7 +13,7 @@ from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tables import states_from_table, states_table
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.reduction.references import reference_states
+from stiffcal.reduction.states.references import reference_states
 from tests.laboratory.hidden_campaigns import reduced
 
 ROBOT = """schema = "stiffcal/robot/1"

@@ -11,7 +11,7 @@ from stiffcal.measurements.load_states import Attachment, LoadStates, Measuremen
 from stiffcal.reduction.holds.swept import find_sweeps, is_swept, turning_points
 from stiffcal.reduction.loads.cycles import LOADING, PEAK, UNLOADED, UNLOADING, find_load_cycles, repeat_groups
 from stiffcal.reduction.logs.blocks import blocks_of
-from stiffcal.reduction.recordings import ReducedRun, reduce_run
+from stiffcal.reduction.states.recordings import ReducedRun, reduce_run
 
 CORNERS = (
     [0, 5, 15, 16, 26, 36, 37, 47, 57, 58, 68, 78, 79, 89, 95],

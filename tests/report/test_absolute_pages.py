@@ -12,6 +12,7 @@ from pypdf import PdfReader
 
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.state_measures import StateMeasure
+from stiffcal.quantity import JOINT_ANGLE
 from stiffcal.report import building
 from stiffcal.report.blocks import ReportSection, TableBlock
 from stiffcal.report.content import ReportContent
@@ -64,7 +65,7 @@ def test_places_and_loads_have_a_column_each() -> None:
 
 def test_ranges_of_angles_have_no_minus_zero_and_regions_have_their_joints() -> None:
     part = ErrorSlice(label="", n=3, rms=Rms(1e-5, None), max=Rms(1e-5, None), low=-0.6, high=-1e-3)
-    assert residuals.short_ranges([part], "°")[0].label == "−34 … 0"
+    assert residuals.short_ranges([part], JOINT_ANGLE.usual)[0].label == "−34 … 0"
     assert residuals.ranges_of_joints([part]) == ["−34° to 0°"]
     region = RegionDistance(1, 1e-4, 1e-4, 2e-4, 3e-4, 1e-4, 12, [-0.5, 1e-3, 1.2])
     summary = DistanceSummary(1e-4, 1e-4, 2e-4, 3e-4, 1e-4, 12, [])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stiffcal.identification.before_after import EstimatedParameter, values_before_and_after
+from stiffcal.identification.answers.before_after import EstimatedParameter, values_before_and_after
 from stiffcal.model.summary import Where
 from stiffcal.report.blocks import Paragraph, ReportSection, SubheadingBlock, TableBlock
 from stiffcal.report.content import FitChange

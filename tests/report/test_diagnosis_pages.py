@@ -25,8 +25,8 @@ from stiffcal.diagnosis.results import (
     UntestableEffect,
 )
 from stiffcal.estimate import Estimate
-from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import BeforeAfter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.summary import EffectAt, EffectInModel, ModelSummary, Where
@@ -45,9 +45,10 @@ from stiffcal.report.content import EffectPicture, EvidenceFigure, ReportContent
 from stiffcal.report.figures.canvas import save_figure
 from stiffcal.report.figures.evidence import draw_evidence
 from stiffcal.report.figures.ladder import ladder_rungs
-from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking, summary
+from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking, stiffness, summary
 from stiffcal.report.sections.stiffness import short_stiffness_table
 from stiffcal.results.history_results import HistoryEntry
+from stiffcal.results.value_words import SHIFTED
 from tests.laboratory.report_content import made_up_content
 
 BACKLASH = EffectAt(effect="backlash", where=Where(joints=[4]))
@@ -241,7 +242,7 @@ def test_ranking_holds_every_number_with_its_unit() -> None:
         "friction-hysteresis (joint 4)",
     ):
         assert word in text, word
-    assert "joint-friction: needs friction runs" in text
+    assert "joint-friction (needs friction runs)" in text
 
 
 def test_next_measurement_names_pose_load_and_gain() -> None:
@@ -335,6 +336,15 @@ def test_values_that_a_missing_effect_shifts_are_grey_with_the_value_after() -> 
     assert table.doubtful == ((row, 2),)
     assert "3.00" in table.rows[row][3]
     assert first_page(content())[TableBlock].doubtful == ()
+    # and in the section on stiffness, which has no column with the value after
+    for made, marked in ((content(before_after=[change]), [spring.name]), (content(missing=[]), [])):
+        shown = stiffness.shown_estimates(made)
+        assert [name for name, one in shown.items() if one.is_shifted] == marked
+        section = stiffness.section(made)
+        assert isinstance(section, ReportSection)
+        of_springs = next(block for block in section.blocks if isinstance(block, TableBlock))
+        assert of_springs.doubtful == (((row, 2),) if marked else ())
+        assert (SHIFTED in of_springs.rows[row]) == bool(marked)
 
 
 @pytest.mark.parametrize(

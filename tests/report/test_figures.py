@@ -149,7 +149,7 @@ def test_opposite_directions_share_a_colour() -> None:
         direction=np.concatenate([STATES.direction, np.char.replace(STATES.direction, "+", "-")]),
     )
     styles = direction_styles(both, np.arange(len(force)))
-    assert styles["mostly +x"][0] == styles["mostly -x"][0] != styles["mostly +y"][0]
+    assert styles["near +x"][0] == styles["near -x"][0] != styles["near +y"][0]
 
 
 def test_stretches_part_loading_from_unloading() -> None:

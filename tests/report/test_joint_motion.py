@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.identification.body_results import Component, JointLineResult
-from stiffcal.identification.joint_lines import COMPONENTS
+from stiffcal.identification.bodies.body_results import Component, JointLineResult
+from stiffcal.identification.bodies.joint_lines import COMPONENTS
 from stiffcal.report.blocks import Paragraph, PictureBlock, ReportSection, TableBlock
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.joint_motion import draw_about_axes, draw_joint
@@ -128,7 +128,7 @@ def test_dual_quaternions() -> None:
     assert found is not None
     text, table = found.blocks
     assert isinstance(text, Paragraph)
-    assert "3e-13" in text.text
+    assert "3·10⁻¹³" in text.text
     assert isinstance(table, TableBlock)
     assert list(table.rows[0])[1:] == ["5.00000·10⁵", "5.00000·10⁵", "4.00000·10⁵", "–"]
 

@@ -71,7 +71,7 @@ def test_rods_end_tool_and_the_bent_link_are_drawn() -> None:
     assert len(pictures) == 4
     words = [" ".join(text.get_text() for axes in p.draw().axes for text in (axes.xaxis.label, axes.yaxis.label))
              for p in pictures]  # fmt: skip
-    assert "change of length [mm]" in words[0]
+    assert "change of length [µm]" in words[0]
     assert "displacement of the link's end [mm]" in words[1]
     assert "turn of the link's end [mrad]" in words[1]
     assert "tool [mm]" in words[2]

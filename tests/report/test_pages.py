@@ -15,7 +15,7 @@ from PIL import Image
 
 from stiffcal.report import building
 from stiffcal.report.content import ReportContent
-from stiffcal.report.page_filling import FOOT_MM, SMALLEST, TOP_MM, Layout, Setting, filled
+from stiffcal.report.page_filling import FOOT_MM, SMALLEST, TOP_MM, PageLayout, Setting, filled
 from stiffcal.report.typesetting import set_pages
 from tests.laboratory.report_content import made_up_content
 
@@ -66,7 +66,7 @@ def test_no_page_is_more_than_a_third_empty(
     assert min(fills) > 0.65, fills
 
 
-def flowed(heights: Sequence[float], texts: Sequence[float], setting: Setting) -> Layout:
+def flowed(heights: Sequence[float], texts: Sequence[float], setting: Setting) -> PageLayout:
     """Set one picture after each text, as pages are filled: what does not fit is on the next one."""
     page, y = 1, TOP_MM
     begins, ends, pictures = [], [], []
@@ -80,7 +80,7 @@ def flowed(heights: Sequence[float], texts: Sequence[float], setting: Setting) -
                 pictures.append((page, y))
             y += height
             ends.append((page, y))
-    return Layout(page, tuple(begins), tuple(ends), tuple(pictures), tuple(scaled))
+    return PageLayout(page, tuple(begins), tuple(ends), tuple(pictures), tuple(scaled))
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def flowed(heights: Sequence[float], texts: Sequence[float], setting: Setting) -
 def test_pictures_and_spaces_are_sized_so_that_pages_are_full(
     heights: tuple[float, ...], texts: tuple[float, ...]
 ) -> None:
-    def laid_out(setting: Setting) -> Layout:
+    def laid_out(setting: Setting) -> PageLayout:
         return flowed(heights, texts, setting)
 
     usual = Setting((1.0,) * len(heights))

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.kinds.presentation import Picture
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.report.gathering.plot_of_fit import picture_of_fit, residuals_in_noises
+from stiffcal.report.gathering.plot_of_fit import picture_of_fit, residuals_in_noises, statistics_page
+from stiffcal.report.pictures_of_fit import PictureOfFit
+from stiffcal.stages.fit import up_to_date_fit_at_hand
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.simulated_states import medium_robot, played
 
@@ -32,3 +36,28 @@ def test_a_model_without_a_free_parameter_says_so(of: str, campaign: Path) -> No
     model.write_text(model.read_text(encoding="utf-8") + f"parameters = {{ {held} }}\n", encoding="utf-8")
     context = RunContext()
     assert picture_of_fit(of, up_to_date_states(campaign, context), context).panels[0].empty
+
+
+def test_the_history_is_drawn_in_the_unit_of_its_errors(campaign: Path) -> None:
+    context = RunContext()
+    panel = picture_of_fit("history", up_to_date_states(campaign, context), context).panels[0]
+    assert panel.y_label == "error in held-out data, rms [mm]"
+
+
+def test_a_picture_in_the_report_is_known_by_the_key_of_its_fit_and_computed_where_it_is_drawn() -> None:
+    def never() -> Picture:
+        raise AssertionError
+
+    same = [pickle.dumps(PictureOfFit("normal", key, "", never)) for key in ("a", "a", "b")]
+    assert same[0] == same[1] != same[2]
+
+
+def test_the_statistics_of_a_fit_are_a_page_of_pictures(campaign: Path) -> None:
+    context = RunContext()
+    data = up_to_date_states(campaign, context)
+    page = statistics_page(data, up_to_date_fit_at_hand(data, context)[0])
+    assert page is not None
+    drawn = [block for block in page.blocks if isinstance(block, Picture)]
+    assert len(drawn) == len(page.blocks) == 2
+    assert all(picture.caption for picture in drawn)
+    assert drawn[0].panels[0].series

@@ -64,7 +64,7 @@ def test_pdf_opens_with_pages_numbers_and_bookmarks(small_report: Path) -> None:
     for number, page in enumerate(reader.pages, start=1):
         assert f"page {number} of {pages}" in SPACES.sub(" ", page.extract_text())
     titles = " | ".join(bookmarks_of(small_report))
-    for word in ("Summary", "The campaign", "Stiffness", "Load and deflection", "Sequence of fits"):
+    for word in ("Summary", "The campaign", "Stiffness", "Load and deflection", "History of fits"):
         assert word in titles
     assert reader.metadata is not None
     assert reader.metadata.title == "Stiffness of test robot, made-up"
@@ -127,7 +127,7 @@ def test_noise_that_cannot_be_judged_is_said(small_text: str) -> None:
 def test_what_is_left_out_has_a_reason() -> None:
     content = replace(made_up_content(), identify=None, validate=None, history=None)
     text = repr(lay_out(content))
-    assert "Not in this report" in text
+    assert "Left out: " in text
     assert "no model has been fitted yet" in text
     assert "the history contains no fit yet" in text
     # no reason, where nothing is there to show
@@ -213,7 +213,7 @@ def test_the_ladder_ends_with_the_present_fit_where_an_earlier_model_was_restore
     captions = []
     for present in ("2", "1"):
         restored = replace(content, identify=replace(content.identify, fit_id=present))
-        ladder = next(section for section in lay_out(restored) if section.title.startswith("Sequence of fits"))
+        ladder = next(section for section in lay_out(restored) if section.title.startswith("History of fits"))
         captions.append(repr(ladder.blocks[0]))
     assert "with fit 2" in captions[0]
     assert "with fit 1" in captions[1]

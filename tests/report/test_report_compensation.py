@@ -101,8 +101,8 @@ def test_the_section_says_what_is_gone_and_is_drawn(pairs: WithAndWithout, tmp_p
     assert "ms after load application" in pictures[-1].caption
     played = next(block.text for block in made.blocks[::-1] if isinstance(block, Paragraph))
     assert played == pairs.played
-    assert "correction 60 ms after the reading" in played
-    assert "a cycle of 4 ms" in played
+    assert "correction 60.0 ms after the reading" in played
+    assert "a cycle of 4.00 ms" in played
 
 
 def test_nothing_is_said_where_no_run_was_compensated() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.identification.agreement_results import Agreement
+from stiffcal.identification.answers.agreement_results import Agreement
 from stiffcal.results.agreement_words import runs_of_kinds
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.readings import observe
-from stiffcal.identification.weights import predict_observations
+from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.noise.weights import predict_observations
+from stiffcal.identification.readings.observations import observe
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import find_effects

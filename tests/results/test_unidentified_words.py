@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.estimation.undetermined import Undetermined
-from stiffcal.identification.fit_results import UnidentifiedParameters
+from stiffcal.identification.answers.fit_results import UnidentifiedParameters
 from stiffcal.results.unidentified_words import unidentified_in_words
 
 

@@ -10,15 +10,15 @@ import pytest
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.tables import show_parameters
 from stiffcal.documents import document_of, result_from_values
-from stiffcal.identification.before_after import estimated_parameters
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import estimated_parameters
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.kinds.presentation import Column, Table
 from stiffcal.kinds.texts import printed_columns, printed_rows
 from stiffcal.model.summary import Where
 from stiffcal.python.answers import parameter_lines
 from stiffcal.report.sections.stiffness import other_table
 from stiffcal.results.value_words import as_shown
-from stiffcal.view.gathering.models import _value
+from stiffcal.view.gathering.models import _values
 
 VALUES: dict[str, tuple[dict[str, Any], str, str]] = {
     "value": ({"value": 1.2345e-3, "interval": None}, "1.23", ""),
@@ -62,8 +62,8 @@ def report(parameters: list[IdentifiedParameter], shifted: list[str]) -> list[st
 
 
 def page(parameters: list[IdentifiedParameter], shifted: list[str]) -> list[str]:
-    shown = [(one.name, _value(one.name, as_shown(one, (), shifted), 2e-3)) for one in parameters]
-    return [f"{name} {value.text} {value.unit}" for name, value in shown]
+    shown = _values({one.name: as_shown(one, (), shifted) for one in parameters})
+    return [f"{value.name} {value.text} {value.unit}" for value in shown]
 
 
 def notebook(parameters: list[IdentifiedParameter], shifted: list[str]) -> list[str]:
@@ -97,7 +97,7 @@ def test_documents_hold_si_values_and_what_is_to_be_known_of_them(parameters: li
 )
 def test_a_column_has_one_unit_by_its_largest_number(largest: float, unit: str, texts: list[str]) -> None:
     pair = [parameter("a", {"value": largest, "interval": None}), parameter("b", {"value": 3e-6, "interval": None})]
-    for medium in (terminal, report, notebook):
+    for medium in (terminal, report, page, notebook):
         assert all(unit in line and text in line for line, text in zip(medium(pair, []), texts, strict=True))
     table = Table((Column("width", "rad"),), tuple((((as_shown(one)),),) for one in pair))
     assert [unit_name for _, unit_name in printed_columns(table)] == [unit]

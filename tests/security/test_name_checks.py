@@ -17,8 +17,8 @@ from stiffcal.campaign.urdf import read_urdf
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.escapes import escape_invisible
-from stiffcal.reduction.raw_states import RawStates
-from stiffcal.reduction.tabled_states import tabled_states
+from stiffcal.reduction.states.raw_states import RawStates
+from stiffcal.reduction.states.tabled_states import tabled_states
 from tests.laboratory import hostile_names
 from tests.laboratory.campaign_folders import MANIFEST, ROBOT, write_campaign
 from tests.laboratory.named_campaign import quoted, write_named_campaign

@@ -18,7 +18,7 @@ from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.mechanics.low_pass import LowPass
 from stiffcal.model.catalogue import find_effects
 from stiffcal.model.effect import EffectAtRest
-from stiffcal.reduction.commanded import without_commands
+from stiffcal.reduction.states.commanded import without_commands
 from stiffcal.simulation.simulate import simulate_campaign
 from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, SETTINGS, TABLE, write_folder
 

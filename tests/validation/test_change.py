@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.validation.change import change_of
 

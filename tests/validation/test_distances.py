@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.identification.identify import identify_parameters
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.measured_frames import placed_frame
 from stiffcal.validation.distances import NoiseDistance, distances_of, summary_of
@@ -61,7 +61,7 @@ def test_a_region_left_out_is_predicted_as_a_fit_without_it_predicts() -> None:
     assert heldout.scheme == "poses-region"
     without = heldout.fold != 2
     own = identify_parameters(states.select(without), blank)
-    from stiffcal.identification.identify import predict_observations
+    from stiffcal.identification.fitting.identify import predict_observations
 
     data = fit.data.subset(~without)
     exact = data.measured - predict_observations(own.robot, data)

@@ -10,7 +10,7 @@ import pytest
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.model.composite import CompliantRobot, PlacedEffect

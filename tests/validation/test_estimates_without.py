@@ -7,7 +7,7 @@ import pytest
 
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.identification.identify import Settings, identify_parameters
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.validation.elasticity import errors_of_groups, group_jackknife

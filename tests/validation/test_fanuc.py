@@ -21,8 +21,8 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, fit_rms, identify_parameters
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, fit_rms, identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import find_effects

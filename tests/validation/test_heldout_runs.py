@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.identification.identify import Settings, fit_observations, fit_problem, identify_parameters
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.validation.heldout import heldout_residuals, search_folds
 from stiffcal.validation.validate import rms_of, validate_fit

@@ -19,10 +19,10 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.estimation.triangular import Reduced
-from stiffcal.identification.least_squares import reduce_blocks
-from stiffcal.identification.noise import Whitening
-from stiffcal.identification.observation import Evaluation, Observations
-from stiffcal.identification.row_layout import layout_of
+from stiffcal.identification.derivatives.observation import Evaluation, Observations
+from stiffcal.identification.fitting.least_squares import reduce_blocks
+from stiffcal.identification.noise.reading_noise import Whitening
+from stiffcal.identification.readings.row_layout import layout_of
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.model.effect import StateOrder
 

@@ -15,8 +15,8 @@ from scipy.special import chdtrc
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.mechanics.rotations import rotation_from_vector, transform
 from stiffcal.model.campaign_effects import placed_robot

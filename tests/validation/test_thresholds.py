@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from stiffcal.campaign.thresholds import Thresholds
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.validation.results import Verdict
 from stiffcal.validation.thresholds import Baseline, judge
+from stiffcal.wording import significant
 from tests.laboratory.fits import parameter, validation_of
 
 JOINTS = ("A1", "A2", "A3")
@@ -60,7 +61,7 @@ def test_errors_in_held_out_poses(limits: dict[str, float], held: bool) -> None:
 
 def test_an_error_is_said_in_millimetres() -> None:
     (check,) = judge(Thresholds(max_rms_m=1e-4), [], VALIDATION, JOINTS, None)
-    assert check.says == "rms in held-out poses 0.200 mm is above max_rms_m = 0.1 mm"
+    assert check.says == "rms in held-out poses 0.200 mm is above max_rms_m = 0.100 mm"
     answer = VALIDATION.judged(Verdict([check], {"max_rms_m": 1e-4}))
     assert (answer.passed, answer.failed, answer.thresholds) == (False, [check.says], {"max_rms_m": 1e-4})
 
@@ -70,7 +71,7 @@ def test_what_is_not_known_is_not_judged_and_does_not_fail() -> None:
     checks = judge(Thresholds(max_over_noise=1.5), [], unknown, JOINTS, None)
     answer = VALIDATION.judged(Verdict(checks, {}))
     assert answer.passed is True
-    assert answer.not_judged == ["error over noise is not known: max_over_noise = 1.5 cannot be judged"]
+    assert answer.not_judged == ["error over noise is not known: max_over_noise = 1.50 cannot be judged"]
 
 
 def test_least_stiffness_by_joint_and_for_the_rest() -> None:
@@ -102,7 +103,7 @@ def test_how_sure_a_drift_is() -> None:
     baseline = Baseline("before", {before.name: before})
     (check,) = judge(Thresholds(), [after], VALIDATION, JOINTS, baseline)
     p = math.erfc(4.0 / math.sqrt(2.0))  # 0.2e-6 over √(3² + 4²)·1e-8
-    assert f"p = {p:.1g}" in check.says
+    assert f"p = {significant(p, 1)}" in check.says
     assert check.value == pytest.approx(1.0 / 1.2 - 1.0)
 
 

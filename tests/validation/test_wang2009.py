@@ -22,8 +22,8 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.robot_file import RobotFile
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.observation import evaluate, observe
+from stiffcal.identification.derivatives.observation import evaluate, observe
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.catalogue import find_effects

@@ -321,7 +321,7 @@ def test_view_fits_nothing(diagnosed: Path, tmp_path: Path, monkeypatch: pytest.
     def refuse(*_: Any, **__: Any) -> None:
         raise AssertionError("a fit")
 
-    monkeypatch.setattr("stiffcal.identification.identify.identify_parameters", refuse)
+    monkeypatch.setattr("stiffcal.identification.fitting.identify.identify_parameters", refuse)
     monkeypatch.setattr("stiffcal.judgement.diagnosed.judge", refuse)
     result = view_campaign(diagnosed, RunContext(update=False), output=tmp_path / "view.html")
     assert result.n_shown == result.n_states <= MOST_SHOWN

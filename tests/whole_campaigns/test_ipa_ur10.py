@@ -11,7 +11,7 @@ import pytest
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.history import read_history
 from stiffcal.commands.validate import validate_campaign
-from stiffcal.identification.geometry_results import GeometryFound
+from stiffcal.identification.answers.geometry_results import GeometryFound
 from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.report.blocks import PictureBlock, TableBlock
 from stiffcal.report.gathering.content import report_content

@@ -14,10 +14,10 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.estimation.parameters import Parameter
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.joint_lines import joint_compliance
-from stiffcal.identification.joint_motion import joint_motions
+from stiffcal.identification.bodies.joint_lines import joint_compliance
+from stiffcal.identification.bodies.joint_motion import joint_motions
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates

@@ -13,7 +13,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.errors import InputError
-from stiffcal.reduction.registration.registering import levelled
+from stiffcal.reduction.registration.levelled import levelled
 
 ABSOLUTE = Path(__file__).parents[2] / "campaigns" / "absolute"
 

@@ -19,9 +19,9 @@ from stiffcal.commands.ingest import stored_states
 from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.documents import document_of
-from stiffcal.identification.coupling import without_rods
-from stiffcal.identification.measured_links import measure_links
-from stiffcal.identification.readings import observe
+from stiffcal.identification.answers.coupling import without_rods
+from stiffcal.identification.bodies.measured_links import measure_links
+from stiffcal.identification.readings.observations import observe
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.campaign_effects import placed_robot

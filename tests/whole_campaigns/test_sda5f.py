@@ -13,8 +13,8 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.estimation.undetermined import Undetermined
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.ingest.reducing import reduce_campaign
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.model.assembly import compliant_robot

@@ -30,7 +30,7 @@ from stiffcal.campaign.transforms import placement_matrix
 from stiffcal.campaign.typed import Placement
 from stiffcal.compensation.exports.urdf import fitted_frames
 from stiffcal.escapes import toml_text
-from stiffcal.identification.stated_geometry import HeldEnds, calibrated_rows, held_ends
+from stiffcal.identification.answers.stated_geometry import HeldEnds, calibrated_rows, held_ends
 from stiffcal.mechanics.joint_rows import Convention, RowsOfChain
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.model.campaign_effects import placed_robot
@@ -126,6 +126,7 @@ def _robot_file(
     )
     calibrated = RobotFile(
         schema_id="stiffcal/robot/1", name=chain.name, convention=rows.convention, joints=joints,
+        rated_payload_kg=robot.rated_payload_kg,
         gravity_mps2=(float(chain.gravity[0]), float(chain.gravity[1]), float(chain.gravity[2])),
     )  # fmt: skip
     further: dict[str, Placement | GravityCompensatorEntry | GeometryEntry | dict[str, LinkBeamEntry]] = {}

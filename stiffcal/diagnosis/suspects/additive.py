@@ -9,8 +9,8 @@ from math import log
 import numpy as np
 
 from stiffcal.diagnosis.suspects.bench import WhitenedRuns
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.row_layout import TRANSLATION
+from stiffcal.identification.noise.projection import Projection
+from stiffcal.identification.readings.row_layout import TRANSLATION
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.suspects.influence import Basis, RunBlocks
 from stiffcal.estimation.unknowns import free_columns
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.load_rows import LoadRows
-from stiffcal.identification.noise import Noise, stated_noise
-from stiffcal.identification.nonlinear_start import lacks_nonlinear_value
-from stiffcal.identification.observation import Observations, observe
-from stiffcal.identification.projection import Projection
-from stiffcal.identification.weights import raw_whitening, residual_noise
+from stiffcal.identification.derivatives.observation import Observations, observe
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.load_rows import LoadRows
+from stiffcal.identification.fitting.nonlinear_start import lacks_nonlinear_value
+from stiffcal.identification.noise.projection import Projection
+from stiffcal.identification.noise.reading_noise import Noise, stated_noise
+from stiffcal.identification.noise.weights import raw_whitening, residual_noise
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole

@@ -23,9 +23,9 @@ from stiffcal.diagnosis.suspects.result import RunsNotChecked
 from stiffcal.diagnosis.suspects.rival_effects import RunFault, explaining_effect
 from stiffcal.diagnosis.suspects.selection import select_states
 from stiffcal.errors import Progress, no_progress
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.starting import starting_runs
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.readings.starting import starting_runs
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mistakes.places.mistake import MovedRows, PlacesMistake
 from stiffcal.mistakes.runs.found import trial_states, variants_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.row_layout import ROTATION, TRANSLATION
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.readings.row_layout import ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.places.mistake import LeftOfPlaces, MovedRows, PlacesMistake

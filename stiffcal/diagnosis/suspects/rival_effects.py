@@ -20,7 +20,7 @@ from stiffcal.diagnosis.candidates import Candidate, list_candidates, variants
 from stiffcal.diagnosis.slips import is_slip
 from stiffcal.diagnosis.suspects.additive import Offset
 from stiffcal.diagnosis.suspects.bench import Bench, WhitenedRuns
-from stiffcal.identification.regressors import Linearised, Regressor
+from stiffcal.identification.fitting.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue import built_in_effects
 

@@ -9,8 +9,8 @@ import numpy as np
 from stiffcal.diagnosis.suspects.find import FoundSuspect, Suspicion
 from stiffcal.diagnosis.suspects.result import FitWithout, Suspect, WithoutParameter
 from stiffcal.diagnosis.thresholds import MOST_ALONG
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import fit_rms
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import fit_rms
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import work_of_load

@@ -18,14 +18,16 @@ from stiffcal.wording import length, significant
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.estimation.parameters import Parameter
-    from stiffcal.identification.fit import Fit
-    from stiffcal.identification.observability import ObservabilityIndices
+    from stiffcal.identification.answers.observability import ObservabilityIndices
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
-    from stiffcal.reduction.raw_states import RawStates
+    from stiffcal.reduction.states.raw_states import RawStates
 
 MOST_NAMED = 6
 """Parameters that a sentence lists."""
+SMALL_RANGE_DEG = 60.0
+"""Range of a joint below which larger motions can be advised: a sixth of a turn; most joints can do several of them."""
 FEW_POSES = 4
 """Rows from which on poses that are too few for the frames are poses too much alike."""
 MOST_POSES = 10000
@@ -56,9 +58,9 @@ class CheckedPlaces:
 
 def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
     """Return what the places measured so far determine, and what they leave open."""
-    from stiffcal.identification.identify import identify_parameters
-    from stiffcal.identification.not_fitted import is_not_fitted
-    from stiffcal.identification.observability import observability_of
+    from stiffcal.identification.answers.observability import observability_of
+    from stiffcal.identification.fitting.identify import identify_parameters
+    from stiffcal.identification.fitting.not_fitted import is_not_fitted
     from stiffcal.model.campaign_effects import placed_robot
     from stiffcal.model.equilibrium import solve_balance
 
@@ -84,7 +86,7 @@ def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
 
 def _noise_of(fit: Fit) -> CheckedNoise:
     """Return from what the noise of places is known, and what cannot be judged where it is not."""
-    from stiffcal.identification.repeated_places import repeated_places
+    from stiffcal.identification.readings.repeated_places import repeated_places
 
     places = fit.data.subset(fit.data.absolute)
     n_pairs = sum(len(group) - 1 for group in repeated_places(places))
@@ -130,7 +132,7 @@ def poses_still_needed(campaign: Campaign, gathered: RawStates, error: InputErro
 def poses_without_frames(campaign: Campaign, gathered: RawStates) -> LoadStates:
     """Return load states with the frames as the manifest has them, whether they are to be estimated or not."""
     from stiffcal.campaign.frames import measurement_setup, resolve_frames
-    from stiffcal.reduction.states import load_states
+    from stiffcal.reduction.states.load_states import load_states
 
     setup = measurement_setup(campaign.manifest, campaign.chain, resolve_frames(campaign.manifest, campaign.chain))
     return load_states(gathered, campaign.manifest, campaign.chain, setup)
@@ -141,8 +143,8 @@ def _too_few(robot: CompliantRobot, used: LoadStates) -> str | None:
 
     Twice as many readings as numbers are what is asked for; with fewer readings than numbers nothing is fitted.
     """
-    from stiffcal.identification.gauge import redundant_geometry
-    from stiffcal.identification.readings import observe
+    from stiffcal.identification.fitting.gauge import redundant_geometry
+    from stiffcal.identification.readings.observations import observe
 
     conventions = redundant_geometry(robot, observe(used, robot.chain), frozenset())
     n_numbers = sum(
@@ -225,7 +227,7 @@ def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:
     Each is one line, or none. What a target on the last axis leaves open belongs to the frames, as the last zero does:
     a turn of the axis and a shift are one motion of such a target, in whatever pose.
     """
-    from stiffcal.identification.gauge import held_frames, redundant_geometry
+    from stiffcal.identification.fitting.gauge import held_frames, redundant_geometry
 
     held = held_frames(fit.robot, fit.data, frozenset())
     redundant = held | redundant_geometry(fit.robot, fit.data, held)
@@ -249,13 +251,23 @@ def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:
     if open_names:
         more = f" and {len(open_names) - MOST_NAMED} more" if len(open_names) > MOST_NAMED else ""
         names_text = f"{', '.join(open_names[:MOST_NAMED])}{more}"
-        missing = [f"these poses do not determine {names_text}: measure poses with larger joint motions"]
+        missing = [f"these poses do not determine {names_text}: {_how_to_determine(fit)}"]
     last = fit.robot.chain.n_joints
     remark = (
         f"the target is on the axis of joint {last}: no poses separate {', '.join(on_the_axis)}. They are included in "
         f"the frames, as the last zero is; only a target away from that axis separates them"
     )
     return missing, (remark,) if on_the_axis else ()
+
+
+def _how_to_determine(fit: Fit) -> str:
+    """Return what to do about geometry that is open: larger motions only of joints whose ranges are small."""
+    spans = np.rad2deg(np.ptp(fit.data.angles, axis=1))
+    turning = [k for k in range(fit.robot.chain.n_joints) if k + 1 not in fit.robot.chain.prismatic_joints]
+    small = [f"joint {k + 1} (now {spans[k]:.0f}°)" for k in turning if spans[k] < SMALL_RANGE_DEG]
+    if small:
+        return f"measure poses with larger motions of {', '.join(small)}"
+    return "fix them in model.toml, value = 0.0 with fixed = true, or add another target"
 
 
 def _on_the_axis(fit: Fit) -> MeasurementSetup:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent
-from stiffcal.identification.observability import ObservabilityIndices
+from stiffcal.identification.answers.observability import ObservabilityIndices
 from stiffcal.ingest.proposals import ProposedSource
 from stiffcal.planning.rod_views import CheckedRods
 from stiffcal.reduction.clocks.offsets import SourceClockOffset

@@ -13,7 +13,7 @@ from stiffcal.kinds import ExperimentKind
 from stiffcal.measurements.state_measures import StateMeasure
 
 if TYPE_CHECKING:
-    from stiffcal.identification.state_kinds import StateKind
+    from stiffcal.identification.readings.state_kinds import StateKind
     from stiffcal.kinds.absolute.simulation_settings import AbsolutePoses
     from stiffcal.simulation.kinds import RunSimulation
 

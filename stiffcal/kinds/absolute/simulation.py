@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.pose_history import rigid_drive_torques
+from stiffcal.identification.readings.pose_history import rigid_drive_torques
 from stiffcal.kinds.absolute.simulation_settings import AbsolutePoses
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
@@ -16,7 +16,7 @@ from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import StateOrder
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.state_order import PoseHistory
-from stiffcal.reduction.approach import last_motion
+from stiffcal.reduction.states.approach import last_motion
 from stiffcal.simulation.kinds import RunSetup, RunSimulation
 from stiffcal.simulation.motion import PoseProgram, pose_program
 from stiffcal.simulation.settings import FILE_NAME

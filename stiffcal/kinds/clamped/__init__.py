@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.identification.state_kinds import StateKind
+    from stiffcal.identification.readings.state_kinds import StateKind
     from stiffcal.kinds.clamped.results import ClampedSection
     from stiffcal.kinds.clamped.simulation_settings import Clamping
     from stiffcal.kinds.measured import MeasuredRuns

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.identification.document import finite
+from stiffcal.identification.answers.document import finite
 from stiffcal.kinds.clamped.analysis import LEAST_MOTION
 from stiffcal.kinds.clamped.faults import TOO_SHORT, loaded_words
 from stiffcal.kinds.clamped.results import (

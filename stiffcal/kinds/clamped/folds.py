@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.observation import Observations
-from stiffcal.identification.row_layout import MOTOR
+from stiffcal.identification.derivatives.observation import Observations
+from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.measurements.load_states import members_of
 
 # With fewer positions of a joint its cycles are left out instead.

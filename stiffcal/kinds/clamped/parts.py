@@ -13,8 +13,8 @@ from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.errors import InputError
 from stiffcal.estimation.parameters import reported_parameters
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.document import identified_parameter, model_summary
-from stiffcal.identification.fit_results import UnidentifiedParameters
+from stiffcal.identification.answers.document import identified_parameter, model_summary
+from stiffcal.identification.answers.fit_results import UnidentifiedParameters
 from stiffcal.kinds.clamped.analysis import ClampedRun, analyse_runs
 from stiffcal.kinds.clamped.chain import ClampedChain, clamped_chain
 from stiffcal.kinds.clamped.curves import BRANCHES
@@ -27,8 +27,7 @@ from stiffcal.kinds.clamped.documents import (
 )
 from stiffcal.kinds.clamped.faults import ONE_WAY, TOO_SHORT, loaded_words, run_quality, why_no_sweep
 from stiffcal.kinds.clamped.joints import ClampedJoint, joints_of
-from stiffcal.kinds.clamped.readings import ClampedReadings, readings_from_table
-from stiffcal.kinds.clamped.reduction import CLAMPED
+from stiffcal.kinds.clamped.readings import CLAMPED, ClampedReadings, readings_from_table
 from stiffcal.kinds.clamped.results import ClampedSection
 from stiffcal.kinds.clamped.sweeps import moved_joint
 from stiffcal.kinds.measured import MeasuredRuns

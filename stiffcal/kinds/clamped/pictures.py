@@ -8,10 +8,11 @@ from stiffcal.kinds.clamped.curves import ClampedCurve, ClampedPose
 from stiffcal.kinds.clamped.torque_angle_fit import CURVE
 from stiffcal.kinds.departures import Departure, departure_bars, departures_in_words, find_departures
 from stiffcal.kinds.presentation import Band, Line, Marks, Names, Panel, Picture, Series, Span, Words
+from stiffcal.quantity import ANGLE, MOMENT, STIFFNESS
 from stiffcal.uncertainty import NORMAL_95
 
 _ROW_MM = 43.0
-_MRAD = 1e3
+_ANGLE, _TORQUE, _STIFF = ANGLE.usual, MOMENT.usual, STIFFNESS.usual
 """Angles are drawn in mrad."""
 
 
@@ -35,11 +36,11 @@ def _in_rows(panels: tuple[Panel, ...], caption: Words) -> Picture:
 def _branches(joint: str, pose: ClampedPose) -> Panel:
     series: list[Series] = []
     if pose.low is not None and pose.high is not None:
-        series.append(Span(_MRAD * float(pose.low), _MRAD * float(pose.high), label="low slope"))
+        series.append(Span(_ANGLE.factor * float(pose.low), _ANGLE.factor * float(pose.high), label="low slope"))
     for is_rising, marker, colour, label in ((True, "^", 0, "increasing angle"), (False, "v", 1, "decreasing angle")):
         of_branch = np.flatnonzero(pose.up == is_rising)
         order = of_branch[np.argsort(pose.angle[of_branch])]
-        angle = _MRAD * pose.angle[order]
+        angle = _ANGLE.factor * pose.angle[order]
         series.append(
             Marks(
                 angle, pose.torque[order], marker, colour, size=2.4, edge=0.6, label=label, run=pose.run,
@@ -48,7 +49,8 @@ def _branches(joint: str, pose: ClampedPose) -> Panel:
         )  # fmt: skip
         series.append(Line(angle, pose.fitted[order], width=0.9, label="fit"))
     title = f"{joint}, run {pose.run}" + (" (left out)" if pose.left_out else "")
-    x_label, y_label = "angle, arm relative to motor [mrad]", "torque on the joint [N·m]"
+    x_label = _ANGLE.in_brackets("angle, arm relative to motor")
+    y_label = _TORQUE.in_brackets("torque on the joint")
     return Panel(title, x_label, y_label, tuple(series), joint=joint)
 
 
@@ -59,7 +61,7 @@ def curves_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
         "Torque over the spring's angle of ", Names(tuple(curve.joint for curve in curves)),
         (", counted from the flank, with that segment, friction and zero offset of the sensor removed: readings of "
         "all used poses, the third-order polynomial (dashed) and its 95 % interval."),
-        *departures_in_words(of_joints, "mrad", _MRAD),
+        *departures_in_words(of_joints, _ANGLE.name, _ANGLE.factor),
     )  # fmt: skip
     return _in_rows(tuple(_curve(curve) for curve in curves), caption)
 
@@ -81,20 +83,20 @@ def _curve(curve: ClampedCurve) -> Panel:
     used = [pose for pose in curve.poses if pose.run in curve.curve_runs]
     series: list[Series] = [
         Marks(
-            _MRAD * pose.spring_angle, pose.spring_torque, str(number), number, size=2.2, edge=0.5, label=pose.run,
-            layer=2.0, run=pose.run, sweep="both",
+            _ANGLE.factor * pose.spring_angle, pose.spring_torque, str(number), number, size=2.2, edge=0.5,
+            label=pose.run, layer=2.0, run=pose.run, sweep="both",
         )
         for number, pose in enumerate(used)
     ]  # fmt: skip
-    angle = _MRAD * curve.angle
+    angle = _ANGLE.factor * curve.angle
     if curve.result is not None and CURVE[0] not in curve.result.at_bound:
         half = NORMAL_95 * curve.std
         series.append(Band(angle, curve.torque - half, curve.torque + half))
     series.append(Line(angle, curve.torque, is_dashed=True))
-    series += departure_bars(curve.angle, curve.torque, np.isfinite(curve.angle), departures(curve), _MRAD)
+    series += departure_bars(curve.angle, curve.torque, np.isfinite(curve.angle), departures(curve), _ANGLE.factor)
     return Panel(
-        curve.joint, "angle from the flank [mrad]", "torque [N·m]", tuple(series), x_ticks=5, has_zero_lines=True,
-        has_own_legend=True, joint=curve.joint,
+        curve.joint, _ANGLE.in_brackets("angle from the flank"), _TORQUE.in_brackets("torque"), tuple(series),
+        x_ticks=5, has_zero_lines=True, has_own_legend=True, joint=curve.joint,
     )  # fmt: skip
 
 
@@ -114,8 +116,8 @@ def tangents_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
         )
         panels.append(
             Panel(
-                curve.joint, "torque [N·m]", "stiffness [N·m/rad]", series, x_ticks=5, head_room=0.05,
-                joint=curve.joint,
+                curve.joint, _TORQUE.in_brackets("torque"), _STIFF.in_brackets("stiffness"), series,
+                x_ticks=5, head_room=0.05, joint=curve.joint,
             )
         )  # fmt: skip
     caption: Words = (
@@ -133,21 +135,21 @@ def low_slope_picture(curves: tuple[ClampedCurve, ...]) -> Picture:
         poses = [pose for pose in curve.poses if pose.play is not None]
         spots = place + (np.arange(len(poses)) - 0.5 * (len(poses) - 1)) * min(0.22, 0.7 / max(len(poses), 1))
         if curve.result is not None:
-            play = np.full(2, _MRAD * curve.result.low_slope)
+            play = np.full(2, _ANGLE.factor * curve.result.low_slope)
             series.append(Line(np.array([place - 0.42, place + 0.42]), play, width=1.0, label="joint", layer=1.0))
         for spot, pose in zip(spots, poses, strict=True):
             is_cross = bool(pose.left_out)
             series.append(
                 Marks(
-                    np.array([spot]), np.array([_MRAD * (pose.play or 0.0)]),
+                    np.array([spot]), np.array([_ANGLE.factor * (pose.play or 0.0)]),
                     "x" if is_cross else "o", 1 if is_cross else 0,
                     size=4.5, label="pose, left out" if is_cross else "pose, used",
-                    spread=np.array([_MRAD * pose.doubt]), note=pose.run, run=pose.run,
+                    spread=np.array([_ANGLE.factor * pose.doubt]), note=pose.run, run=pose.run,
                 )
             )  # fmt: skip
     panel = Panel(
-        "", "", "segment of low slope [mrad]", tuple(series), x_limits=(-0.6, len(curves) - 0.4), head_room=0.3,
-        x_names=tuple(curve.joint for curve in curves),
+        "", "", _ANGLE.in_brackets("segment of low slope"), tuple(series), x_limits=(-0.6, len(curves) - 0.4),
+        head_room=0.3, x_names=tuple(curve.joint for curve in curves),
     )  # fmt: skip
     caption = (
         (

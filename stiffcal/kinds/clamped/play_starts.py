@@ -2,7 +2,8 @@
 
 A play that is crossed at no torque leaves the spring the angle beyond it. So for each place and width of a grid one
 linear least squares says how well a cubic, friction and a zero follow the branches (variable projection: Golub and
-Pereyra 1973), and the fit goes on from those that leave least, in different places of the grid.
+Pereyra 1973). Friction that grows with the load, as in reducers, counts there with the angle in place of the load:
+without it the branches lie apart by more than any play makes up for, and all places seem alike.
 """
 
 from __future__ import annotations
@@ -22,17 +23,17 @@ _WIDTHS = np.array([0.02, *np.arange(0.1, 1.9, 0.1)])
 _APART = 0.15
 # Of the columns' length: keeps the equations of few readings solvable, far below what any reading shows.
 _RIDGE = 1e-9
-# Sizes of the spring's range below which it has none.
+# Sizes of the spring's range, and of its torque over it, below which it has none.
 _LEAST_RANGE = 1e-3
 
 
-def play_starts(data: Branches, width: float | None, *, with_zero: bool, with_friction: bool, most: int) -> Floats:
-    """Return (k, 7) middle, width, zero, friction and the slope at either end and between, the likeliest first.
+def play_starts(data: Branches, width: float | None, *, with_zero: bool, with_friction: bool) -> Floats:
+    """Return (k, 8) middle, width, zero, friction, drag, and the slope at either end and between.
 
     Parameters
     ----------
     data : averaged branches, angle over half the range, from −1 to 1, and torque over the largest.
-    width : of the play; None where it is free. with_zero, with_friction : what is free. most : how many are wanted.
+    width : of the play; None where it is free. with_zero, with_friction : what is free.
     """
     middle, play = (g.ravel() for g in np.meshgrid(_MIDDLES, _WIDTHS if width is None else np.array([width])))
     reached = (middle - 0.5 * play >= data.angle.min()) & (middle + 0.5 * play <= data.angle.max())
@@ -40,19 +41,23 @@ def play_starts(data: Branches, width: float | None, *, with_zero: bool, with_fr
         middle, play = middle[reached], play[reached]
     away = data.angle - middle[:, None]
     x = away - np.clip(away, -0.5 * play[:, None], 0.5 * play[:, None])
-    columns = [x, x**2, x**3]
-    columns += [np.broadcast_to(np.where(data.up, 1.0, -1.0), x.shape)] if with_friction else []
+    columns, none = [x, x**2, x**3], np.zeros_like(middle)
+    if with_friction:
+        sign = np.broadcast_to(np.where(data.up, 1.0, -1.0), x.shape)
+        columns += [sign, sign * np.abs(x)]
     columns += [np.ones_like(x)] if with_zero else []
     values, left = _solved(columns, data.torque)
-    friction = values[:, 3] if with_friction else np.zeros_like(middle)
-    zero = values[:, -1] if with_zero else np.zeros_like(middle)
+    friction, growth = values[:, 3:5].T if with_friction else (none, none)
+    zero = values[:, -1] if with_zero else none
     low = np.minimum(data.angle.min() - middle + 0.5 * play, -_LEAST_RANGE)
     high = np.maximum(data.angle.max() - middle - 0.5 * play, _LEAST_RANGE)
     p1, p2, p3 = values[:, :3].T
     first, last = (p1 + end * (2.0 * p2 + 3.0 * p3 * end) for end in (low, high))
     between = first + (p2 + 3.0 * p3 * low) * (high - low)
-    starts = np.stack([middle, play, zero, np.maximum(friction, 0.0), first, between, last], axis=1)
-    return starts[_apart(starts, np.argsort(left, kind="stable").tolist(), most)]
+    before, after = (end * (p1 + end * (p2 + end * p3)) for end in (low, high))
+    drag = growth * (high - low) / np.maximum(after - before, _LEAST_RANGE)
+    starts = np.stack([middle, play, zero, np.maximum(friction, 0.0), drag, first, between, last], axis=1)
+    return starts[_apart(starts, np.argsort(left, kind="stable").tolist())]
 
 
 def _solved(columns: Sequence[Floats], torque: Floats) -> tuple[Floats, Floats]:
@@ -67,12 +72,10 @@ def _solved(columns: Sequence[Floats], torque: Floats) -> tuple[Floats, Floats]:
     return values / size, np.asarray(left)
 
 
-def _apart(starts: Floats, order: Sequence[int], most: int) -> list[int]:
-    """Return the first few of an order that are in different places of the grid."""
+def _apart(starts: Floats, order: Sequence[int]) -> list[int]:
+    """Return those of an order that are not close to one before."""
     chosen: list[int] = []
     for k in order:
         if all(np.abs(starts[k, :2] - starts[other, :2]).max() > _APART for other in chosen):
             chosen.append(k)
-        if len(chosen) == most:
-            break
     return chosen

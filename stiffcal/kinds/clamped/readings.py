@@ -17,6 +17,9 @@ _WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
 _KEY = b"stiffcal"
 
 
+CLAMPED = "clamped"
+
+
 @dataclass(frozen=True)
 class ClampedReadings:
     """n readings of clamped runs, in order of time within each run, all on the clock of the joints' log."""

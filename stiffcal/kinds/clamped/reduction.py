@@ -13,19 +13,17 @@ from stiffcal.campaign.manifest import Run
 from stiffcal.documents import document_of
 from stiffcal.kinds.clamped.faults import run_quality
 from stiffcal.kinds.clamped.holding import held_wrench
-from stiffcal.kinds.clamped.readings import ClampedReadings, readings_table, stacked_readings
+from stiffcal.kinds.clamped.readings import CLAMPED, ClampedReadings, readings_table, stacked_readings
 from stiffcal.kinds.clamped.states import clamped_states
 from stiffcal.kinds.clamped.sweeps import clamped_readings, moved_joint
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.reduction.logs.blocks import Blocks
-from stiffcal.reduction.raw_states import RawStates
-from stiffcal.reduction.results import IngestedRun
+from stiffcal.reduction.states.ingested_runs import IngestedRun
+from stiffcal.reduction.states.raw_states import RawStates
 from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-CLAMPED = "clamped"
 
 
 def _temperature(logs: Mapping[str, Blocks], time: Floats) -> Floats | None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from stiffcal.arrays import Integers
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.search_subject import SearchSubject
-from stiffcal.identification.state_kinds import StateKind
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.search_subject import SearchSubject
+from stiffcal.identification.readings.state_kinds import StateKind
 from stiffcal.kinds.clamped.folds import clamped_folds
 from stiffcal.measurements.rms import Rms
 from stiffcal.validation.schemes import LEAVE_ONE_POSE_OUT

@@ -19,7 +19,7 @@ from stiffcal.kinds.clamped.readings import ClampedReadings
 from stiffcal.kinds.clamped.state_noise import SeriesNoise, fast_noise, residual_noise, white
 from stiffcal.kinds.clamped.sweeps import is_too_short, loop_corners
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
-from stiffcal.reduction.raw_states import RawStates
+from stiffcal.reduction.states.raw_states import RawStates
 from stiffcal.wording import significant
 
 # Stretches of a half sweep to begin with: those over which angle or torque bend are split, until they are three times
@@ -179,14 +179,14 @@ def _set_aside(stretches: list[_Stretch], quality: RunQuality | None) -> list[Se
         return [IN_USE] * len(stretches)
     cut_off = SetAside(
         SetAsideCode.CUT_OFF,
-        f"{saturation.what} is at its limit of {significant(saturation.limit, 4)} {saturation.unit}",
+        f"{saturation.what} is at its limit of {significant(saturation.limit)} {saturation.unit}",
     )
     return [cut_off if saturation.beyond[piece.start : piece.end].any() else IN_USE for piece in stretches]
 
 
 def _leading_load(wrench: Floats) -> Floats | None:
     """Return (n,) the combination of the wrench's components that moves most over its noise; None where none moves."""
-    from stiffcal.kinds.clamped.sweeps import leading_component
+    from stiffcal.kinds.clamped.clocks import leading_component
 
     return leading_component(wrench) if np.isfinite(wrench).all() else None
 

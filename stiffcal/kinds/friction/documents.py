@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.identification.document import identified_parameter
-from stiffcal.identification.fit_results import IdentifiedParameter, UnidentifiedParameters
+from stiffcal.identification.answers.document import identified_parameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter, UnidentifiedParameters
 from stiffcal.kinds.friction.identifiability import MotionLack
 from stiffcal.kinds.friction.results import (
     BearingFriction,

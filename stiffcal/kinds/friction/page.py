@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from stiffcal.errors import InputError
 from stiffcal.estimate import Estimate
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.kinds.friction.curves import FrictionCurve, friction_curves, unused_passes
 from stiffcal.kinds.friction.parts import friction_evidence, friction_readings
 from stiffcal.kinds.friction.pictures import friction_picture

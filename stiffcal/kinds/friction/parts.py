@@ -37,7 +37,7 @@ from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Place
 
 if TYPE_CHECKING:
-    from stiffcal.identification.fit_results import IdentifiedParameter
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
     from stiffcal.kinds.friction.fitting import FrictionFit
     from stiffcal.kinds.friction.heldout import JudgedFriction
     from stiffcal.kinds.friction.readings import FreeMotion, SteadyReadings

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.regressors import Regressor
-from stiffcal.identification.search_subject import SearchSubject
+from stiffcal.identification.fitting.regressors import Regressor
+from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.kinds.friction.documents import identified_friction
 from stiffcal.kinds.friction.drive_space import DriveSpace, first_sigma
 from stiffcal.kinds.friction.fitting import joint_fit

@@ -12,13 +12,14 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest import Run
 from stiffcal.campaign.robot_checks import weight_faults
 from stiffcal.errors import raise_faults
+from stiffcal.kinds.friction.friction_run import FrictionRun
 from stiffcal.kinds.friction.identifiability import motion_lack
 from stiffcal.kinds.friction.readings import motion_table, steady_table
-from stiffcal.kinds.friction.runs import FrictionReduction, FrictionRun, friction_run, reduce_friction
+from stiffcal.kinds.friction.runs import FrictionReduction, friction_run, reduce_friction
 from stiffcal.kinds.friction.samples import samples_table
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.reduction.logs.blocks import Blocks
-from stiffcal.reduction.results import IngestedRun, UnusedData, sum_up_dropped
+from stiffcal.reduction.states.ingested_runs import IngestedRun, UnusedData, sum_up_dropped
 from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:

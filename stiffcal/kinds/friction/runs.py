@@ -14,6 +14,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.kinds.friction.clocks import torque_clock
 from stiffcal.kinds.friction.free_motion import free_motion
+from stiffcal.kinds.friction.friction_run import FrictionRun
 from stiffcal.kinds.friction.readings import FreeMotion, SteadyReadings, stacked_motion
 from stiffcal.kinds.friction.samples import PassSamples, pass_samples
 from stiffcal.kinds.friction.steady import JointLog, JointPass, angle_noise, readings_of, steady_passes
@@ -33,30 +34,6 @@ TRAVEL_NOISE = 8.0
 LEAST_READINGS = 8
 # A velocity as logged that differs from that of the angles by more than this is of another unit or side of the gear.
 VELOCITY_AGREES = 0.1
-
-
-@dataclass(frozen=True)
-class FrictionRun:
-    """One run's logs at the joint's side, on one clock."""
-
-    info: RunInfo
-    """The run as the manifest describes it."""
-    moved_joint: int | None
-    """From 1; None where the logs have to show it."""
-    time: Floats
-    """(n,) s."""
-    angle: Floats
-    """(n, J) rad."""
-    torque: Floats
-    """(n, J) N·m."""
-    velocity: Floats | None
-    """(n, J) rad/s as logged, or None."""
-    temperature: Floats | None = None
-    """(n,) K, the first logged one; None where none is logged, or on a clock that nothing ties to the angles'."""
-    clocks: Mapping[str, SourceClockOffset] = field(default_factory=dict)
-    """Source to how much its clock shows more than the first source's."""
-    excluded: Booleans | None = None
-    """(n,) True where angle or torque is interpolated over rows that the manifest excludes; None where none is."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from stiffcal.mechanics.rigid_body import drive_matrix, inertial_regressor, rigi
 from stiffcal.model.stated_spring import spring_torque
 
 if TYPE_CHECKING:
-    from stiffcal.kinds.friction.runs import FrictionRun
+    from stiffcal.kinds.friction.friction_run import FrictionRun
 
 SAMPLES = "stiffcal/friction-samples/1"
 # A dozen places in a pass, each of sixteen: their scatter shows the noise.

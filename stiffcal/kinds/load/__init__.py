@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from stiffcal.kinds import ExperimentKind
 
 if TYPE_CHECKING:
-    from stiffcal.identification.state_kinds import StateKind
+    from stiffcal.identification.readings.state_kinds import StateKind
 
 
 class LoadKind(ExperimentKind):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from stiffcal.arrays import Integers
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.state_kinds import StateKind
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.state_kinds import StateKind
 from stiffcal.measurements.rms import Rms
 from stiffcal.validation.pose_folds import pose_folds
 from stiffcal.validation.schemes import LEAVE_ONE_POSE_OUT

@@ -34,6 +34,7 @@ from stiffcal.mistakes.catalogue.rows.pose_order import PoseOrder
 from stiffcal.mistakes.found import taken_back
 from stiffcal.mistakes.mistake import AsRead, InputPart, TriedOn
 from stiffcal.mistakes.stated_units import stated_units
+from stiffcal.quantity import LENGTH
 from stiffcal.wording import length, significant
 
 # Lines of a terminal that a person reads; the others are counted.
@@ -187,9 +188,9 @@ def _without_change(some: SomeRows, left: Integers) -> list[_Group]:
         reason = f"its position is {length(missed[left[0]])} from where its joint angles put it, {others}"
         groups.append(_Group(left, code, reason))
     else:
-        low, high = 1e3 * missed[left].min(), 1e3 * missed[left].max()
+        low, high = LENGTH.usual.factor * missed[left].min(), LENGTH.usual.factor * missed[left].max()
         reason = (
-            f"the position is {significant(low)} to {significant(high)} mm from where the joint "
+            f"the position is {significant(low)} to {significant(high)} {LENGTH.usual.name} from where the joint "
             f"angles put it, {others},"
         )
         groups.append(_Group(left, code, reason))
@@ -233,7 +234,7 @@ def _moved(some: SomeRows, left: Integers) -> _Group | None:
     offset = float(np.linalg.norm(own.offset - some.met.offset, axis=1).max())
     reason = (
         f"the positions meet the joint angles with the tracker, the base or a target moved (tracker or base by "
-        f"{length(np.linalg.norm(shift))} and {significant(angle, 2)}°, targets by {length(offset, digits=2)})"
+        f"{length(float(np.linalg.norm(shift)))} and {significant(angle, 2)}°, targets by {length(offset, digits=2)})"
     )
     mend = f"exclude them with {some.table.exclusion(left)}, or make a campaign of their own of them"
     sizes = (*vector_from_rotation(turn).tolist(), *shift.tolist())

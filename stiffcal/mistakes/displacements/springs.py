@@ -16,7 +16,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
-from stiffcal.reduction.motion import less_means_of_runs, motion_of
+from stiffcal.reduction.loads.motion import less_means_of_runs, motion_of
 
 # A load that follows the declared axes leaves less than half of the deflection to other effects.
 FOLLOWS, FOLLOWS_NOT = 0.8, 0.5

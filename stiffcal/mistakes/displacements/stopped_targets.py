@@ -18,7 +18,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import joint_springs
-from stiffcal.reduction.motion import MeasuredMotion, motion_of
+from stiffcal.reduction.loads.motion import MeasuredMotion, motion_of
 from stiffcal.reduction.registration.still_components import rounding_of
 from stiffcal.wording import length
 

@@ -71,7 +71,7 @@ def check_work(
         order = max(orders, key=lambda one: one.score)
         if order.score >= max(ORDER_EXPLAINS, sign.explained + MUCH_MORE, against):
             reason = (
-                f"joint springs explain {100 * sign.explained:.0f} % of the deflection with the force's columns in "
+                f"joint-compliance explains {100 * sign.explained:.0f} % of the deflection with the force's columns in "
                 f"this order, {100 * order.score:.0f} % in another"
             )
             return [_fault(order, tried, reason, file, place, chain)]

@@ -16,7 +16,7 @@ from stiffcal.mistakes.displacements.springs import joint_springs
 from stiffcal.mistakes.force_zero.accounts import moved_zeros, without_zeros
 from stiffcal.mistakes.force_zero.moved_zero import LEAST_LEVEL, MovedZero, Part, ZeroChange, started_at
 from stiffcal.mistakes.force_zero.tables import rounded_readings
-from stiffcal.reduction.motion import motion_of
+from stiffcal.reduction.loads.motion import motion_of
 from stiffcal.wording import significant
 
 # A change of stiffness that no one would act on.

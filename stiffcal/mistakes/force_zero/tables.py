@@ -15,7 +15,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import joint_springs
 from stiffcal.mistakes.force_zero.moved_zero import LEAST_STEP, Part
-from stiffcal.reduction.motion import motion_of
+from stiffcal.reduction.loads.motion import motion_of
 
 MENDED = 0.3  # of the squares that joint compliances leave
 SURE = 12.0  # of F: one such step in a thousand is found at the best place, over tables of random errors

@@ -22,6 +22,7 @@ from stiffcal.mistakes.deciding import AS_GOOD
 from stiffcal.mistakes.found import mistakes_on
 from stiffcal.mistakes.mistake import Adjustment, AsRead, InputPart, Mistake, TakenBack
 from stiffcal.mistakes.references.match import missed_by
+from stiffcal.wording import length
 
 # Of numerical derivatives, m and rad: the root of what numbers are rounded to, times a hundred.
 STEP = 1e-6
@@ -90,7 +91,7 @@ def correcting_words(meeting: Sequence[KinematicsCorrection], chain: Chain) -> s
     for one in meeting:
         pairs = zip(one.mistakes, one.changes, strict=True)
         words = " and ".join(mistake.texts(change, chain).words for mistake, change in pairs)
-        within = f"within {1e3 * one.left_m:.1f} mm"
+        within = f"within {length(one.left_m)}"
         texts.append(f"; or with {words}, {within}" if texts else f"; with {words} they agree {within}")
     return "".join(texts)
 

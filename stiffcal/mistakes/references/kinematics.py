@@ -30,6 +30,7 @@ from stiffcal.mistakes.references.match import (
     turned_by,
 )
 from stiffcal.reduction.registration.still_components import still_words
+from stiffcal.wording import length
 
 
 def miss_words(states: LoadStates, chain: Chain, estimated: bool, stated: Floats, miss_m: float) -> str:
@@ -42,7 +43,7 @@ def miss_words(states: LoadStates, chain: Chain, estimated: bool, stated: Floats
 
 def _missed_by(references: LoadStates, miss_m: float) -> str:
     where = "poses" if references.absolute.all() else "reference states"
-    return f"computed and measured target positions differ by {1e3 * miss_m:.0f} mm in the {where}"
+    return f"computed and measured target positions differ by {length(miss_m)} in the {where}"
 
 
 def check_kinematics(
@@ -76,7 +77,7 @@ def check_kinematics(
     elif best is not None:
         changes = (best.taken.change,)
         texts = best.taken.mistake.texts(best.taken.change, chain)
-        text, mend = f"; with {texts.words} they agree within {1e3 * best.score:.1f} mm", texts.mend
+        text, mend = f"; with {texts.words} they agree within {length(best.score)}", texts.mend
     else:
         changes = ()
         text, first = still_words(chosen)

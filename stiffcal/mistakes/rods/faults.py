@@ -25,7 +25,7 @@ from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
 from stiffcal.mistakes.rods.readings import RodReadings, centred_by_run, count_of, left_over, squares_left
 from stiffcal.mistakes.rods.words import length_in_words
-from stiffcal.reduction.rod_temperature import smooth_in_time
+from stiffcal.reduction.states.rod_temperature import smooth_in_time
 
 # A contradiction smaller than this share of the readings may be the beam's own: sections taper, links shear. The second
 # where the rods' noise is not known: then it may be that, too.

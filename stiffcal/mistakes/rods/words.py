@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.wording import significant
+from stiffcal.wording import length
 
 
 def length_in_words(metres: float) -> str:
@@ -13,4 +13,4 @@ def length_in_words(metres: float) -> str:
     >>> length_in_words(1.234e-5)
     '0.0123 mm'
     """
-    return f"{significant(1e3 * metres)} mm"
+    return length(metres)

@@ -12,6 +12,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -54,7 +55,38 @@ class RunResponses:
 
     def loads_of(self, others: Integers) -> Floats:
         """Return (k, 6, n of each) the loads of runs of one length."""
-        return np.array([self.loads(other) for other in others])
+        loads, _ = self._of_length[len(self.states[others[0]])]
+        return np.asarray(loads[self._place[others]])
+
+    def answers_of(self, others: Integers) -> Floats:
+        """Return (k, m, n of each) what the poses of runs of one length make of their loads."""
+        _, answers = self._of_length[len(self.states[others[0]])]
+        return np.asarray(answers[self._place[others]])
+
+    @cached_property
+    def _of_length(self) -> dict[int, tuple[Floats, Floats]]:
+        """By length the loads (k, 6, n) and answers (k, m, n) of its runs: each run asks for all others'."""
+        found = {}
+        for length, own in self._runs.items():
+            loads = np.array([self.loads(k) for k in own])
+            found[length] = loads, self.response[own] @ loads
+        return found
+
+    @cached_property
+    def _place(self) -> Integers:
+        """(R,) the place of each run among those of its length."""
+        place = np.empty(len(self.states), dtype=np.int64)
+        for own in self._runs.values():
+            place[own] = np.arange(len(own))
+        return place
+
+    @cached_property
+    def _runs(self) -> dict[int, list[int]]:
+        """By length the runs."""
+        runs: dict[int, list[int]] = {}
+        for k, own in enumerate(self.states):
+            runs.setdefault(len(own), []).append(k)
+        return runs
 
 
 class Exchange(StateMistake):

@@ -13,10 +13,10 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PlanFile
-from stiffcal.planning.campaign.candidates import Candidates
 from stiffcal.planning.campaign.choice import ChosenRuns, Purpose, named_parameters
 from stiffcal.planning.campaign.goals import LOOK_ALIKES
 from stiffcal.planning.campaign.model import PlanModel
+from stiffcal.planning.campaign.pairs import Candidates
 from stiffcal.planning.campaign.tracker import tracker_warnings
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import significant
@@ -29,7 +29,7 @@ HOUR = 60.0
 NUMBERED = re.compile(r"run([0-9]{1,6})")
 
 if TYPE_CHECKING:
-    from stiffcal.identification.observability import ObservabilityIndices
+    from stiffcal.identification.answers.observability import ObservabilityIndices
     from stiffcal.planning.campaign.rivals import NamedRival
     from stiffcal.planning.choice import Choice
     from stiffcal.planning.expected import ExpectedFit
@@ -99,7 +99,7 @@ def _criterion(purpose: Purpose) -> Literal["determinant", "worst", "prediction"
 
 def _expected(campaign: Campaign, model: PlanModel, chosen: ChosenRuns, runs: Integers) -> ExpectedFit:
     """Return what runs bring with the tolerance of the geometry, on the parameters that are free."""
-    from stiffcal.identification.geometry import geometry_columns
+    from stiffcal.identification.fitting.geometry import geometry_columns
     from stiffcal.planning.expected import expected_fit
 
     free, known = chosen.choice.free, chosen.known
@@ -164,7 +164,7 @@ def _another_hour(
 
 
 def _observability(chosen: ChosenRuns, expected: ExpectedFit) -> ObservabilityIndices | None:
-    from stiffcal.identification.observability import indices_of
+    from stiffcal.identification.answers.observability import indices_of
 
     information, free = chosen.information, chosen.choice.free
     if not free.any():
@@ -184,7 +184,7 @@ def _counted(choice: Choice, expected: ExpectedFit, named: Booleans) -> Booleans
 
 def tolerances(campaign: Campaign) -> Floats:
     """Return (6 J,) the standard deviations of the geometry, m and rad, as robot.toml states them or by default."""
-    from stiffcal.identification.geometry_prior import GeometryPrior, GeometrySource
+    from stiffcal.identification.fitting.geometry_prior import GeometryPrior, GeometrySource
 
     tolerance = campaign.chain.tolerance
     prior = GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.DEFAULT)

@@ -13,13 +13,14 @@ from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
-from stiffcal.planning.campaign.candidates import Candidates, refined_around
+from stiffcal.planning.campaign.candidates import refined_around
 from stiffcal.planning.campaign.goals import LOOK_ALIKES, STIFFNESS, PredictedArea, WantedGoal
 from stiffcal.planning.campaign.model import PlanModel, checked_balance, known_information, prior_scenarios
+from stiffcal.planning.campaign.pairs import Candidates
 
 if TYPE_CHECKING:
     from stiffcal.planning.choice import Choice
-    from stiffcal.planning.design import Criterion
+    from stiffcal.planning.criterion import Criterion
     from stiffcal.planning.information import RunInformation
     from stiffcal.planning.repeats import Repeats
     from stiffcal.planning.rivals import PairInformation
@@ -169,7 +170,7 @@ def _choice_for_mix(
 ) -> tuple[Choice | None, tuple[float, ...]]:
     """Return the choice for several goals, and the efficiency in each goal alone."""
     from stiffcal.planning.choice import choice_of_design, goal_of_parameters
-    from stiffcal.planning.design import Criterion
+    from stiffcal.planning.criterion import Criterion
     from stiffcal.planning.goals import mixed_design
     from stiffcal.planning.rivals import goal_of_pairs
 
@@ -205,7 +206,7 @@ def _choice_for_ranges(
     The parameters of each of these count as parameters of their own: what is worst or mean is that over all of them.
     """
     from stiffcal.planning.choice import choose_runs
-    from stiffcal.planning.design import Criterion
+    from stiffcal.planning.criterion import Criterion
 
     information, known = nominal
     p = len(information.names)

@@ -12,8 +12,8 @@ from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import PLANNED
-from stiffcal.planning.campaign.candidates import FEWER, Candidates
 from stiffcal.planning.campaign.model import PlanModel, checked_balance
+from stiffcal.planning.campaign.pairs import FEWER, Candidates
 
 # To and fro, of the largest turn of the motor: play, knees and a memory show on the way through zero and back.
 CYCLE = (0.25, 0.5, 1.0, 0.5, 0.25, 0.0, -0.25, -0.5, -1.0, -0.5, -0.25, 0.0)

@@ -13,9 +13,10 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.planning.campaign.candidates import Candidates, tips_of
+from stiffcal.planning.campaign.candidates import tips_of
 from stiffcal.planning.campaign.means import cell_of
 from stiffcal.planning.campaign.model import PlanModel
+from stiffcal.planning.campaign.pairs import Candidates
 
 if TYPE_CHECKING:
     from stiffcal.planning.candidates import Cell

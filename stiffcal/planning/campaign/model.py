@@ -24,11 +24,11 @@ from stiffcal.planning.measured import MeasuredSoFar
 from stiffcal.reduction.logs.reading_bounds import LARGEST_FORCE_N
 
 if TYPE_CHECKING:
-    from stiffcal.identification.noise import Noise
-    from stiffcal.identification.readings import Observations
+    from stiffcal.identification.noise.reading_noise import Noise
+    from stiffcal.identification.readings.observations import Observations
     from stiffcal.measurements.load_states import MeasurementSetup
     from stiffcal.model.composite import CompliantRobot
-    from stiffcal.planning.campaign.candidates import Candidates
+    from stiffcal.planning.campaign.pairs import Candidates
     from stiffcal.planning.information import RunInformation, RunKind
 
 Computed = TypeVar("Computed")
@@ -278,7 +278,7 @@ def plan_model_of(
 
 def _of_places(model: PlanModel) -> PlanModel:
     """Return the model for absolute places: what others make up for in every pose is not free."""
-    from stiffcal.identification.gauge import redundant_geometry
+    from stiffcal.identification.fitting.gauge import redundant_geometry
     from stiffcal.planning.information import observations_of_runs
 
     joints = np.zeros((1, len(model.robot.chain.joint_names)))
@@ -313,7 +313,7 @@ def _with_typical_values(
 
 def _noise(campaign: Campaign, plan: PlanFile, setup: MeasurementSetup, found: tuple[float | None, ...]) -> Noise:
     """Return the noise of one load state: of plan.toml, else as the fit found it, else as campaign.toml states it."""
-    from stiffcal.identification.noise import Noise
+    from stiffcal.identification.noise.reading_noise import Noise
 
     def first_known(*sizes: float | None) -> float | None:
         return next((size for size in sizes if size is not None), None)

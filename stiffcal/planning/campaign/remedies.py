@@ -116,7 +116,7 @@ def _identified(campaign: Campaign, plan: PlanFile, model: PlanModel, n_runs: in
     """Return the parameters that the best runs with these means identify."""
     from stiffcal.planning.campaign.model import known_information
     from stiffcal.planning.choice import LARGEST_RELATIVE, choose_runs
-    from stiffcal.planning.design import Criterion
+    from stiffcal.planning.criterion import Criterion
 
     few = plan.model_copy(update={"candidates": min(plan.candidates, POSES)})
     try:

@@ -29,7 +29,20 @@ MOST_APART = 3.0
 # Logs of one run that differ in length by more than this share do not hold the same loads.
 AS_LONG = 0.1
 MOST_GRID = 1 << 14  # points of the common grid on which every lag is tried
-LEAST_GAIN = 1.5  # the residual at the best lag against that at the next best one, in log-likelihood per 25 %
+# A log moves where the slow part of it, so many means, scatters by more than white noise leaves of them: 200 means of
+# that scatter by 1 ± 0.05, and half as much again leaves room for noise that is not quite white. A few readings move
+# where they differ at all.
+FEW_READINGS, MEANS, MOVING = 16, 200, 1.5
+# A log follows another where a regression explains so many squares of noise for each of its numbers, and so many more:
+# χ² of n numbers is below n + 2 √(n t) + 2 t but for e⁻ᵗ (Laurent and Massart 2000), for one of 16 000 lags in ten
+# thousand runs t is 19, and noise of logs is not white. And this share of all squares, as a drift of both explains
+# some.
+FOLLOWS_PER_NUMBER, FOLLOWS, LEAST_SHARE = 4.0, 60.0, 0.02
+# A second lag counts where it explains as much but for this factor; what is explained whole has no second one.
+AGAIN, WHOLLY = 1.02, 0.999
+# Steps from hold to hold agree by so much in −2 times the log-likelihood for each number, and so much more: likewise,
+# of the one lag, with t = 5.
+STEPS_PER_NUMBER, STEPS = 3.0, 10.0
 SETTLED_S = 1e-6  # a lag that moves by less has settled: a fiftieth of the quickest logs' step
 
 
@@ -166,18 +179,17 @@ def moves(values: Floats) -> bool:
     >>> moves(np.random.default_rng(0).normal(size=(1000, 6)))
     False
     """
-    if len(values) < 16:
+    if len(values) < FEW_READINGS:
         return bool(np.ptp(values, axis=0).max(initial=0.0) > 0.0) if len(values) > 1 else False
     noise = noise_of(values)
-    size = max(len(values) // 200, 1)
+    size = max(len(values) // MEANS, 1)
     n_used = (len(values) // size) * size
     means = values[:n_used].reshape(-1, size, values.shape[1]).mean(axis=1)
     quiet = noise == 0.0
     if quiet.any() and bool((np.ptp(values[:, quiet], axis=0) > 0.0).any()):
         return True
     spread = means.std(axis=0) / np.maximum(noise / np.sqrt(size), np.finfo(float).tiny)
-    # 200 means of white noise scatter by 1 ± 0.05; 1.5 leaves room for noise that is not quite white
-    return bool((spread[~quiet] > 1.5).any())
+    return bool((spread[~quiet] > MOVING).any())
 
 
 def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
@@ -194,14 +206,15 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
         return f"{first.source} and {second.source} overlap too little"
     best = int(np.argmax(gain))
     n_free = u.shape[1] * y.shape[1]
-    if share[best] * min(len(u), len(y)) < 4.0 * n_free + 60.0 or share[best] < 0.02:
+    explained = share[best] * min(len(u), len(y))
+    if explained < FOLLOWS_PER_NUMBER * n_free + FOLLOWS or share[best] < LEAST_SHARE:
         return f"{second.source} does not follow {first.source}{_of_another_length(first, second)}"
     # the next best lag outside the peak: loads that repeat exactly do not distinguish one cycle from the next
     falls = np.flatnonzero(gain < 0.5 * gain[best])
     left = falls[falls < best].max(initial=-1)
     right = falls[falls > best].min(initial=gain.size)
     elsewhere = np.concatenate([gain[: left + 1], gain[right:]])
-    if elsewhere.size and share[best] < 0.999 and gain[best] < 1.02 * elsewhere.max():
+    if elsewhere.size and share[best] < WHOLLY and gain[best] < AGAIN * elsewhere.max():
         found = f"the loads repeat: {second.source} matches {first.source} at more than one time offset"
         lasts, other = float(np.ptp(second.time)), float(np.ptp(first.time))
         if min(lasts, other) > (1.0 - AS_LONG) * max(lasts, other):
@@ -324,7 +337,7 @@ def _steps_agree(
     y = y / np.maximum(np.sqrt(np.mean(y**2, axis=0)), 1e-300)
     residual = y - u @ np.linalg.lstsq(u, y, rcond=1e-6)[0]
     share = float(np.sum(residual**2) / np.sum(y**2))
-    return bool(len(complete) * np.log(1.0 / max(share, 1e-12)) > 3.0 * n_free + 10.0)
+    return bool(len(complete) * np.log(1.0 / max(share, 1e-12)) > STEPS_PER_NUMBER * n_free + STEPS)
 
 
 def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:

@@ -71,8 +71,8 @@ def cause_text(group: Sequence[UnusedStretch]) -> str:
     >>> cause_text([UnusedStretch(0.0, 4.0, UnusedCode.NOT_LOGGED, source="tracker")])
     'tracker was not logging'
     >>> strokes = [UnusedStretch(0.0, 1.0, UnusedCode.NEVER_STEADY, stroke=size, speed=2.0) for size in (0.4, 0.8)]
-    >>> cause_text(strokes)[:70]
-    'a stroke of 23 to 46° has no phase of constant velocity (fastest 2 rad'
+    >>> cause_text(strokes)[:72]
+    'a stroke of 23 to 46° has no phase of constant velocity (fastest 2.0 rad'
     """
     code = group[0].code
     if code == UnusedCode.NOT_LOGGED:

@@ -15,7 +15,7 @@ from stiffcal.estimation.bounded_least_squares import least_squares_within
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-from stiffcal.reduction.motion import less_means_of_runs, motion_of
+from stiffcal.reduction.loads.motion import less_means_of_runs, motion_of
 from stiffcal.uncertainty import NORMAL_95, is_poorly_known
 from stiffcal.wording import significant
 

@@ -125,7 +125,7 @@ class LogQuality:
             if ticks is not None:
                 reason = (
                     f"the time resolution is {in_unit(ticks.tick_s, DELAY.usual)}, with "
-                    f"{significant(ticks.rows_per_tick)} rows per step"
+                    f"{ticks.rows_per_tick:.3g} rows per step"
                 )
                 mend = f"if rows are equally spaced, write time = {{ rate_hz = {ticks.rate_hz:.6g} }} for this source"
             raise InputError.at(FaultCode.TIME_ORDER, self.file, self.place_of_row(int(number[k])), reason, mend)

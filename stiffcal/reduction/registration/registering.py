@@ -31,8 +31,9 @@ from stiffcal.measurements.tracker_axes import each_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform, vector_from_rotation
-from stiffcal.quantity import JOINT_ANGLE
+from stiffcal.quantity import JOINT_ANGLE, of_component
 from stiffcal.reduction.registration.frames import AXES, Registration
+from stiffcal.reduction.registration.levelled import levelled
 from stiffcal.reduction.registration.poses import different_poses, refuse_few_poses
 from stiffcal.reduction.registration.run_apart import run_apart
 from stiffcal.reduction.registration.still_components import still_words
@@ -49,8 +50,6 @@ AGREEING_RAD = 0.0175
 STEP = 1e-6  # of numerical derivatives, m and rad
 # Share of the largest motion of one frame below which another motion of it is rounding of these derivatives.
 OPEN = 1e-6
-# A base is upright within this: levels and feet of robots are better than a milliradian.
-UPRIGHT_RAD = 1e-3
 # Steps below this, m and rad, change nothing that a tracker measures; three of position against rotation come first.
 SETTLED, MOST_ROUNDS = 1e-9, 30
 
@@ -135,30 +134,6 @@ def _carriers(manifest: Manifest, targets: tuple[str, ...]) -> set[str]:
             carriers.add(frame)
             frame = manifest.frames[frame].parent
     return carriers
-
-
-def levelled(base_from_tracker: Floats, gravity: Floats) -> Floats:
-    """Return a transform whose z axis points up, its x axis as near to the given one's as that allows.
-
-    Raises
-    ------
-    InputError : the base does not stand or hang upright.
-    """
-    up = -gravity / np.linalg.norm(gravity)
-    if np.hypot(up[0], up[1]) > UPRIGHT_RAD:
-        raise InputError.at(
-            FaultCode.KEY_CONFLICT,
-            "campaign.toml", "frames", "level requires a base that stands or hangs upright (gravity of robot.toml)",
-            "remove level: the frame is then estimated whole",
-        )  # fmt: skip
-    levelled = base_from_tracker.copy()
-    z = np.array([0.0, 0.0, np.sign(up[2])])
-    across = levelled[:3, 0] - z * (z @ levelled[:3, 0])
-    if np.linalg.norm(across) < UPRIGHT_RAD:
-        across = levelled[:3, 1] - z * (z @ levelled[:3, 1])
-    x = across / np.linalg.norm(across)
-    levelled[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-    return levelled
 
 
 class _RegistrationProblem:
@@ -306,7 +281,7 @@ class _RegistrationProblem:
             k = int(np.argmax(spread))
             if spread[k] > 1.0:
                 value, (name, axis) = spread[k] * worst[own[k]], self.free[own[k]]
-                amount = f"{1e3 * value:.0f} mm" if axis < 3 else f"{1e3 * value:.0f} mrad"
+                amount = in_unit(value, of_component(axis).usual, 2)
                 self._refuse(f"leave frame {name} uncertain by {amount}")
         _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
         if (np.sum((directions.T / singular) ** 2, axis=1) <= 1.0).all():
@@ -381,7 +356,7 @@ class _RegistrationProblem:
                 raise InputError.at(
                     FaultCode.KINEMATICS_MISMATCH,
                     _file_of_positions(self.manifest), "lengths of the robot",
-                    f"measured positions differ from those of the robot file by {1e3 * missed:.0f} mm rms whatever the "
+                    f"measured positions differ from those of the robot file by {length(missed)} rms whatever the "
                     f"frames, while orientations agree to {in_unit(turned, JOINT_ANGLE.usual, 2)} "
                     f"rms: the joint angles are right, "
                     f"only lengths can be wrong{still}",
@@ -390,7 +365,7 @@ class _RegistrationProblem:
             raise InputError.at(
                 FaultCode.KINEMATICS_MISMATCH,
                 _file_of_positions(self.manifest), "joint angles and positions",
-                f"joint angles and positions contradict each other: they differ by {1e3 * missed:.0f} mm rms whatever "
+                f"joint angles and positions contradict each other: they differ by {length(missed)} rms whatever "
                 f"the frames, and no single sign, zero, unit or interchange explains it{still}",
                 f"{first}check that each position is next to its joint angles, that each column holds its joint, and "
                 "the lengths and angles of the robot file",

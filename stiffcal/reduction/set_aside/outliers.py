@@ -20,6 +20,7 @@ from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.loads.courses import Group, alike_courses
 from stiffcal.reduction.loads.cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles, load_vector
 from stiffcal.reduction.set_aside.bumped_readings import ComparedReadings
+from stiffcal.wording import length
 
 # Natural log of the false alarms: e^-16 is 1e-7 per state for one explanation alone, and several have to fail.
 ALARM_EXPONENT = 16.0
@@ -79,9 +80,9 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
         if number not in doubtful:
             continue
         for k, distance in ComparedReadings(white, run_groups, in_use, cycles.last_direction, bound).bumped():
-            size = 1e3 * distance * wider.get(number, 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
+            size = distance * wider.get(number, 1.0) * float(np.sqrt(np.mean(noise[:n_lengths] ** 2)))
             reason_of[k] = (
-                f"outlier: differs by {distance:.0f} times the noise ({size:.2f} mm) from its neighbours and repeats"
+                f"outlier: differs by {distance:.0f} times the noise ({length(size)}) from its neighbours and repeats"
             )
     return reason_of
 

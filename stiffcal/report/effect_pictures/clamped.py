@@ -8,6 +8,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.model.composite import PlacedEffect
 from stiffcal.model.effect import Effect, Observed, ParameterRole, Place, StateOrder
 from stiffcal.model.held_frame import HeldFrame
+from stiffcal.quantity import ANGLE, MOMENT
 from stiffcal.report.content import EffectPicture
 
 # rad/(N·m) and N·m of the example's drive.
@@ -48,8 +49,10 @@ def clamped_picture(
     without = COMPLIANCE * torque
     added = added * (DRAWN_SIZE * np.abs(without).max() / np.abs(added).max())
     text = (effect.fingerprint or effect.summary).rstrip(".")
+    angle = ANGLE.usual
     return EffectPicture(
-        effect.name, "torque on the clamped joint [N·m]", "angle of the motor [mrad]", torque, 1e3 * without,
-        1e3 * (without + added), unloading if np.ptp(added[torque == 0.0]) > 0.0 else np.zeros(n, dtype=np.bool_),
+        effect.name, MOMENT.usual.in_brackets("torque on the clamped joint"), angle.in_brackets("angle of the motor"),
+        torque, angle.factor * without, angle.factor * (without + added),
+        unloading if np.ptp(added[torque == 0.0]) > 0.0 else np.zeros(n, dtype=np.bool_),
         f"Effect of {effect.name} on the motor of a clamped joint, exaggerated: {text}.",
     )  # fmt: skip

@@ -25,6 +25,7 @@ from stiffcal.model.effect import Effect, EffectAtRest, NodeLoads, Observed, Par
 from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.plugin_code import PluginCode
 from stiffcal.model.stated_spring import parallel_spring
+from stiffcal.quantity import LENGTH
 from stiffcal.report.content import EffectPicture
 from stiffcal.report.effect_pictures.clamped import clamped_picture
 from stiffcal.report.effect_pictures.motion import torque_picture
@@ -257,7 +258,7 @@ def _enlarged_picture(
     if difference.max() < SHOWS * largest:
         return None
     axis = int(np.argmax(difference))
-    return visible / largest, _as_picture(effect, example, axis, without[:, axis] * 1e3, with_it[:, axis] * 1e3)
+    return visible / largest, _as_picture(effect, example, axis, without[:, axis], with_it[:, axis])
 
 
 def _as_picture(effect: Effect, example: LeverExample, axis: int, without: Floats, with_it: Floats) -> EffectPicture:
@@ -270,8 +271,10 @@ def _as_picture(effect: Effect, example: LeverExample, axis: int, without: Float
     if float((high - low).max()) < 0.02 * float(np.ptp(with_it)):
         _, first = np.unique(x, return_index=True)
         x, without, with_it, unloading = x[first], without[first], with_it[first], np.zeros(len(first), dtype=np.bool_)
-    label = f"deflection along {AXES[axis]} [mm]"
-    return EffectPicture(effect.name, example.x_label, label, x, without, with_it, unloading, _caption(effect))
+    unit = LENGTH.usual
+    label = unit.in_brackets(f"deflection along {AXES[axis]}")
+    y, y_with = unit.factor * without, unit.factor * with_it
+    return EffectPicture(effect.name, example.x_label, label, x, y, y_with, unloading, _caption(effect))
 
 
 def _caption(effect: Effect) -> str:
@@ -285,11 +288,11 @@ def _late_clock_picture(effect: Effect, chain: Chain, setup: MeasurementSetup) -
     if measured_at is None:
         return None
     example = _cycles(np.array(LINES[0]))
-    true = _deflection(CompliantRobot(chain, _springs()), setup, example)[:, 1] * 1e3
+    true = _deflection(CompliantRobot(chain, _springs()), setup, example)[:, 1] * LENGTH.usual.factor
     # One full cycle a second: a sweep, not holds.
     time = np.linspace(0.0, 2.0, len(true))
     late = np.asarray(measured_at(time, true, -0.05), dtype=np.float64)
-    label = "deflection along y [mm]"
+    label = LENGTH.usual.in_brackets("deflection along y")
     return EffectPicture(
         effect.name, example.x_label, label, example.x, true, late, example.unloading, _caption(effect)
     )

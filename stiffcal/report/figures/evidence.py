@@ -65,8 +65,8 @@ def draw_evidence(drawn: EvidenceFigure, example: bool = True) -> Figure:
 def covariate_axis(drawn: EvidenceFigure) -> tuple[Floats, str]:
     """Return the covariate's values and its label; angles of joints in degrees."""
     if drawn.evidence.unit == "rad" and "angle" in drawn.evidence.driver:
-        unit = JOINT_ANGLE.usual
-        return unit.factor * drawn.value, unit.in_brackets(drawn.evidence.driver)
+        angle = JOINT_ANGLE.usual
+        return angle.factor * drawn.value, angle.in_brackets(drawn.evidence.driver)
     if drawn.evidence.unit == "s" and np.nanmax(np.abs(drawn.value), initial=0.0) > 1000.0:
         return drawn.value / 60.0, f"{drawn.evidence.driver} [min]"
     unit = "" if drawn.evidence.unit in ("", "1") else f" [{drawn.evidence.unit}]"

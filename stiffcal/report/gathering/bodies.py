@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.body_results import JointByItself
-from stiffcal.identification.joint_lines import COMPONENTS
-from stiffcal.identification.joint_motion import JointMotion, joint_motions
+from stiffcal.identification.bodies.body_results import JointByItself
+from stiffcal.identification.bodies.joint_lines import COMPONENTS
+from stiffcal.identification.bodies.joint_motion import JointMotion, joint_motions
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Kind, NodeLoads, joint_node, tool_node

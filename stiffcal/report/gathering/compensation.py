@@ -13,12 +13,13 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tables import states_from_table
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.reduction.commanded import compensated_states
+from stiffcal.quantity import DELAY
+from stiffcal.reduction.states.commanded import compensated_states
 from stiffcal.report.compensation_content import ComparedPose, HalfRun, TimePair, Trace, WithAndWithout
 from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.stages.steps import Ingested, stored_ingest
 from stiffcal.store import values_of
-from stiffcal.wording import significant
+from stiffcal.wording import in_unit
 
 # The same pose: what a program commands twice; drives repeat within arc seconds, tables are rounded to less than this.
 _SAME_POSE = np.radians(1.0)
@@ -56,13 +57,14 @@ def _delay_remark(data: Ingested) -> str:
     file = data.campaign.folder / TRUTH_FILE
     try:
         made = json.loads(read_regular(file))["controller"]
-        delay, lag, cycle = (1e3 * float(made[key]) for key in ("delay_s", "filter_lag_s", "cycle_s"))
+        delay, lag, cycle = (float(made[key]) for key in ("delay_s", "filter_lag_s", "cycle_s"))
     except (InputError, OSError, ValueError, KeyError, TypeError, RecursionError):
         return ""
-    filtered = f"with a filter of {significant(lag)} ms delay" if lag else "without filter"
+    filtered = f"with a filter of {in_unit(lag, DELAY.usual)} delay" if lag else "without filter"
     return (
-        f"This campaign is simulated. Its controller applies a correction {significant(delay)} ms after the reading, "
-        f"{filtered}, with a cycle of {significant(cycle)} ms. Robot and load are in static "
+        f"This campaign is simulated. Its controller applies a correction "
+        f"{in_unit(delay, DELAY.usual)} after the reading, "
+        f"{filtered}, with a cycle of {in_unit(cycle, DELAY.usual)}. Robot and load are in static "
         f"equilibrium at every moment; "
         f"vibrations and drive dynamics are not simulated."
     )

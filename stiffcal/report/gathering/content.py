@@ -21,12 +21,12 @@ from stiffcal.campaign.signals import JointSignals, Wrench
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.documents import Document, result_of
 from stiffcal.files import read_regular
-from stiffcal.identification.state_loads import (
+from stiffcal.identification.answers.state_tables import component_block, gauge_block
+from stiffcal.identification.readings.state_loads import (
     branch_words,
     force_since_reference,
     torques_about_joints,
 )
-from stiffcal.identification.state_tables import component_block, gauge_block
 from stiffcal.ingest.parts import PROVENANCE
 from stiffcal.ingest.recording_tables import recording_name
 from stiffcal.kinds import all_kinds
@@ -38,7 +38,7 @@ from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.model.summary import EffectAt
 from stiffcal.quantity import FORCE, MOMENT
 from stiffcal.reduction.loads.cycles import LoadCycles, find_load_cycles
-from stiffcal.reduction.motion import gauge_directions
+from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.report.content import ReportContent, ReportRun, ReportStates, ResidualCovariate, SetAsideRows
 from stiffcal.report.gathering.bodies import joint_pictures
 from stiffcal.report.gathering.compensation import with_and_without
@@ -218,16 +218,18 @@ def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> 
 
     A direction between two axes keeps one label, and two directions nearest to the same axis are kept apart.
     """
-    labels = np.full(len(force), "", dtype="<U16")
+    labels = np.full(len(force), "", dtype="<U24")
     for in_run in members_of(states.run):
         taken: list[str] = []
         for direction in np.unique(cycles.direction[in_run][cycles.direction[in_run] >= 0]):
             members = in_run[cycles.direction[in_run] == direction]
             total = force[members].sum(axis=0)
             axis = int(np.argmax(np.abs(total)))
-            word = f"mostly {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
+            word = f"near {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
             taken.append(word)
-            labels[members] = word if taken.count(word) == 1 else f"{word} ({taken.count(word)})"
+            # "another" says what it is: a second direction nearest to the same axis
+            again = taken.count(word)
+            labels[members] = word if again == 1 else f"{word}, another" + (f" {again}" if again > 2 else "")
     return labels
 
 

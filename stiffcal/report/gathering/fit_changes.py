@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 
-from stiffcal.identification.before_after import values_before_and_after
+from stiffcal.identification.answers.before_after import values_before_and_after
 from stiffcal.report import wording
 from stiffcal.report.content import FitChange
 from stiffcal.results.history_results import StoredFit

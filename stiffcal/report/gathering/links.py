@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.measured_links import MeasuredLink, measure_links
-from stiffcal.identification.observation import Observations, observe
-from stiffcal.identification.row_layout import LENGTH, TRANSLATION
-from stiffcal.identification.weights import predict_observations
+from stiffcal.identification.bodies.measured_links import MeasuredLink, measure_links
+from stiffcal.identification.derivatives.observation import Observations, observe
+from stiffcal.identification.noise.weights import predict_observations
+from stiffcal.identification.readings.row_layout import LENGTH, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.beam import axis_displacement
 from stiffcal.model.campaign_effects import placed_robot

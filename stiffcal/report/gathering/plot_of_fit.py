@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.row_layout import MEASURES
-from stiffcal.kinds.presentation import Picture
+from stiffcal.identification.profiles import profiled, profiles
+from stiffcal.identification.readings.row_layout import MEASURES
+from stiffcal.kinds.presentation import Page, Picture
+from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.quantity import of_measure
 from stiffcal.results.fit_pictures import (
     correlation_picture,
     history_picture,
     in_standard_uncertainties,
     influence_picture,
     normal_picture,
+    profile_picture,
 )
 from stiffcal.stages.fit import fit_now, up_to_date_fit_at_hand
 from stiffcal.stages.history import stored_fits
@@ -23,13 +30,15 @@ from stiffcal.stages.steps import Ingested, RunContext
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.rms import Rms
+    from stiffcal.results.identify_result import IdentifyResult
 
 OF_FIT = {
     "normal": "residuals against a normal law",
     "influence": "influence of each run on each parameter",
     "correlation": "correlations of the parameters",
+    "profile": "sums of squares over parameters that bend their law or are near a bound",
     "history": "errors of all fits of the history",
 }
 """What can be drawn of a fit, in words."""
@@ -39,6 +48,19 @@ MEASURES_IN_WORDS = {
     "length": "rods",
     "motor_angle": "angles of clamped motors",
 }
+STATISTICS = "Statistics of the fit"
+CAPTIONS = {
+    "normal": "Residuals in order against a normal law. Within the grey band are 95 of 100 samples of pure noise: "
+    "points outside it at the ends are outliers, a steeper line is noise that is larger than stated.",
+    "influence": "Change of each value without one run, in standard uncertainties. A value that one run changes by "
+    "several of them rests on that run.",
+    "correlation": "Correlations of the values: the larger a square, the more a change of one value is made up for by "
+    "the other.",
+    "profile": "Sum of squares over the values of a parameter that bends its law or is near a bound, all others free. "
+    "Where it leaves the parabola, the interval by the profile holds rather than value ± uncertainty.",
+    "history": "Error in held-out data of each fit of the history, next to the noise.",
+}
+"""What each picture shows, and how to read it."""
 LEAST_FREE = 1e-3
 """Share of a reading's variance that its run's constant leaves, below which it shows no noise: as of a run of one."""
 
@@ -63,19 +85,65 @@ def picture_of_fit(of: str, data: Ingested, context: RunContext) -> Picture:
     """
     check_picture(of)
     identified, fit = up_to_date_fit_at_hand(data, context)
-    if of == "history":
-        return _history(data)
-    if of == "correlation":
-        names = identified.free_parameters
-        covariance = np.array(identified.covariance, dtype=np.float64)
-        return correlation_picture(names, covariance.reshape(len(names), len(names)))
+    if of in ("correlation", "history"):
+        return _of_results(of, data, identified)
     fit = fit or fit_now(data, identified.loss, context)
     if fit is None:
         mend = "choose correlation or history"
         raise InputError.at(
             FaultCode.DATA_MISSING, "command line", "--of", "the campaign contains no load states", mend
         )
+    return _of_fit(of, fit)
+
+
+def _of_results(of: str, data: Ingested, identified: IdentifyResult) -> Picture:
+    if of == "history":
+        return _history(data)
+    names = identified.free_parameters
+    return correlation_picture(names, np.array(identified.covariance, dtype=np.float64).reshape(len(names), len(names)))
+
+
+def _of_fit(of: str, fit: Fit) -> Picture:
+    if of == "profile":
+        return profile_picture(profiles(fit), {one.name: one.interval for one in fit.parameters})
     return _influence(fit) if of == "influence" else normal_picture(residuals_in_noises(fit))
+
+
+def pictures_of_fit(
+    data: Ingested, identified: IdentifyResult, context: RunContext
+) -> dict[str, Callable[[], Picture]]:
+    """Return what makes each picture of the present fit that has something to show; the fit is made once, if at all.
+
+    Parameters
+    ----------
+    data : the campaign with its states. identified : the stored fit of them. context : store, progress and so on.
+    """
+    if len(data.states) == 0 or not identified.free_parameters:
+        return {}
+
+    @cache
+    def fit() -> Fit:
+        made = fit_now(data, identified.loss, context)
+        assert made is not None, "a campaign with load states has a fit"
+        return made
+
+    robot = placed_robot(data.campaign).with_values(identified.robot_values())
+    variances = np.diag(np.array(identified.covariance, dtype=np.float64))
+    known = dict(zip(identified.free_parameters, np.sqrt(np.maximum(variances, 0.0)).tolist(), strict=True))
+    wanted = ["normal", "influence", *["profile"] * bool(profiled(robot, known))]
+    made: dict[str, Callable[[], Picture]] = {of: partial(lambda of: _of_fit(of, fit()), of) for of in wanted}
+    several = len(identified.free_parameters) > 1
+    return made | {"correlation": partial(_of_results, "correlation", data, identified)} if several else made
+
+
+def statistics_page(data: Ingested, identified: IdentifyResult) -> Page | None:
+    """Return the pictures of the present fit that need no fit, as a page; None of a fit without a free parameter."""
+    if len(data.states) == 0 or not identified.free_parameters:
+        return None
+    several = len(identified.free_parameters) > 1
+    wanted = ["correlation", "history"] if several else ["history"]
+    blocks = [replace(_of_results(of, data, identified), caption=(CAPTIONS[of],)) for of in wanted]
+    return Page(STATISTICS, tuple(blocks), "statistics of the fit")
 
 
 def residuals_in_noises(fit: Fit) -> dict[str, Floats]:
@@ -110,19 +178,21 @@ def _influence(fit: Fit) -> Picture:
 
 
 def _history(data: Ingested) -> Picture:
-    from stiffcal.report.figures.ladder import SCALES, leading_component
+    from stiffcal.report.figures.ladder import leading_component
 
     fits = stored_fits(data.store)
     measure = leading_component(fits) or "translation"
-    unit, factor, _ = SCALES[measure]
+    unit = of_measure(measure).unit_for(
+        getattr(rms, measure) for fit in fits for rms in (fit.heldout_rms, fit.noise) if rms is not None
+    )
 
     def sizes(errors: list[Rms | None]) -> Floats:
         values = (None if rms is None else getattr(rms, measure) for rms in errors)
-        return np.array([np.nan if value is None else factor * value for value in values])
+        return np.array([np.nan if value is None else unit.factor * value for value in values])
 
     return history_picture(
         [fit.id for fit in fits],
         sizes([fit.heldout_rms for fit in fits]),
         sizes([fit.noise for fit in fits]),
-        f"error in held-out data, rms [{unit}]",
+        unit.in_brackets("error in held-out data, rms"),
     )

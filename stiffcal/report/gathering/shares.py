@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import TYPE_CHECKING
 
-from stiffcal.identification.deflection_shares import deflection_shares
-from stiffcal.identification.readings import observe
+from stiffcal.identification.answers.deflection_shares import deflection_shares
+from stiffcal.identification.readings.observations import observe
 from stiffcal.model.campaign_effects import placed_robot
 from stiffcal.report.content import PlaceShare
 

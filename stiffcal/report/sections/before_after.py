@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stiffcal.identification.before_after import BeforeAfter, units_of_values
+from stiffcal.identification.answers.before_after import BeforeAfter, units_of_values
 from stiffcal.quantity import Units
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Paragraph, ReportSection, SubheadingBlock, TableBlock, TableColumn

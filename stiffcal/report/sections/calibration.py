@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from stiffcal.identification.geometry_results import GeometryFound
+from stiffcal.identification.answers.geometry_results import GeometryFound
 from stiffcal.quantity import JOINT_ANGLE, LENGTH, ShownUnit, of_joint
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, PictureBlock, ReportSection, TableBlock, TableColumn

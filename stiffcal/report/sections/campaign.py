@@ -101,7 +101,7 @@ def _instruments(content: ReportContent) -> TableBlock:
         )
         for instrument in content.instruments
     )
-    return TableBlock(columns, rows, "Instruments. “Averaged”: the table contains one row per load state.")
+    return TableBlock(columns, rows, "Instruments. Averaged: the log has one row for each load state, no rate.")
 
 
 def runs_table(content: ReportContent) -> TableBlock:

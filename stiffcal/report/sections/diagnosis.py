@@ -79,12 +79,12 @@ def _meaning(diagnosis: DiagnoseResult) -> str:
     text = f"{tried[:1].upper()}{tried[1:]} "
     if diagnosis.adequate is None and diagnosis.unexplained:
         return text + (
-            "The share of noise in the remaining error is unknown: no load was repeated, and no uncertainty stated. It "
+            "The share of noise in the remaining error is unknown: nothing was repeated, and no uncertainty stated. It "
             "depends on the variables below, so an effect is missing."
         )
     if diagnosis.adequate is None:
         return text + (
-            "It cannot be judged whether the remaining error is noise: no load was repeated, and no "
+            "It cannot be judged whether the remaining error is noise: nothing was repeated, and no "
             "uncertainty is stated."
         )
     if diagnosis.adequate:

@@ -18,7 +18,7 @@ def section(content: ReportContent) -> ReportSection | None:
         return None
     text = (
         "Li et al. (2019) write poses as unit dual quaternions, eight numbers with no singular orientation, and "
-        "identify joint springs from their change (eq. 10 to 35), balanced on the deformed robot with its "
+        "identify joint compliances from their change (eq. 10 to 35), balanced on the deformed robot with its "
         "complementary stiffness (eq. 27 to 29). With the weights of the six displacements carried over by the exact "
         f"linear map this is the same estimate: the largest relative difference is "
         f"{significant(comparison.largest_relative_difference, 1)}. "

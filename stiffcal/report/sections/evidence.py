@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from stiffcal.diagnosis.results import DiagnoseResult, EffectEvidenceSummary
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock
 from stiffcal.report.content import EvidenceFigure, ReportContent

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from stiffcal.documents import Number
-from stiffcal.identification.body_results import CartesianStiffnessResult
+from stiffcal.identification.bodies.body_results import CartesianStiffnessResult
 from stiffcal.quantity import LINEAR_STIFFNESS, STIFFNESS, of_stiffness
 from stiffcal.report import wording
 from stiffcal.report.blocks import (

@@ -16,14 +16,14 @@ from stiffcal.report.figures.overview import MOST_RUNGS
 from stiffcal.results.history_results import HistoryEntry
 
 ORDER = 15
-_TITLE = "Sequence of fits: from no model to the noise"
+_TITLE = "History of fits: from no model to the noise"
 _MOST_STEPS = 9
 # Captions of the measures' ladders; the first one drawn has its numbers in words.
 _ALSO = {
-    "translation": "Sequence of fits: position of the target.",
-    "rotation": "Sequence of fits: measured rotations.",
-    "motor_angle": "Sequence of fits: angles of clamped motors.",
-    "torque": "Sequence of fits: torques of drives in motion.",
+    "translation": "History of fits: position of the target.",
+    "rotation": "History of fits: measured rotations.",
+    "motor_angle": "History of fits: angles of clamped motors.",
+    "torque": "History of fits: torques of drives in motion.",
 }
 _TITLES = {
     "translation": "position",

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from stiffcal.identification.link_results import (
+from stiffcal.identification.bodies.link_results import (
     LINK_COMPLIANCE,
     CoupledEstimate,
     CouplingResult,

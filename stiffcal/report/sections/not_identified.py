@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Items, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import ReportContent

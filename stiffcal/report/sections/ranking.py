@@ -6,7 +6,6 @@ from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, Finding
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
-    Items,
     LeftOut,
     Paragraph,
     ReportSection,
@@ -52,8 +51,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
         blocks.append(SubheadingBlock(f"On top of fit {earlier.fit_id}, before {_missing_in_words(earlier)} was added"))
         blocks.append(_table(earlier, len(earlier.findings)))
     if diagnosis.not_tried:
-        blocks.append(SubheadingBlock("Not tried"))
-        blocks.append(Items(_not_tried(diagnosis)))
+        blocks.append(Paragraph(f"Not tried: {'; '.join(_not_tried(diagnosis))}.", "quiet"))
     return ReportSection(_TITLE, tuple(blocks))
 
 
@@ -62,7 +60,7 @@ def _not_tried(diagnosis: DiagnoseResult) -> tuple[str, ...]:
     of_need: dict[str, list[str]] = {}
     for effect in diagnosis.not_tried:
         of_need.setdefault(effect.needs, []).append(effect.effect)
-    return tuple(f"{wording.listing(names, 24)}: needs {needs}" for needs, names in of_need.items())
+    return tuple(f"{wording.listing(names, 24)} (needs {needs})" for needs, names in of_need.items())
 
 
 def _missing_in_words(diagnosis: EarlierDiagnosis) -> str:

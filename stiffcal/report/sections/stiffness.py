@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from stiffcal.estimate import Estimate
-from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.identification.fit_results import IdentifiedParameter
+from stiffcal.identification.answers.before_after import BeforeAfter
+from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.quantity import ShownUnit, Units
 from stiffcal.report import wording

@@ -7,8 +7,8 @@ from functools import partial
 from typing import Literal
 
 from stiffcal.diagnosis.results import ProposedEffect
-from stiffcal.identification.before_after import BeforeAfter
-from stiffcal.identification.state_kinds import state_kinds
+from stiffcal.identification.answers.before_after import BeforeAfter
+from stiffcal.identification.readings.state_kinds import state_kinds
 from stiffcal.measurements.rms import Rms
 from stiffcal.quantity import STIFFNESS
 from stiffcal.reduction.registration.frames import RegistrationSummary
@@ -239,7 +239,7 @@ def _next_step(content: ReportContent) -> str:
     if step in (Step.DIAGNOSE, Step.IMPROVE):
         return f"stiffcal {step.value} DIR"
     if diagnosis is None:
-        return "none: use the model (stiffcal predict, map, compensate)"
+        return "use the model: stiffcal predict, map, compensate"
     if diagnosis.undecided:
         return "repeat the poses on which the result depends, then run stiffcal diagnose"
     if diagnosis.pattern is not None:
@@ -251,7 +251,7 @@ def _next_step(content: ReportContent) -> str:
     if diagnosis.unexplained:
         return "see “Missing effects”: variables on which the remaining error depends"
     removes = "; stiffcal remove DIR EFFECT takes out what is not needed" if diagnosis.superfluous else ""
-    return f"none: use the model (stiffcal predict, map, compensate){removes}"
+    return f"use the model: stiffcal predict, map, compensate{removes}"
 
 
 def _overview(content: ReportContent) -> list[Block]:
@@ -309,7 +309,7 @@ _STEPS = {
     "frames": "+ frames",
     "offsets": "+ offsets of the joints",
     "geometry": "+ geometry",
-    "springs": "+ joint springs",
+    "springs": "+ joint-compliance",
     "model": "+ other effects",
 }
 
@@ -420,4 +420,4 @@ def noise_sentence(validation: ValidateResult) -> str:
     """Return what the instruments scatter, or that this cannot be judged."""
     if wording.part(validation.noise, "translation") is not None:
         return f"Noise of instruments and load application: {wording.measure_text(validation.noise)} rms."
-    return "The noise is unknown: no load was repeated, and the manifest states no uncertainty of the instruments."
+    return "The noise is unknown: nothing was repeated, and campaign.toml states no uncertainty of the instruments."

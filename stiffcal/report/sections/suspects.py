@@ -7,7 +7,6 @@ from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
     Facts,
-    LeftOut,
     Paragraph,
     ReportSection,
     SubheadingBlock,
@@ -21,14 +20,14 @@ ORDER = 12
 _TITLE = "Runs that disagree with the others"
 
 
-def section(content: ReportContent) -> ReportSection | LeftOut | None:
+def section(content: ReportContent) -> ReportSection | None:
     """Lay out each suspect with its cause and cure; nothing where all runs agree."""
     answer = content.diagnose or content.identify
     if answer is None:
         return None
     suspects, not_checked = answer.suspects or [], answer.suspects_not_checked
     if not suspects:
-        return None if not_checked is None else LeftOut(_TITLE, not_checked.sentence)
+        return None
     runs = wording.listing([_place(suspect) for suspect in suspects], 12)
     blocks: list[Block] = [Paragraph(f"Check these first: {runs}. The fit includes them.", "key")]
     for suspect in suspects:

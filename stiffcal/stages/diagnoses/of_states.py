@@ -26,7 +26,7 @@ def diagnose_now(data: Ingested, loss: str, context: RunContext, doubt: bool = T
     context : progress.
     doubt : whether runs and single readings may be off.
     """
-    from stiffcal.identification.identify import Settings
+    from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.diagnosed import diagnose_states
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.model.campaign_effects import all_effects
@@ -65,7 +65,7 @@ def _next_measurement(data: Ingested, found: DiagnosedStates) -> SeparatingMeasu
 
     from stiffcal.diagnosis.heldout_error import with_values_of
     from stiffcal.diagnosis.ranking import effect_at
-    from stiffcal.identification.document import finite
+    from stiffcal.identification.answers.document import finite
     from stiffcal.judgement.document import look_alike_pairs
     from stiffcal.model.assembly import fixed_parameters
     from stiffcal.planning.rivals import RivalModel

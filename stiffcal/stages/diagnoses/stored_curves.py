@@ -20,7 +20,7 @@ from stiffcal.stages.steps import Ingested, key_of_table
 if TYPE_CHECKING:
     from stiffcal.diagnosis.effect_curves import EffectEvidence
     from stiffcal.diagnosis.refits import Refit
-    from stiffcal.identification.readings import Observations
+    from stiffcal.identification.readings.observations import Observations
     from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.columns import Values
     from stiffcal.measurements.load_states import LoadStates
@@ -150,7 +150,7 @@ def refit_columns(states: LoadStates, data: Observations, refits: Sequence[Refit
     refits : in the order of the document.
     index : (n,) the observations' states in the campaign's load states.
     """
-    from stiffcal.identification.state_tables import residual_columns
+    from stiffcal.identification.answers.state_tables import residual_columns
 
     names = residual_columns(states, data, np.zeros_like(data.measured))
     parts = [residual_columns(states, data, refit.residual) for refit in refits]

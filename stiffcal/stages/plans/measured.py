@@ -12,7 +12,7 @@ from stiffcal.planning.measured import MeasuredSoFar
 from stiffcal.stages.steps import RunContext
 
 if TYPE_CHECKING:
-    from stiffcal.identification.fit import Fit
+    from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.model.composite import CompliantRobot
 
@@ -84,8 +84,8 @@ def _of_first_runs(campaign: Campaign, robot: CompliantRobot, context: RunContex
             complete.append(run)
     if not complete:
         return None
-    from stiffcal.identification.geometry import with_geometry
-    from stiffcal.identification.identify import Settings, identify_parameters
+    from stiffcal.identification.fitting.geometry import with_geometry
+    from stiffcal.identification.fitting.identify import Settings, identify_parameters
     from stiffcal.ingest.reducing import reduce_campaign
     from stiffcal.model.assembly import fixed_parameters
 

@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
-from stiffcal.identification.state_loads import torques_about_joints
+from stiffcal.identification.readings.state_loads import torques_about_joints
 from stiffcal.kinds import all_kinds
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.measurements.rms import Rms

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.identification.identify import predict_observations
-from stiffcal.identification.readings import Observations, observe
-from stiffcal.identification.row_layout import GAUGE, MOTOR, ROTATION, TRANSLATION
+from stiffcal.identification.fitting.identify import predict_observations
+from stiffcal.identification.readings.observations import Observations, observe
+from stiffcal.identification.readings.row_layout import GAUGE, MOTOR, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RZ

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -13,15 +13,15 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.diagnosis.refit_values import RefitValue
 from stiffcal.diagnosis.refits import StoredRefits
 from stiffcal.estimate import Estimate
-from stiffcal.identification.state_tables import component_block, gauge_block, motor_block
+from stiffcal.identification.answers.state_tables import component_block, gauge_block, motor_block
 from stiffcal.model.campaign_effects import all_effects
 from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect
 from stiffcal.model.forms import form_of
 from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
-from stiffcal.quantity import quantity_of
-from stiffcal.reduction.motion import gauge_directions
+from stiffcal.quantity import Units, quantity_of
+from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.results.value_words import as_shown, value_in_model
 from stiffcal.stages.diagnoses.current import diagnosis_key, shifted_by_missing
 from stiffcal.stages.diagnoses.stored_curves import REFITS
@@ -142,9 +142,9 @@ def view_models(
                 present=present,
                 fit_rms=fit.fit_rms,
                 heldout_rms=fit.heldout_rms,
-                values=[_value(one.name, as_shown(one, (), shifted)) for one in identified.parameters]
+                values=_values({one.name: as_shown(one, (), shifted) for one in identified.parameters})
                 if present
-                else [_value(one.name, one.estimate) for one in fit.parameters],
+                else _values({one.name: one.estimate for one in fit.parameters}),
                 residual_fit=inside,
                 residual_heldout=outside,
                 shares=share_of(outside if outside is not None else inside),
@@ -178,25 +178,23 @@ def _in_words(fit: StoredFit) -> str:
     basic = "joint-compliance"
     names = [entry.type for entry in fit.model.effects if entry.type != basic]
     joints = any(entry.type == basic for entry in fit.model.effects)
-    return " + ".join([*(["joint springs"] if joints else []), *names]) or "no effects"
+    return " + ".join([*(["joint-compliance"] if joints else []), *names]) or "no effects"
 
 
-def _value(name: str, value: Estimate, largest: float | None = None) -> ViewValue:
-    """Return a value as the page shows it.
-
-    Parameters
-    ----------
-    largest : of the quantity among the values that stand with it; None: it stands alone.
-    """
-    assert value.quantity is not None
-    unit = value.quantity.unit_for([value.value, largest])
-    return ViewValue(
-        name=name,
-        unit=unit.name,
-        value=value.value,
-        text=value_in_model(value, unit),
-        is_identified=value.is_bounded,
-    )
+def _values(estimates: Mapping[str, Estimate]) -> list[ViewValue]:
+    """Return the values of a model as the page shows them, each quantity in one unit."""
+    known = {name: (one, one.quantity or quantity_of("1")) for name, one in estimates.items()}
+    units = Units((quantity, [one.value]) for one, quantity in known.values())
+    return [
+        ViewValue(
+            name=name,
+            unit=units.of(quantity).name,
+            value=one.value,
+            text=value_in_model(one, units.of(quantity)),
+            is_identified=one.is_bounded,
+        )
+        for name, (one, quantity) in known.items()
+    ]
 
 
 def _refits(
@@ -233,7 +231,7 @@ def _refits(
                 label=label,
                 short=short,
                 heldout_rms=summary.heldout_rms,
-                values=[_refit_value(value, catalogue) for value in summary.values],
+                values=_values({value.name: _refitted(value, catalogue) for value in summary.values}),
                 effect=name,
                 residual_heldout=residual,
                 shares=share_of(residual),
@@ -242,11 +240,11 @@ def _refits(
     return models
 
 
-def _refit_value(entry: RefitValue, catalogue: dict[str, Effect]) -> ViewValue:
+def _refitted(entry: RefitValue, catalogue: dict[str, Effect]) -> Estimate:
     effect, _, symbol = entry.name.split(".")
     spec = (FramePose() if effect == FRAME else form_of(catalogue[effect], (symbol,))).spec(symbol)
     value = replace(entry.estimate, quantity=quantity_of(spec.unit))
-    return _value(entry.name, value.reciprocal() if spec.compliance else value)
+    return value.reciprocal() if spec.compliance else value
 
 
 def names_in(robot: CompliantRobot) -> set[str]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.identification.identify import predict_observations
-from stiffcal.identification.readings import observe
-from stiffcal.identification.row_layout import MOTOR
+from stiffcal.identification.fitting.identify import predict_observations
+from stiffcal.identification.readings.observations import observe
+from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.model.composite import CompliantRobot
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stiffcal.identification.identify import predict_observations
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.equilibrium import NoBalanceError

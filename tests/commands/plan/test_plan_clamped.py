@@ -13,8 +13,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.plan import PlanRequest, plan_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.identification.identify import Settings, identify_parameters
-from stiffcal.identification.noise import Noise
+from stiffcal.identification.fitting.identify import Settings, identify_parameters
+from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import HELD
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.catalogue import find_effects

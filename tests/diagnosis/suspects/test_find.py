@@ -12,9 +12,9 @@ import pytest
 from stiffcal.diagnosis.suspects import find, selection
 from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
 from stiffcal.diagnosis.suspects.words import suspects_of
-from stiffcal.identification.fit import Fit
-from stiffcal.identification.identify import identify_parameters, predict_observations
-from stiffcal.identification.observation import observe
+from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.identify import identify_parameters, predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mistakes.runs.time_order import TimeOrder
 from stiffcal.model.catalogue import built_in_effects

@@ -22,6 +22,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import left_by_joints
 from stiffcal.mistakes.mistake import Adjustment, AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
 from stiffcal.mistakes.words import reading_of, sliding
+from stiffcal.quantity import LENGTH
 
 # What is added to the logged angle of absolute places.
 TURNS = (np.pi / 2, -np.pi / 2, np.pi)
@@ -67,7 +68,9 @@ class Zero(Mistake):
         """Return it in words."""
         slides = sliding(chain)
         parts = [
-            f"{1e3 * size:+.2f} mm at joint {name}" if name in slides else f"{np.degrees(size):+.2f}° at joint {name}"
+            f"{LENGTH.usual.factor * size:+.2f} {LENGTH.usual.name} at joint {name}"
+            if name in slides
+            else f"{np.degrees(size):+.2f}° at joint {name}"
             for name, size in zip(change.names, change.sizes, strict=True)
         ]
         keys = sorted({"d_m" if name in slides else "theta_deg" for name in change.names}, reverse=True)

@@ -17,5 +17,4 @@ class ExchangedPlaces(Exchange):
 
     def moved(self, runs: RunResponses, run: int, others: Integers) -> Floats:
         """Return what others' places do to a run's readings."""
-        answered = runs.response[others] @ runs.loads_of(others)
-        return np.asarray(answered - runs.response[run] @ runs.loads(run))
+        return np.asarray(runs.answers_of(others) - runs.answers_of(np.array([run])))

@@ -32,7 +32,7 @@ from stiffcal.kinds.presentation import (
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.kinds.results import ExperimentFit, ExperimentValidation
 from stiffcal.reduction.logs.blocks import Blocks
-from stiffcal.reduction.results import IngestedRun
+from stiffcal.reduction.states.ingested_runs import IngestedRun
 from stiffcal.store import table_of, values_of
 from stiffcal.store.provenance import IngestSettings
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Integers
-from stiffcal.identification.readings import Observations
-from stiffcal.identification.state_kinds import StateKind
+from stiffcal.identification.readings.observations import Observations
+from stiffcal.identification.readings.state_kinds import StateKind
 from stiffcal.kinds import ExperimentKind
 from stiffcal.measurements.rms import Rms
 

@@ -18,9 +18,9 @@ from stiffcal.estimation.parameters import reported_parameters
 from stiffcal.estimation.rows import Rows
 from stiffcal.estimation.step import solve_step
 from stiffcal.estimation.unknowns import ParameterColumn, Unknowns, free_columns, with_estimates
-from stiffcal.identification.document import identified_parameter, model_summary
-from stiffcal.identification.regressors import Regressor
-from stiffcal.identification.search_subject import SearchSubject
+from stiffcal.identification.answers.document import identified_parameter, model_summary
+from stiffcal.identification.fitting.regressors import Regressor
+from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.kinds import ExperimentKind
 from stiffcal.kinds.measured import MeasuredRuns
 from stiffcal.kinds.presentation import Overview, Page, Sentence
@@ -34,7 +34,7 @@ from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Effect, Place
 from stiffcal.model.motion import Motion, as_motion
 from stiffcal.reduction.logs.blocks import Blocks
-from stiffcal.reduction.results import IngestedRun
+from stiffcal.reduction.states.ingested_runs import IngestedRun
 from stiffcal.store import table_of, values_of
 from stiffcal.store.provenance import IngestSettings
 from stiffcal.uncertainty import NORMAL_95

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pyarrow as pa
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.identification.state_kinds import StateKind
+from stiffcal.identification.readings.state_kinds import StateKind
 from stiffcal.kinds import ExperimentKind
 from stiffcal.kinds.clamped.reduction import ClampedReduction
 from stiffcal.kinds.clamped.state_kind import ClampedStateKind

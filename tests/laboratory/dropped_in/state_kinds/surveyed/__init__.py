@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.identification.state_kinds import StateKind
+from stiffcal.identification.readings.state_kinds import StateKind
 from stiffcal.kinds import ExperimentKind
 from stiffcal.kinds.absolute import KIND as ABSOLUTE
 from stiffcal.kinds.absolute.state_kind import AbsoluteStateKind

@@ -1,0 +1,1 @@
+"""What targets and rods on links show of joints and links."""

@@ -1,0 +1,163 @@
+"""Profiles of parameters: the least sum of squares with a parameter held at one value after another.
+
+An interval of value ± so many standard uncertainties is that of a parabola. A parameter that bends its law, or that is
+near the edge of what is possible, has a sum of squares of another form; the interval in which it rises by no more than
+the 95 % level allows holds whatever the form is (Bates and Watts 1988, section 6.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stiffcal.arrays import Floats
+from stiffcal.estimation.parameters import student_95
+from stiffcal.estimation.step import solve_step
+from stiffcal.estimation.unknowns import (
+    ParameterColumn,
+    amplitude_bounds,
+    amplitudes,
+    free_columns,
+    with_estimates,
+)
+from stiffcal.identification.fitting.fit import Fit
+from stiffcal.identification.fitting.load_rows import LoadRows
+from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.effect import ParameterRole, ParameterSpec
+from stiffcal.model.no_balance import NoBalanceError
+from stiffcal.uncertainty import NORMAL_95
+
+MOST_PROFILES = 6
+"""Parameters that bend their law first, then those closest to a bound."""
+NEAR_BOUND = 3.0
+"""Standard uncertainties from a bound within which a parabola reaches beyond what is possible."""
+REACH, STEPS = 3.6, 6
+"""How far a profile goes to each side, in standard uncertainties, and in how many values."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The least sum of squares over the values of one parameter, all others free."""
+
+    name: str
+    """Its full name."""
+    spec: ParameterSpec
+    """Its unit and bounds."""
+    bends: bool
+    """Whether it bends its law: else it is near a bound."""
+    values: Floats
+    """(k,) as the parameter is stated, ascending."""
+    rise: Floats
+    """(k,) of the sum of squares above its least, in variances of the noise."""
+    parabola: Floats
+    """(k,) what the standard uncertainty stands for."""
+    level: float
+    """Rise at the ends of the 95 % interval."""
+    estimate: float
+    """The value that the fit states."""
+    low: float | None
+    """Lower end of the interval by the profile; None where it is not reached."""
+    high: float | None
+    """Its upper end."""
+
+
+def profiled(robot: CompliantRobot, spread: Mapping[str, float]) -> list[tuple[ParameterColumn, bool]]:
+    """Return the parameters that have a profile, `MOST_PROFILES` at most, and whether each bends its law.
+
+    Parameters
+    ----------
+    robot : with the estimates. spread : full name to standard uncertainty, as the fit counts, of those that are known.
+    """
+    chosen: list[tuple[bool, float, int]] = []
+    columns = free_columns(robot)
+    values = amplitudes(robot, columns)
+    for k, column in enumerate(columns):
+        std = spread.get(_name(robot, column), 0.0)
+        if std > 0.0:
+            low, high = amplitude_bounds(_spec(robot, column))
+            is_straight, distance = column.role is not ParameterRole.NONLINEAR, min(values[k] - low, high - values[k])
+            if not is_straight or distance < NEAR_BOUND * std:
+                chosen.append((is_straight, float(distance / std), k))
+    return [(columns[k], not is_straight) for is_straight, _, k in sorted(chosen)[:MOST_PROFILES]]
+
+
+def profiles(fit: Fit) -> list[Profile]:
+    """Return the profiles of parameters that bend their law or are near a bound.
+
+    Parameters
+    ----------
+    fit : whose weights stay as they are.
+    """
+    spread = dict(zip(fit.free_names, np.sqrt(np.diag(fit.covariance)).tolist(), strict=True))
+    chosen = profiled(fit.robot, spread)
+    if not chosen:
+        return []
+    least, _ = _least(fit, fit.robot, fit.columns)
+    variance = least / max(fit.dof, 1) if fit.scaled else 1.0
+    level = (student_95(fit.dof) if fit.scaled else NORMAL_95) ** 2
+    return [
+        _profile(fit, column, bends, spread[_name(fit.robot, column)], (least, variance, level))
+        for column, bends in chosen
+    ]
+
+
+def _name(robot: CompliantRobot, column: ParameterColumn) -> str:
+    return robot.placed[column.placed].parameter_name(column.symbol)
+
+
+def _spec(robot: CompliantRobot, column: ParameterColumn) -> ParameterSpec:
+    return robot.placed[column.placed].effect.spec(column.symbol)
+
+
+def _profile(fit: Fit, column: ParameterColumn, bends: bool, std: float, scale: tuple[float, float, float]) -> Profile:
+    """Return the profile of an unknown; `scale` is the least sum, the variance of the noise and the level."""
+    least, variance, level = scale
+    spec, others = _spec(fit.robot, column), [one for one in fit.columns if one != column]
+    estimate = float(amplitudes(fit.robot, [column])[0])
+    low, high = amplitude_bounds(spec)
+    sums = {estimate: least}
+    for end in (max(low, estimate - REACH * std), min(high, estimate + REACH * std)):
+        robot = fit.robot
+        for value in np.linspace(estimate, end, STEPS + 1)[1:].tolist():
+            # the others go on from where they were at the value before
+            held = with_estimates(robot, [column], np.array([value]))
+            sums[value], robot = _least(fit, held, others)
+    grid = np.array(sorted(sums))
+    rise = np.maximum(np.array([sums[value] for value in grid.tolist()]) - least, 0.0) / variance
+    values = np.array([spec.value_of(value) if value or not spec.inverse else np.inf for value in grid.tolist()])
+    parabola = ((grid - estimate) / std) ** 2
+    order = np.argsort(values)
+    values, rise, parabola = values[order], rise[order], parabola[order]
+    middle = int(np.argmin(parabola))
+    return Profile(
+        _name(fit.robot, column), spec, bends, values, rise, parabola, level, float(values[middle]),
+        _reached(values[middle::-1], rise[middle::-1], level), _reached(values[middle:], rise[middle:], level),
+    )  # fmt: skip
+
+
+def _least(fit: Fit, robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> tuple[float, CompliantRobot]:
+    """Return the least sum of squares of some unknowns, the others as the robot has them, and where it is.
+
+    One step of Gauss–Newton; infinite where the model has no balance.
+    """
+    try:
+        rows = LoadRows.about(robot, fit.data, columns, fit.whitening)
+    except NoBalanceError:
+        return np.inf, robot
+    reduced = rows.reduced()
+    found, _checked = solve_step(reduced, rows.unknowns, rows.values)
+    return reduced.cost(found - rows.values), with_estimates(robot, columns, found)
+
+
+def _reached(values: Floats, rise: Floats, level: float) -> float | None:
+    """Return where the rise first reaches a level, on the way from the estimate; None where it does not."""
+    beyond = np.flatnonzero(rise >= level)
+    if not beyond.size or beyond[0] == 0:
+        return None
+    last = int(beyond[0])
+    # the root of the rise is nearly straight
+    below, above = np.sqrt(rise[last - 1]), np.sqrt(min(float(rise[last]), 1e300))
+    share = (np.sqrt(level) - below) / (above - below)
+    return float(values[last - 1] + share * (values[last] - values[last - 1]))

@@ -1,0 +1,1 @@
+"""Load states of logs and tables, and what each of them refers to."""
