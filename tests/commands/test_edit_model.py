@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.campaign import model_editing
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.edit_model import edit_model, start_values
 from stiffcal.documents import document_of
@@ -120,3 +121,20 @@ def test_what_the_model_includes_already_is_not_added(campaign: Path, general: s
         edit_model(campaign, "add", included, where={"joints": "3,4"})
     assert (campaign / "model.toml").read_text() == before
     edit_model(campaign, "add", included, where={"joints": "4"})
+
+
+def test_a_model_file_is_written_once_however_many_changes_it_takes(
+    campaign: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saved: list[str] = []
+    save = model_editing.save_model
+
+    def counted(folder: Path, text: str) -> None:
+        saved.append(text)
+        save(folder, text)
+
+    monkeypatch.setattr(model_editing, "save_model", counted)
+    start = {"p1": 3.6e5, "p2": 0.0, "p3": 0.0}
+    changes = edit_model(campaign, "add", "cubic-stiffness", where={"joints": "2"}, start=start).changes
+    assert len(changes) == 2
+    assert saved == [(campaign / "model.toml").read_text(encoding="utf-8")]
