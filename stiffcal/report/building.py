@@ -126,21 +126,19 @@ def lay_out(content: ReportContent, is_short: bool = False) -> list[ReportSectio
     content : as of `build_report`. is_short : those for a customer alone, and no reasons.
     """
     sections: list[ReportSection] = []
-    reasons: dict[str, list[str]] = {}
+    left_out: list[LeftOut] = []
     for module in all_sections():
         if is_short and not getattr(module, "IN_SHORT", False):
             continue
         laid_out = module.section(content)
         for made in laid_out if isinstance(laid_out, tuple) else (laid_out,):
             if isinstance(made, LeftOut):
-                reasons.setdefault(made.reason, []).append(made.title)
+                left_out.append(made)
             elif made is not None:
                 sections.append(made)
-    if reasons and sections and not is_short:
-        left_out = "; ".join(f"{', '.join(titles)} ({reason})" for reason, titles in reasons.items())
-        sections[-1] = replace(
-            sections[-1], blocks=(*sections[-1].blocks, Paragraph(f"Left out: {left_out}.", "quiet"))
-        )
+    if left_out and sections and not is_short:
+        listed = "; ".join(f"{one.title} ({one.reason})" for one in left_out)
+        sections[-1] = replace(sections[-1], blocks=(*sections[-1].blocks, Paragraph(f"Left out: {listed}.", "quiet")))
     return sections
 
 

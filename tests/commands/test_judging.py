@@ -48,7 +48,7 @@ def test_drift_against_a_stored_model(campaign: Path) -> None:
     document = validate_campaign(campaign)
     assert document.passed is False
     (line,) = document.failed
-    assert line.startswith("stiffness of A2 is -23.1 % against baseline.json")
+    assert line.startswith("stiffness of A2 is −23.1 % against baseline.json")
     # the verdict is renewed when the baseline is, without fitting or validating anew
     baseline_of(campaign, 1.0)
     said: list[str] = []

@@ -119,7 +119,7 @@ def test_a_velocity_of_another_unit() -> None:
     _, angle, _ = several_speeds()
     with pytest.raises(InputError, match=r"joint 2 is 9\.55 times that of its angles"):
         friction_run(entry(), one_log(**{"joints.velocity": np.gradient(angle, 0.005, axis=0) * 9.5493}))
-    with pytest.raises(InputError, match=r"joint 2 is -1 times that of its angles"):
+    with pytest.raises(InputError, match=r"joint 2 is −1.00 times that of its angles"):
         friction_run(entry(), one_log(**{"joints.velocity": -np.gradient(angle, 0.005, axis=0)}))
 
 

@@ -125,7 +125,7 @@ def test_writing_is_adding(models: LiveModels, campaign: Path, tmp_path: Path) -
     models.write(CHOICES["added"])
     assert (campaign / "model.toml").read_text() == (other / "model.toml").read_text()
     assert [model.label for model in models.content(ModelChoice()).models if model.present] == [
-        "fit 2: joint springs + bearing-tilt"
+        "fit 2: joint-compliance + bearing-tilt"
     ]
 
 

@@ -449,7 +449,7 @@ def test_columns_of_uncertainty_become_sigma(tmp_path: Path, names: Sequence[str
     ("names", "scale", "why"),
     [
         (("std_x", "std_y", "std_z"), (0.002, 0.01, 0.05), "varies as the scatter within single readings does"),
-        (("sigma_x", "sigma_y", "sigma_z"), (20.0, 20.0, 20.0), "would be 20 mm"),
+        (("sigma_x", "sigma_y", "sigma_z"), (20.0, 20.0, 20.0), "would be 20.0 mm"),
         (("sigma_x [um]", "sigma_y [um]", "sigma_z [um]"), (20.0, 20.0, 20.0), "is in um, the readings in mm"),
         (("sigma_x", "sigma_y", "sigma_z"), (0.1, 0.0, 0.1), "is 0 in"),
     ],

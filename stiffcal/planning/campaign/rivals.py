@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from stiffcal.campaign.loading import Campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.model.summary import Where
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.results import DiagnoseResult
-    from stiffcal.model.summary import Where
 
 # Of a diagnosis: the named effect and its foremost look-alikes.
 MOST_RIVALS = 4
