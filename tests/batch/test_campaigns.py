@@ -193,7 +193,7 @@ def test_the_summary_names_what_does_not_hold(copied: Path, tmp_path: Path, caps
     (failed,) = root.iter("failure")
     assert failed.get("message", "no message") in reported.out
     text = markdown.read_text(encoding="utf-8")
-    assert text.startswith("## stiffcal: thresholds not met in all campaigns\n")
+    assert text.startswith("## stiffcal: campaigns fail\n")
     rows = [line.split(" | ")[1] for line in text.splitlines() if line.startswith("| cells/")]
     assert rows == ["done", "**NOT held**", "**broken**"]
 
