@@ -5,6 +5,8 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import groupby
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -137,7 +139,9 @@ def lay_out(content: ReportContent, is_short: bool = False) -> list[ReportSectio
             elif made is not None:
                 sections.append(made)
     if left_out and sections and not is_short:
-        listed = "; ".join(f"{one.title} ({one.reason})" for one in left_out)
+        by_reason = attrgetter("reason")
+        alike = groupby(sorted(left_out, key=by_reason), by_reason)
+        listed = "; ".join(f"{', '.join(one.title for one in group)} ({reason})" for reason, group in alike)
         sections[-1] = replace(sections[-1], blocks=(*sections[-1].blocks, Paragraph(f"Left out: {listed}.", "quiet")))
     return sections
 
