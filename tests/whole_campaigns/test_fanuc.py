@@ -98,8 +98,8 @@ def test_a_fault_names_the_file_of_its_own_column(fanuc: Path) -> None:
 
 
 SLIPS = {
-    "metres as millimetres": ('translation = "m"', 'translation = "mm"', "0.00366 mm under up to 1.17e+03 N", "m"),
-    "metres as micrometres": ('translation = "m"', 'translation = "um"', "3.19e+05 N/µm", "m"),
+    "metres as millimetres": ('translation = "m"', 'translation = "mm"', "0.00366 mm under up to 1170 N", "m"),
+    "metres as micrometres": ('translation = "m"', 'translation = "um"', "3.19·10⁵ N/µm", "m"),
     "radians as degrees": ('position = "rad"', 'position = "deg"', "joint angles in radians", "rad"),
 }
 
