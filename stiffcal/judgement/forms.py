@@ -6,11 +6,12 @@ which the catalogue adds the law it is a part of what it stands for, and what is
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from stiffcal.diagnosis.candidates import Candidate
 from stiffcal.diagnosis.load_scan import weights_of
 from stiffcal.diagnosis.whole_form import with_whole_form
 from stiffcal.identification.fitting.fit import Fit
@@ -19,7 +20,7 @@ from stiffcal.identification.noise.reading_noise import Whitening
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
-from stiffcal.model.forms import TorqueCurve
+from stiffcal.model.forms import TorqueCurve, WholeForm
 from stiffcal.model.no_balance import NoBalanceError
 
 
@@ -43,6 +44,22 @@ def in_best_form(states: LoadStates, fit: Fit, refit: Callable[[CompliantRobot],
         if _squares(other, whitening) < _squares(fit, whitening):
             fit = other
     return fit
+
+
+def as_added(chosen: Candidate, candidates: Sequence[Candidate], shape: Mapping[str, float]) -> PlacedEffect:
+    """Return a law from which a fit starts: in the form in which the catalogue adds it.
+
+    The form in place of others is that of the model about which the law was chosen; next to one law more, the other
+    may leave less.
+
+    Parameters
+    ----------
+    chosen : the law, in any form. candidates : of the catalogue. shape : of its shape parameters in that form.
+    """
+    effect = chosen.effect
+    if isinstance(effect, WholeForm):
+        effect, shape = next(one.effect for one in candidates if one.name == chosen.name), {}
+    return PlacedEffect(effect, chosen.place, dict(shape))
 
 
 def _squares(fit: Fit, whitening: Whitening) -> float:

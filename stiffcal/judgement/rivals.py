@@ -27,6 +27,8 @@ from stiffcal.model.effect import ParameterRole
 
 G = TypeVar("G", bound=Ground)
 
+_EXPLAINED_OTHERWISE = (MemberKind.EFFECT, MemberKind.UNLISTED)
+
 Rival = tuple[int, int | None]
 """A member of the set by number, and the effect in its place; None: it is left out."""
 
@@ -41,8 +43,14 @@ def rivals_of(weighed: WeighedSets, own: Key) -> list[Rival]:
         if len(left) != 1 or len(new) > 1 or value < top - RIVALS_WITHIN:
             continue
         old, other = left.pop(), new.pop() if new else None
-        effects = {members[i].kind for i in (old, other) if i is not None} == {MemberKind.EFFECT}
-        if effects and (other is None or members[old].name != members[other].name):
+        law = members[old]
+        if other is None:
+            comparable = law.kind is MemberKind.EFFECT
+        else:
+            # what a law of no catalogue explains an effect may, once its shape and the forms of the others are fitted
+            comparable = members[other].kind is MemberKind.EFFECT and law.kind in _EXPLAINED_OTHERWISE
+            comparable &= law.name != members[other].name
+        if comparable:
             found.append((value, (old, other)))
     return [rival for _, rival in sorted(found, key=lambda one: -one[0])[:MOST_REFITS]]
 
@@ -143,6 +151,7 @@ def _about_fit(
 ) -> float:
     """Return the log weight of a set about the fit of another: members that this one lacks keep their shapes."""
     placed = {f"{one.effect.name} {one.place.label}": one for one in ground.present}
+    names = {weighed.members[i].name for i in key}
     columns = []
     prior = sum(weighed.members[i].log_prior for i in key)
     for i in key:
@@ -161,4 +170,10 @@ def _about_fit(
             columns.append(set_otherwise(ground, member.setting) or member.columns)
         else:
             columns.append(member.columns)
-    return ground.evidence(columns).of_set(range(len(columns))) + prior
+    # what the fit has and the set lacks is in the readings again
+    lacked = [
+        columns_of(ground, ground.state.regressor(one.effect, one.place, one.shape()), scale)
+        for name, one in placed.items()
+        if name not in names
+    ]
+    return ground.evidence([*columns, *lacked]).of_set(range(len(columns))) + prior

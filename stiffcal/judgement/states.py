@@ -27,7 +27,7 @@ from stiffcal.identification.noise.weights import residual_noise
 from stiffcal.judgement.covariance_kind import CovarianceKind
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
 from stiffcal.judgement.evidence import NoiseScale
-from stiffcal.judgement.forms import in_best_form, is_whole, replaced, spring_of, spring_symbol
+from stiffcal.judgement.forms import as_added, in_best_form, is_whole, replaced, spring_of, spring_symbol
 from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
@@ -54,7 +54,7 @@ from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
 from stiffcal.judgement.weight import WeightOfLinks, shown
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole, Place
 
 
@@ -192,7 +192,7 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         robot = self.springs
         for one in chosen:
             if one.candidate is not None:
-                robot = replaced(robot, PlacedEffect(one.candidate.effect, one.candidate.place, dict(one.shape)))
+                robot = replaced(robot, as_added(one.candidate, self.candidates, one.shape))
         kept = ~off_mask(self.states.run, np.arange(len(self.states)), aside) if aside else None
         problem = fit_problem(self.states, self.model, kept)
         changed = tuple(one.setting for one in chosen if one.setting is not None)

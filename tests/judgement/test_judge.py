@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from stiffcal.identification.noise.reading_noise import Noise
+from stiffcal.judgement import rivals
 from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.priors import RobotScale
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.states import judge_states
@@ -199,3 +201,12 @@ def test_a_force_sensor_that_was_zeroed_anew_is_no_step_of_the_target() -> None:
     found = read_off(judge_states(campaign.states, campaign.model, built_in_effects()))
     assert [off for off, _ in found.doubted] == [Off(run) for run in campaign.runs]
     assert not any(group.firm for group in found.groups)
+
+
+def test_about_the_same_fit_a_set_is_as_probable_as_it_was(friction: FieldCampaign, judged_friction: Judged) -> None:
+    """A set without an effect of the fit had the readings without that effect's part: 127 nats for nothing."""
+    weighed, ground = judged_friction.weighed, judged_friction.ground
+    assert ground.present
+    scale = RobotScale.of(ground.state.robot, ground.state.loads)
+    about = rivals._about_fit(weighed, (), (), ground, scale, rivals.no_setting)
+    assert about == pytest.approx(weighed.evidence.of_set(()), abs=1e-6)
