@@ -160,7 +160,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
             and _unlisted_in_place(judged, leader, sets, names, of_no_catalogue) < DOUBT
         )
         if firm:
-            every = every or list(varied(judged))
+            every = every or [one.sets for one in varied(judged)]
             firm = all(_sure(first, own, one, names) >= STILL_FIRM for one in every)
         taken |= own
         ranked = sorted(shares.items(), key=lambda item: (-item[1], item[0]))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,53 +20,82 @@ from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.sets import normalised
 
 
-def varied(judged: Judged) -> Iterator[Mapping[Key, float]]:
+class Varied(NamedTuple):
+    """What a prior that is larger or smaller makes of a distribution."""
+
+    prior: str
+    """Which, in words."""
+    factor: float
+    """By which it is multiplied."""
+    sets: Mapping[Key, float]
+    """Probabilities of all sets."""
+
+
+_ODDS = {
+    "effects and laws that are expected": {MemberKind.EFFECT, MemberKind.UNLISTED},
+    "laws of no catalogue": {MemberKind.UNLISTED},
+    "mistakes in runs and readings": {MemberKind.MISTAKE, MemberKind.ROW},
+    "mistakes in set-up and settings": {MemberKind.SETUP, MemberKind.SETTING},
+}
+"""Kinds of members that are more or less probable together."""
+
+
+def varied(judged: Judged) -> Iterator[Varied]:
     """Give the probabilities of all sets, one prior after the other taken larger and smaller."""
     for factor in (PRIOR_FACTOR, 1.0 / PRIOR_FACTOR):
-        yield from _odds_varied(judged, factor)
-        yield from _discrepancy_varied(judged, factor)
-        yield from _sizes_varied(judged, factor)
+        for vary in (_odds_varied, _discrepancy_varied, _sizes_varied):
+            for prior, sets in vary(judged, factor):
+                yield Varied(prior, factor, sets)
 
 
-def _odds_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
+_OfPrior = tuple[str, Mapping[Key, float]]
+
+
+def _odds_varied(judged: Judged, factor: float) -> Iterator[_OfPrior]:
     """Vary how many effects are expected, how many laws that nobody has written down, and how many runs are off."""
     more = float(np.log(factor))
-    for kinds in (
-        {MemberKind.EFFECT, MemberKind.UNLISTED},
-        {MemberKind.UNLISTED},
-        {MemberKind.MISTAKE, MemberKind.ROW},
-        {MemberKind.SETUP, MemberKind.SETTING},
-    ):
-        yield normalised(
-            {
-                key: value + more * sum(judged.members[i].kind in kinds for i in key)
-                for key, value in judged.weighed.log.items()
-            }
+    for prior, kinds in _ODDS.items():
+        yield (
+            prior,
+            normalised(
+                {
+                    key: value + more * sum(judged.members[i].kind in kinds for i in key)
+                    for key, value in judged.weighed.log.items()
+                }
+            ),
         )
 
 
-def _discrepancy_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
+def _discrepancy_varied(judged: Judged, factor: float) -> Iterator[_OfPrior]:
     """Vary how probable each discrepancy is, and each way in which noise errs together."""
     ground = judged.ground
-    kinds: list[CovarianceKind | None] = [ground.of_loads, ground.of_time, ground.lingering, ground.alike]
-    for kind in filter(None, kinds):
+    kinds: dict[str, CovarianceKind | None] = {
+        "discrepancy of loads": ground.of_loads,
+        "discrepancy of time": ground.of_time,
+        "noise that lingers": ground.lingering,
+        "like states of sweeps": ground.alike,
+    }
+    for prior, kind in kinds.items():
+        if kind is None:
+            continue
         log = {}
         for key, values in judged.weighed.by_discrepancy.items():
             changed = values.copy()
             changed[ground.shared.numbers_of(kind)] += np.log(factor)
             log[key] = float(np.logaddexp.reduce(changed))
-        yield normalised(log)
+        yield prior, normalised(log)
 
 
-def _sizes_varied(judged: Judged, factor: float) -> Iterator[Mapping[Key, float]]:
+def _sizes_varied(judged: Judged, factor: float) -> Iterator[_OfPrior]:
     """Vary the typical size of effects, the sizes of unlisted laws, and how well stated noise is known."""
     evidence = judged.weighed.evidence
-    for kind in (MemberKind.EFFECT, MemberKind.UNLISTED):
+    sizes = {"size of effects": MemberKind.EFFECT, "size of laws of no catalogue": MemberKind.UNLISTED}
+    for prior, kind in sizes.items():
         members = [_resized(one, factor if one.kind is kind else 1.0) for one in judged.members]
-        yield _weighed_anew(judged, replace(evidence, members=members))
+        yield prior, _weighed_anew(judged, replace(evidence, members=members))
     if 0.0 < evidence.noise.known < np.inf:
         noise = replace(evidence.noise, known=evidence.noise.known * factor)
-        yield _weighed_anew(judged, replace(evidence, noise=noise))
+        yield "stated noise", _weighed_anew(judged, replace(evidence, noise=noise))
 
 
 def _resized(member: Member, factor: float) -> MemberColumns:

@@ -65,6 +65,8 @@ class Answer:
     """Of processor time."""
     crash: str = ""
     """The last line of a crash."""
+    hangs_on: tuple[str, ...] = ()
+    """Priors that, three times larger or smaller, change which groups are named or whether a law of no catalogue is."""
 
     @property
     def quiet(self) -> bool:

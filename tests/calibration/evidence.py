@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
+from collections.abc import Mapping
 
-from stiffcal.judgement.reading import read_off
+from stiffcal.judgement.evidence import Key
+from stiffcal.judgement.judge import Judged
+from stiffcal.judgement.numbers import NAMED
+from stiffcal.judgement.priors import MemberKind
+from stiffcal.judgement.reading import WhatIsMissing, read_off
+from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.states import judge_states
 from stiffcal.model.catalogue import built_in_effects
 from tests.calibration.answers import Answer, Named
@@ -17,7 +24,8 @@ ALTERNATIVES = 0.95
 def judge(campaign: FieldCampaign) -> Answer:
     """Weigh all sets of effects and unlisted laws, and read the answer off."""
     start = time.process_time()
-    reading = read_off(judge_states(campaign.states, campaign.model, built_in_effects()))
+    judged = judge_states(campaign.states, campaign.model, built_in_effects())
+    reading = read_off(judged)
     named = []
     for group in reading.groups:
         reached, names, shares = 0.0, [], []
@@ -30,4 +38,27 @@ def judge(campaign: FieldCampaign) -> Answer:
         named.append(Named(tuple(names), group.probability, tuple(shares), group.firm))
     doubted = tuple(off.run for off, _ in reading.doubted if off.state is None)
     seconds = time.process_time() - start
-    return Answer(tuple(named), reading.unexplained, doubted, reading.p_nothing, reading.p_unknown, seconds)
+    hangs_on = priors_that_decide(judged, reading)
+    return Answer(
+        tuple(named), reading.unexplained, doubted, reading.p_nothing, reading.p_unknown, seconds, hangs_on=hangs_on
+    )
+
+
+def priors_that_decide(judged: Judged, reading: WhatIsMissing) -> tuple[str, ...]:
+    """Return the priors that, three times larger or smaller, change what is named or that a law of no catalogue is."""
+    groups = [{name for name, _ in group.members} for group in reading.groups]
+
+    def verdict(sets: Mapping[Key, float]) -> tuple[bool, ...]:
+        names = {key: {judged.members[i].name for i in key} for key in sets}
+        kinds = {key: {judged.members[i].kind for i in key} for key in sets}
+        of_group = [sum(p for key, p in sets.items() if names[key] & group) for group in groups]
+        alone: dict[str, float] = defaultdict(float)
+        for key, p in sets.items():
+            for name in {judged.members[i].name for i in key if judged.members[i].kind is MemberKind.EFFECT}:
+                alone[name] += p
+        others = any(p >= NAMED for name, p in alone.items() if not any(name in group for group in groups))
+        unlisted = sum(p for key, p in sets.items() if MemberKind.UNLISTED in kinds[key])
+        return (*(p >= NAMED for p in of_group), others, unlisted >= NAMED)
+
+    plain = verdict(judged.weighed.probabilities())
+    return tuple(sorted({one.prior for one in varied(judged) if verdict(one.sets) != plain}))

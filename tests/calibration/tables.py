@@ -26,7 +26,7 @@ def table(records: Sequence[JudgedCampaign]) -> str:
     seconds = sorted(r.answer.seconds for r in records if not r.answer.crash)
     if seconds:
         lines.append(f"processor time: median {seconds[len(seconds) // 2]:.1f} s, most {seconds[-1]:.1f} s")
-    return "\n".join([*lines, *_reliability(records)])
+    return "\n".join([*lines, *_reliability(records), *_priors(records)])
 
 
 def _line(name: str, own: Sequence[JudgedCampaign], with_outcomes: bool) -> str:
@@ -47,6 +47,13 @@ def stated(record: JudgedCampaign) -> list[tuple[float, bool]]:
         for one in record.answer.named
         if not math.isnan(one.probability)
     ]
+
+
+def _priors(records: Sequence[JudgedCampaign]) -> list[str]:
+    """Return in how many campaigns each prior, three times larger or smaller, changes the verdict."""
+    counts = Counter(prior for record in records for prior in record.answer.hangs_on)
+    lines = ["verdicts that a factor of three in a prior changes"] if counts else []
+    return lines + [f"{prior:<40}{n:>4} of {len(records)}" for prior, n in counts.most_common()]
 
 
 def _reliability(records: Sequence[JudgedCampaign]) -> list[str]:

@@ -57,7 +57,7 @@ def odds(sets: dict[tuple[int, ...], float], key: tuple[int, ...]) -> float:
 
 def test_odds_move_by_the_factor(judged: Judged) -> None:
     plain = judged.weighed.probabilities()
-    more = [dict(sets) for sets in varied(judged)]
+    more = [dict(one.sets) for one in varied(judged)]
     laws, unlisted, mistakes = more[:3]
     assert odds(laws, EFFECT) == pytest.approx(PRIOR_FACTOR * odds(plain, EFFECT))
     assert odds(laws, UNLISTED) == pytest.approx(PRIOR_FACTOR * odds(plain, UNLISTED))
@@ -69,7 +69,7 @@ def test_odds_move_by_the_factor(judged: Judged) -> None:
 
 def test_every_prior_is_varied_both_ways(judged: Judged) -> None:
     """Four odds, three discrepancies, two typical sizes and how well stated noise is known; larger, then smaller."""
-    every = list(varied(judged))
+    every = [one.sets for one in varied(judged)]
     assert len(every) == 2 * (4 + 3 + 2 + 1)
     assert all(sum(sets.values()) == pytest.approx(1.0) for sets in every)
     assert len(DISCREPANCIES) > 1
@@ -77,7 +77,7 @@ def test_every_prior_is_varied_both_ways(judged: Judged) -> None:
 
 def test_a_size_far_from_typical_costs_what_its_prior_says(judged: Judged) -> None:
     """With sizes a third as large the effect of four noises is less probable, the run as probable as before."""
-    smaller = [dict(sets) for sets in varied(judged)][10 + 7]
+    smaller = [dict(one.sets) for one in varied(judged)][10 + 7]
     plain = judged.weighed.probabilities()
     assert odds(smaller, EFFECT) < 0.9 * odds(plain, EFFECT)
     assert odds(smaller, RUN) == pytest.approx(odds(plain, RUN))
