@@ -65,18 +65,27 @@ COMPUTED: Mapping[str, Mapping[str, Any]] = {
     "LINGERS": {"LINGERS": _finer(numbers.LINGERS)},
 }  # fmt: skip
 """Numbers of the computation: by name the values with which each is doubled."""
-OURS = ("STILL", "INSTEAD", "RUNS_KEPT", "FAR", "SHOWS_ITS_NOISE", "KNOWN_IN_PLACES", "BEYOND_USUAL", "LEVER_OF_NODE")
+OURS = (
+    "STILL", "INSTEAD", "RUNS_KEPT", "FAR", "SHOWS_ITS_NOISE", "KNOWN_IN_PLACES", "BEYOND_USUAL", "LEVER_OF_NODE",
+    "STEPS", "WARMING", "THRESHOLDS", "WIDTH_OF_STEP",
+)  # fmt: skip
 """Numbers that are neither a prior of the published table nor a limit of the answer; by them it is asked ×2 and ÷2 …"""
 PRIORS = (
     "SPRING", "EXPECTED_EFFECTS", "UNLISTED", "SETUP_MISTAKE", "CONTRADICTED", "DOUBTED_RUN", "DOUBTED_ROW",
     "LEVER_OF_TOOL", "STATED_NOISE_DOF", "NORMAL", "ALONE", "BEND", "LINGERING",
+    "ALIKE_IN_SWEEPS",
 )  # fmt: skip
 """… and of these."""
 
 
 def changes(name: str) -> dict[str, Mapping[str, Any]]:
-    """Return what a number is changed to, by what is printed of it: probabilities stay below one."""
+    """Return what a number is changed to, or each of several, by what is printed: probabilities stay below one."""
     value = getattr(numbers, name)
+    if isinstance(value, tuple):
+        return {
+            f"{name} x 2": {name: tuple(2 * one for one in value)},
+            f"{name} / 2": {name: tuple(one / 2 for one in value)},
+        }
     more = 0.5 * (1.0 + value) if value == 0.5 else 2 * value
     return {f"{name} x 2": {name: more}, f"{name} / 2": {name: type(value)(value / 2)}}
 
