@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.ingest.run_keys import name_elsewhere
+from stiffcal.ingest.reading.run_keys import name_elsewhere
 from stiffcal.revision import REVISION
 from stiffcal.store.provenance import IngestSettings
 

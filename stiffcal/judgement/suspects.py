@@ -48,8 +48,8 @@ def suspicion_of(
     from stiffcal.diagnosis.suspects.selection import not_checked
     from stiffcal.identification.fitting.identify import Settings, identify_parameters
     from stiffcal.identification.fitting.not_fitted import is_not_fitted
-    from stiffcal.model.assembly import fixed_parameters
-    from stiffcal.model.campaign_effects import placed_robot
+    from stiffcal.model.assembled.assembly import fixed_parameters
+    from stiffcal.model.catalogue.campaign_effects import placed_robot
 
     try:
         settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
@@ -96,7 +96,7 @@ def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> l
     from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.document import explaining_run
     from stiffcal.judgement.doubts import reading_off
-    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.assembled.assembly import fixed_parameters
 
     states, suspects = found.states, []
     runs = [off.run for off in found.doubted if off.state is None]
@@ -131,7 +131,7 @@ def described(suspicion: Suspicion, campaign: Campaign, states: LoadStates) -> l
 
 def _with_exclusion(suspect: Suspect, moved: MovedRows, campaign: Campaign, states: LoadStates) -> Suspect:
     """Return the suspect with the lines that leave out the rows on the shorter side of the move."""
-    from stiffcal.campaign.absolute_checks import absolute_sources
+    from stiffcal.campaign.checks.absolute_checks import absolute_sources
     from stiffcal.diagnosis.suspects.result import exclusion_lines
 
     holding = [

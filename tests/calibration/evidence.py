@@ -6,7 +6,7 @@ import time
 
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.states import judge_states
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.calibration.answers import Answer, Named
 from tests.calibration.field_mix import FieldCampaign
 

@@ -8,7 +8,7 @@ import tomllib
 import pytest
 
 from docs.page_blocks import hand_written_pages, page_text
-from stiffcal.campaign.row_filter import RowCondition, condition_text, parse_rows
+from stiffcal.campaign.signals.row_filter import RowCondition, condition_text, parse_rows
 from stiffcal.diagnosis.suspects.result import exclusion_lines
 from stiffcal.escapes import toml_text
 from tests.laboratory.offered_toml import faults_in, offers_in

@@ -27,7 +27,7 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.loaded import check_campaign
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.suspects import suspicion_of
 from stiffcal.report.blocks import Facts, ReportSection, TableBlock
 from stiffcal.report.sections import suspects

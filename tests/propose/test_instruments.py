@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest_type import source_type
+from stiffcal.campaign.manifest.manifest_type import source_type
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.lines import FrameNames

@@ -13,7 +13,7 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest_type import source_type
+from stiffcal.campaign.manifest.manifest_type import source_type
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.from_folder import draft_from_folder

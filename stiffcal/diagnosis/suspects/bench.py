@@ -18,7 +18,7 @@ from stiffcal.identification.noise.projection import Projection
 from stiffcal.identification.noise.reading_noise import Noise, stated_noise
 from stiffcal.identification.noise.weights import raw_whitening, residual_noise
 from stiffcal.measurements.load_states import LoadStates, members_of
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
 
 

@@ -31,8 +31,8 @@ from stiffcal.mistakes.places.mistake import MovedRows, PlacesMistake
 from stiffcal.mistakes.runs.found import trial_states, variants_of
 from stiffcal.mistakes.runs.mistake import RunRead, Variant
 from stiffcal.mistakes.suspect_kinds import SuspectKind
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import NoBalanceError
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import NoBalanceError
 
 # Of a run whose readings are right the root mean square of the deleted residual is one; among fifty runs of three
 # readings one above three comes once in three thousand campaigns.

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.source import Source
+from stiffcal.campaign.manifest.source import Source
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.campaign.source import Source
-from stiffcal.campaign.toml_reading import LARGEST
+from stiffcal.campaign.manifest.source import Source
+from stiffcal.campaign.toml.toml_reading import LARGEST
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

@@ -10,9 +10,9 @@ from typing import Protocol
 
 import numpy as np
 
-from stiffcal.campaign.gauges import metres_of_rods
-from stiffcal.campaign.manifest import Manifest, Run
-from stiffcal.campaign.source import Source
+from stiffcal.campaign.frames.gauges import metres_of_rods
+from stiffcal.campaign.manifest.manifest import Manifest, Run
+from stiffcal.campaign.manifest.source import Source
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
