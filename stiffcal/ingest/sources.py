@@ -60,7 +60,7 @@ def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
         return ()
     import hashlib
 
-    from stiffcal.reduction.logs.rows import fingerprint_of
+    from stiffcal.reduction.logs.log_rows import fingerprint_of
     from stiffcal.store import SourceFile
 
     files: dict[str, SourceFile] = {}

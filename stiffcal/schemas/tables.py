@@ -46,7 +46,7 @@ from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place, StateOrder
 from stiffcal.model.summary import Where
-from stiffcal.reduction.logs.rows import LogRows
+from stiffcal.reduction.logs.log_rows import LogRows
 from stiffcal.schemas.table_columns import (
     EVIDENCE,
     HELDOUT,

@@ -18,7 +18,7 @@ OWN = ("estimation/", "identification/")
 COLUMNS = {"planning/information.py"}
 
 # Linearises without a fit: runs that are planned or compared with others.
-ROWS = {"planning/information.py", "planning/rivals.py", "diagnosis/suspects/bench.py"}
+ROWS = {"planning/information.py", "planning/rivals.py", "diagnosis/suspects/whitened_runs.py"}
 
 # Solvers of other kinds of experiment and of questions that are no fit of a model's parameters.
 SOLVERS = {
@@ -37,7 +37,7 @@ FOLDS = {
     "diagnosis/scans/folds.py",
     "diagnosis/scans/load_scan.py",
     "diagnosis/scans/scoring.py",
-    "diagnosis/suspects/bench.py",  # runs that are off
+    "diagnosis/suspects/whitened_runs.py",  # runs that are off
     "diagnosis/suspects/find.py",
     "diagnosis/suspects/selection.py",
 }

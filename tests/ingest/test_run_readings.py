@@ -22,7 +22,7 @@ from stiffcal.ingest.parts import READ_RUNS, READ_STATES
 from stiffcal.ingest.reading import reducing, run_readings
 from stiffcal.measurements.columns import column_of, values_of
 from stiffcal.propose.templates import write_template
-from stiffcal.reduction.logs import rows as logs
+from stiffcal.reduction.logs import log_rows as logs
 from stiffcal.reduction.states import tabled_states
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign

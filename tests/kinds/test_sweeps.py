@@ -19,8 +19,8 @@ from stiffcal.kinds.clamped.logs.clocks import lag_of
 from stiffcal.kinds.clamped.logs.sweeps import cut_sweeps, moved_joint
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.clocks.lag_minima import LagMinimum, are_distinguished, lag_minima
+from stiffcal.reduction.logs.log_rows import LogRows
 from stiffcal.reduction.logs.motor_side import MotorSide
-from stiffcal.reduction.logs.rows import LogRows
 
 KR125 = Path(__file__).parents[2] / "campaigns" / "kr125" / "robot.toml"
 NAMES = ("A1", "A2", "A3")

@@ -21,7 +21,7 @@ from stiffcal.propose.lines import FrameNames
 from stiffcal.propose.log_kind import LogKind, log_kind
 from stiffcal.propose.other_tables import table_of
 from stiffcal.readers import WantedColumns, find_reader
-from stiffcal.reduction.logs.rows import read_rows
+from stiffcal.reduction.logs.log_rows import read_rows
 from tests.laboratory.bags import joint_state, pose, wrench, write_bag
 from tests.propose.test_instruments import readings
 

@@ -19,7 +19,7 @@ from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, vector_from_rotation
 from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.quaternions import rotation_from_quaternion
-from stiffcal.reduction.logs.rows import LogRows, read_rows
+from stiffcal.reduction.logs.log_rows import LogRows, read_rows
 from stiffcal.simulation.played.true_motion import PlannedRun, ToolWeight, solve_true_runs
 from stiffcal.simulation.scene import draw_acts, robot_with_values, tool_weight, true_frames
 from stiffcal.simulation.simulate import simulate_campaign

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from stiffcal.diagnosis.answers.heldout_results import ErrorAsValidated, ErrorInExperiment
 from stiffcal.diagnosis.answers.pattern_results import CandidateParameter, CompliancePattern
 from stiffcal.diagnosis.answers.setting_results import ContradictedSetting, WrongGeometry
-from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
+from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent, Origin
 from stiffcal.identification.answers.before_after import BeforeAfter
 from stiffcal.identification.answers.fit_results import IdentifiedParameter

@@ -19,7 +19,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.diagnosis.scans.candidates import Candidate, list_candidates, variants
 from stiffcal.diagnosis.scans.slips import is_slip
 from stiffcal.diagnosis.suspects.additive import Offset
-from stiffcal.diagnosis.suspects.bench import Bench, WhitenedRuns
+from stiffcal.diagnosis.suspects.whitened_runs import Bench, WhitenedRuns
 from stiffcal.identification.fitting.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.catalogue.catalogue import built_in_effects

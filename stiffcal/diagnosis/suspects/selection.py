@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Integers
+from stiffcal.diagnosis.answers.suspect_results import NotCheckedReason, RunsNotChecked
 from stiffcal.diagnosis.suspects.influence import LEAST_RUNS, most_suspects
-from stiffcal.diagnosis.suspects.result import NotCheckedReason, RunsNotChecked
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mistakes.suspect_kinds import SuspectKind
 from stiffcal.model.assembled.composite import CompliantRobot

@@ -43,8 +43,7 @@ from stiffcal.reduction.copies.repeated_rows import repeated_rows
 from stiffcal.reduction.copies.rounded import RoundedCopies
 from stiffcal.reduction.loads.cycles import UNLOADED_SHARE
 from stiffcal.reduction.logs.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
-from stiffcal.reduction.logs.plausibility import LogQuality
-from stiffcal.reduction.logs.rows import (
+from stiffcal.reduction.logs.log_rows import (
     LogRows,
     columns_of_signals,
     files_of_signals,
@@ -52,6 +51,7 @@ from stiffcal.reduction.logs.rows import (
     header_of_file,
     place_of_row,
 )
+from stiffcal.reduction.logs.plausibility import LogQuality
 from stiffcal.reduction.logs.sampled_readings import ReadingSampler
 from stiffcal.reduction.logs.summary import LogSummary
 from stiffcal.reduction.set_aside.displacement_measured import check_displacement_measured

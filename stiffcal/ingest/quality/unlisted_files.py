@@ -14,8 +14,8 @@ from stiffcal.escapes import toml_text
 from stiffcal.natural_order import natural_key
 from stiffcal.propose.run_names import patterns_of_devices, shape_of
 from stiffcal.readers import find_reader
+from stiffcal.reduction.logs.log_rows import reader_options, wanted_columns
 from stiffcal.reduction.logs.names import names_in_file
-from stiffcal.reduction.logs.rows import reader_options, wanted_columns
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.reading.run_readings import RunReadings
 from stiffcal.readers import WantedColumns
-from stiffcal.reduction.logs.rows import LogRows, is_there, read_batches
+from stiffcal.reduction.logs.log_rows import LogRows, is_there, read_batches
 
 
 def logged_runs(campaign: Campaign, readings: RunReadings | None = None) -> list[tuple[Run, list[str]]]:

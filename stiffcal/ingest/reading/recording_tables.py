@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.manifest.source import Source
-from stiffcal.reduction.logs.rows import LogRows
+from stiffcal.reduction.logs.log_rows import LogRows
 
 _SI = {
     "joints": "rad",

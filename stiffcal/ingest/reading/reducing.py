@@ -35,8 +35,8 @@ from stiffcal.readers import WantedColumns
 from stiffcal.reduction.holds.finding import Holds, given_holds
 from stiffcal.reduction.logs.blocks import BlockAverager, Blocks
 from stiffcal.reduction.logs.excluded_rows import ExcludedStretches, RowExclusions
+from stiffcal.reduction.logs.log_rows import LogRows, is_there, read_batches, read_rows
 from stiffcal.reduction.logs.motor_side import MotorSide
-from stiffcal.reduction.logs.rows import LogRows, is_there, read_batches, read_rows
 from stiffcal.reduction.registration.frames import Registration
 from stiffcal.reduction.registration.registering import in_instrument_axes, register_frames
 from stiffcal.reduction.set_aside.outliers import reject_outliers

@@ -11,7 +11,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.escapes import toml_text
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.reduction.logs.rows import raw_rows_of
+from stiffcal.reduction.logs.log_rows import raw_rows_of
 
 # Stretches of rows that one line lists; the others are counted.
 MOST_LISTED = 6

@@ -18,8 +18,8 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.logs.excluded_rows import RowExclusions
+from stiffcal.reduction.logs.log_rows import LogRows, place_of_row, read_rows
 from stiffcal.reduction.logs.motor_side import MotorSide
-from stiffcal.reduction.logs.rows import LogRows, place_of_row, read_rows
 from stiffcal.reduction.states.raw_states import RawStates, concatenated, joined_side_by_side, pick
 
 

@@ -29,9 +29,9 @@ from stiffcal.store.document_shape import result_from
 from stiffcal.wording import listing
 
 if TYPE_CHECKING:
+    from stiffcal.diagnosis.answers.suspect_results import Suspect
     from stiffcal.diagnosis.refits.refits import StoredRefits
     from stiffcal.diagnosis.suspects.find import Suspicion
-    from stiffcal.diagnosis.suspects.result import Suspect
     from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.results.identify_result import IdentifyResult
