@@ -21,12 +21,12 @@ from docs.effect_page import effect_list, effect_page
 from docs.effects_api_page import effects_api_page
 from docs.markdown import cell, code, table
 from docs.schema_words import SCHEMAS, read_schema, type_of
-from stiffcal.campaign.file_formats import format_names, log_format
+from stiffcal.campaign.found.file_formats import format_names, log_format
 from stiffcal.cli import endings
 from stiffcal.cli.command_tree import COMMANDS, command_named
 from stiffcal.cli.common_options import CommonOptions
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.readers import Reader
 
 TOML_FILES = {

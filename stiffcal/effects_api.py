@@ -9,7 +9,6 @@ from stiffcal.measurements.load_states import Attachment, LoadStates, Measuremen
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.drive_motion import DriveMotion
-from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     BASE_NODE,
     RX,
@@ -38,8 +37,9 @@ from stiffcal.model.effect import (
     tool_node,
 )
 from stiffcal.model.held_frame import HeldFrame
+from stiffcal.model.laws.drives import drive_law, drive_terms, drive_torque
+from stiffcal.model.laws.prismatic import specs_along_axis
 from stiffcal.model.motion import Motion
-from stiffcal.model.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 __all__ = [

@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 
-from stiffcal.campaign.explain import plain_type
-from stiffcal.campaign.typed import TomlTable
+from stiffcal.campaign.toml.explain import plain_type
+from stiffcal.campaign.toml.typed import TomlTable
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.log_columns import Options

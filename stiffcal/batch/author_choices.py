@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator
 
 from stiffcal.batch.results import AuthorChoice
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.thresholds import Thresholds, ThresholdsFile, tighter
+from stiffcal.campaign.manifest.manifest import Manifest
+from stiffcal.campaign.manifest.thresholds import Thresholds, ThresholdsFile, tighter
 from stiffcal.escapes import toml_text
 
 

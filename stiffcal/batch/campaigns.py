@@ -23,14 +23,14 @@ from stiffcal.batch.results import (
     CampaignOutcome,
     outcome_of,
 )
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError, Progress, no_progress
 from stiffcal.escapes.file_name import with_short_name
 from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import masked
 
 if TYPE_CHECKING:
-    from stiffcal.campaign.thresholds import ThresholdsFile
+    from stiffcal.campaign.manifest.thresholds import ThresholdsFile
 
 NOT_SEARCHED = frozenset({"store", "raw", "node_modules", "__pycache__"})
 
@@ -125,7 +125,7 @@ def batch_campaigns(folders: Sequence[Path], options: BatchOptions | None = None
 
 
 def _thresholds(file: Path) -> ThresholdsFile:
-    from stiffcal.campaign.thresholds import load_thresholds
+    from stiffcal.campaign.manifest.thresholds import load_thresholds
 
     return load_thresholds(file)
 

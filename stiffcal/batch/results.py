@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeAlias
 
-from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.diagnosis.answers.suspect_results import Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, Document, Number, OrAbsent, Origin
 from stiffcal.errors import Fault
 from stiffcal.measurements.rms import Rms

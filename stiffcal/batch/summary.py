@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from stiffcal.batch.results import HELD, NOT_HELD, STEPS, AuthorChoice, BatchResult, CampaignOutcome
-from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.diagnosis.answers.suspect_results import Suspect
 from stiffcal.errors import InputError
 from stiffcal.escapes import markdown, xml_text
 from stiffcal.fault_codes import FaultCode

@@ -28,7 +28,7 @@ from stiffcal.batch.results import (
     IdentifiedStiffness,
     outcome_of,
 )
-from stiffcal.campaign.thresholds import ThresholdsFile
+from stiffcal.campaign.manifest.thresholds import ThresholdsFile
 from stiffcal.commands.report import REPORT_FILE, report_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
@@ -36,7 +36,7 @@ from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.fault_log import write_fault_log
 from stiffcal.files import read_regular
-from stiffcal.model.plugin_loading import plugin_fault
+from stiffcal.model.catalogue.plugin_loading import plugin_fault
 from stiffcal.results.error_result import FaultEntry
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult

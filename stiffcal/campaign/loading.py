@@ -9,23 +9,23 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from stiffcal.campaign.checks import (
+from stiffcal.campaign.checks.together import (
     file_faults,
     manifest_faults,
     model_match_faults,
     robot_match_faults,
 )
-from stiffcal.campaign.file_patterns import FoundFiles
-from stiffcal.campaign.found_runs import nothing_found, pattern_faults, with_found_runs
-from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.manifest_type import manifest_type, validate_manifest
-from stiffcal.campaign.model_file import MODEL_FILE, ModelFile, default_model, load_model
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.pruning import unrelated_faults, validate_without_wrong_keys
-from stiffcal.campaign.reach import check_own, escapes, leads_outside, link_fault, links_outside
-from stiffcal.campaign.robot_checks import RobotOutline, outline_of, robot_faults
-from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.toml_reading import read_toml, validate
+from stiffcal.campaign.manifest.file_patterns import FoundFiles
+from stiffcal.campaign.manifest.found_runs import nothing_found, pattern_faults, with_found_runs
+from stiffcal.campaign.manifest.manifest import Manifest
+from stiffcal.campaign.manifest.manifest_type import manifest_type, validate_manifest
+from stiffcal.campaign.model.model_file import MODEL_FILE, ModelFile, default_model, load_model
+from stiffcal.campaign.robot.robot_checks import RobotOutline, outline_of, robot_faults
+from stiffcal.campaign.robot.robot_file import RobotFile
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.pruning import unrelated_faults, validate_without_wrong_keys
+from stiffcal.campaign.toml.reach import check_own, escapes, leads_outside, link_fault, links_outside
+from stiffcal.campaign.toml.toml_reading import read_toml, validate
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.escapes import escape_invisible
 from stiffcal.escapes.shell import command_line
@@ -78,13 +78,13 @@ class Campaign:
 
         A drawn section is solved where rods sit on its link: only they ask for its fibres and its warping.
         """
-        from stiffcal.campaign.geometry import chain_of  # numpy: not at the manifest's import
+        from stiffcal.campaign.robot.geometry import chain_of  # numpy: not at the manifest's import
 
         chain = chain_of(self.robot, self.robot_path.parent)
         links = {rod.link for rod in self.manifest.ids.values()}
         if not links or all(link.section is None for link in self.robot.links.values()):
             return chain
-        from stiffcal.campaign.link_sections import with_sections
+        from stiffcal.campaign.robot.link_sections import with_sections
 
         return with_sections(chain, self.robot, links, self.manifest.robot)
 

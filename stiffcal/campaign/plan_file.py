@@ -7,10 +7,10 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from stiffcal.campaign.reach import check_own
-from stiffcal.campaign.sizes import Degrees, PositiveLength
-from stiffcal.campaign.toml_reading import read_toml, validate
-from stiffcal.campaign.typed import Counting, Interval, Name, NotNegative, Positive, TomlTable, Vector3, at_most
+from stiffcal.campaign.robot.sizes import Degrees, PositiveLength
+from stiffcal.campaign.toml.reach import check_own
+from stiffcal.campaign.toml.toml_reading import read_toml, validate
+from stiffcal.campaign.toml.typed import Counting, Interval, Name, NotNegative, Positive, TomlTable, Vector3, at_most
 
 PLAN_FILE = "plan.toml"
 MOST_RUNS, MOST_CANDIDATES = 1000, 20000

@@ -14,11 +14,11 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from stiffcal.campaign.manifest_type import manifest_type
-from stiffcal.campaign.model_file import ModelFile
+from stiffcal.campaign.manifest.manifest_type import manifest_type
+from stiffcal.campaign.manifest.thresholds import ThresholdsFile
+from stiffcal.campaign.model.model_file import ModelFile
 from stiffcal.campaign.plan_file import PlanFile
-from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.thresholds import ThresholdsFile
+from stiffcal.campaign.robot.robot_file import RobotFile
 
 SCHEMAS: dict[str, Callable[[], type[BaseModel]]] = {
     "campaign.schema.json": manifest_type,

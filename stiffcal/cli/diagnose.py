@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stiffcal.cli.console import AnswerConsole
-    from stiffcal.diagnosis.results import DiagnoseResult, LookAlike, ProposedEffect
+    from stiffcal.diagnosis.answers.results import DiagnoseResult, LookAlike, ProposedEffect
     from stiffcal.model.summary import EffectAt, Where
     from stiffcal.stages.diagnoses.followed import FollowedResidual
 
@@ -397,7 +397,7 @@ def _show_ranking(console: AnswerConsole, result: DiagnoseResult, details: bool)
 
 def _show_found_later(console: AnswerConsole, result: DiagnoseResult) -> None:
     """Explain rows whose verdict is not the answer's: judged next to another effect, or significant and too small."""
-    from stiffcal.diagnosis.results import supported_but_not_named
+    from stiffcal.diagnosis.answers.results import supported_but_not_named
 
     ranked = [(effect, result.finding_of(effect)) for effect in result.missing]
     later = [effect_words(effect) for effect, finding in ranked if finding is None or finding.verdict != "supported"]

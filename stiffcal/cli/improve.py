@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.model.model_file import MODEL_FILE
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.endings import OK

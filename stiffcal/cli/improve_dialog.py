@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stiffcal.commands.improve import Decision, EffectProposal
-    from stiffcal.diagnosis.results import Finding, LookAlike, ProposedEffect
+    from stiffcal.diagnosis.answers.results import Finding, LookAlike, ProposedEffect
     from stiffcal.model.summary import EffectAt
 
 QUESTION = "yes, other, details, skip, quit"
@@ -103,7 +103,7 @@ def _proposal_lines(proposal: EffectProposal) -> list[str]:
         lines.append(
             f"  expected error in held-out poses: {before} now, {after} with it{_explained(proposal, finding)}"
         )
-    from stiffcal.diagnosis.results import ProposedEffect
+    from stiffcal.diagnosis.answers.results import ProposedEffect
 
     alike = []
     if isinstance(proposal.effect, ProposedEffect):

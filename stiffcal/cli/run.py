@@ -24,7 +24,7 @@ from stiffcal.wording import listing
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
     from stiffcal.commands.run_result import RunResult
-    from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
     from stiffcal.validation.distances import Distances
     from stiffcal.validation.elasticity import Elasticity
 

@@ -111,7 +111,7 @@ class Supervision:
         """Return the fault of the campaign's code where it has raised this, None where it has not."""
         if not self.files or isinstance(error, InputError) or self._interrupted:
             return None
-        from stiffcal.model.plugin_loading import fault_of
+        from stiffcal.model.catalogue.plugin_loading import fault_of
         from stiffcal.trust.running import place_in_plugin
 
         # where interruptions are not counted every one is the user's

@@ -11,7 +11,7 @@ from stiffcal.wording import probability_in_words
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
+    from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
 
 
 def show_suspects(

@@ -57,7 +57,7 @@ def validate(
     Example: stiffcal validate demo
     """
     with answering(as_json) as answer:
-        from stiffcal.campaign.thresholds import load_thresholds
+        from stiffcal.campaign.manifest.thresholds import load_thresholds
         from stiffcal.commands.validate import validate_campaign
         from stiffcal.stages.steps import RunContext
 

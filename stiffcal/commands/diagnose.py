@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.stages.diagnoses.current import current_diagnosis, diagnose_anew
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import DIAGNOSE, RunContext, up_to_date_states

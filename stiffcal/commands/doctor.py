@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Literal
 
 from stiffcal import __version__
-from stiffcal.campaign.file_formats import format_names
+from stiffcal.campaign.found.file_formats import format_names
 from stiffcal.documents import CommandResult
 from stiffcal.escapes.shell import escaped
 from stiffcal.trust.state import fault_of_place, state_folder

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from stiffcal.campaign.loading import Campaign, load_campaign
-from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.model.model_file import MODEL_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.editing import Wanted, edit_text, places_at
@@ -77,7 +77,7 @@ def change_model(
     ------
     InputError : as `edit_model`.
     """
-    from stiffcal.campaign.model_editing import editable_text, save_model
+    from stiffcal.campaign.model.model_editing import editable_text, save_model
 
     kept = _is_kept(campaign, context or RunContext())
     text = editable_text(campaign.folder, campaign.chain.n_joints)

@@ -9,11 +9,11 @@ from pathlib import Path
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.campaign_effects import plugin_code
-from stiffcal.model.catalogue import find_effects
+from stiffcal.model.catalogue.campaign_effects import plugin_code
+from stiffcal.model.catalogue.catalogue import find_effects
+from stiffcal.model.catalogue.plugin_code import PluginCode
 from stiffcal.model.effect import Effect
 from stiffcal.model.motion import Motion
-from stiffcal.model.plugin_code import PluginCode
 from stiffcal.results.command_results import EffectDescription, EffectParameter, EffectsResult
 
 # How an effect of moving joints enters the model, where others have their `Kind`.

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import Campaign, load_campaign
-from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.model.model_file import MODEL_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.results.history_results import HistoryEntry, HistoryResult, StoredFit
@@ -18,7 +18,7 @@ from stiffcal.trust.output_kinds import MODEL
 from stiffcal.trust.outputs import holds_something, not_ours, write_output
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
 
 
 def read_history(folder: Path, context: RunContext | None = None) -> HistoryResult:
@@ -52,7 +52,7 @@ def diagnosis_of_fit(folder: Path, context: RunContext, fit_id: str) -> Diagnose
     ------
     InputError : the folder holds no campaign.
     """
-    from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
     from stiffcal.stages.steps import DIAGNOSE
 
     campaign = load_campaign(Path(folder), check_files=False)
@@ -130,7 +130,7 @@ def _check_foreign(campaign: Campaign, fit: StoredFit, confirm: Callable[[Stored
     """
     import tempfile
 
-    from stiffcal.campaign.model_file import load_model
+    from stiffcal.campaign.model.model_file import load_model
 
     place = f"fit {fit.id}"
     if confirm is None or not confirm(fit):

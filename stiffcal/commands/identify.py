@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
-from stiffcal.campaign.prismatic_checks import refuse_prismatic
+from stiffcal.campaign.checks.prismatic_checks import refuse_prismatic
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode

@@ -11,7 +11,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.edit_model import change_model
 from stiffcal.commands.validate import validate_campaign
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.diagnosis.words import effect_in_words
 from stiffcal.identification.answers.before_after import (
     BeforeAfter,

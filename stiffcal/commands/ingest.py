@@ -36,8 +36,8 @@ def ingest_campaign(
     InputError
         The campaign or one of its files is wrong; the store is then untouched.
     """
-    from stiffcal.campaign.found_runs import unpartnered_remarks
     from stiffcal.campaign.loading import load_campaign
+    from stiffcal.campaign.manifest.found_runs import unpartnered_remarks
     from stiffcal.ingest.freshness import freshness_of
     from stiffcal.ingest.ingesting import ingest_now
     from stiffcal.ingest.parts import INGEST

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from stiffcal.campaign.reach import check_given
+from stiffcal.campaign.toml.reach import check_given
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import is_given
@@ -211,7 +211,7 @@ def tool_point(text: str) -> tuple[float, ...]:
     >>> tool_point("0, 0, 0.2")
     (0.0, 0.0, 0.2)
     """
-    from stiffcal.campaign.sizes import implausible_length
+    from stiffcal.campaign.robot.sizes import implausible_length
     from stiffcal.compensation.path import numbers_of_words
 
     numbers = numbers_of_words(text, "--tool")

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.campaign.checks.prismatic_checks import refuse_prismatic
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.prismatic_checks import refuse_prismatic
-from stiffcal.campaign.sizes import HEAVIEST_KG
+from stiffcal.campaign.robot.sizes import HEAVIEST_KG
 from stiffcal.compensation.fitted_robot import FittedRobot
 from stiffcal.compensation.path import OPTION_IN_N, numbers_of_words, pose_of_words
 from stiffcal.compensation.workspace_map import MapWish, map_of_robot, table_of_map

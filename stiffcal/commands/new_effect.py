@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import NoReturn
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.plugin_listing import list_plugin
-from stiffcal.campaign.reach import check_own
+from stiffcal.campaign.manifest.plugin_listing import list_plugin
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.reach import check_own
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.diagnosis.pattern_results import CompliancePattern
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.answers.pattern_results import CompliancePattern
+from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.plugin_code import check_plugin_name, read_plugins
+from stiffcal.model.catalogue.catalogue import built_in_effects
+from stiffcal.model.catalogue.plugin_code import check_plugin_name, read_plugins
 from stiffcal.results.command_results import NewEffectResult
 from stiffcal.stages.steps import RunContext
 
@@ -50,7 +50,7 @@ def write_new_effect(folder: Path, name: str, context: RunContext | None = None)
     if pattern is None:
         _refuse_without_pattern(diagnosis)
     _check_finite(pattern)
-    from stiffcal.diagnosis.pattern_plugin import plugin_text
+    from stiffcal.diagnosis.remainder.pattern_plugin import plugin_text
     from stiffcal.diagnosis.words import pattern_in_words
 
     write_whole(campaign.folder / file, plugin_text(pattern, name))

@@ -84,7 +84,7 @@ def predict_campaign(
     from stiffcal.compensation.link_parts import link_parts
     from stiffcal.compensation.predict_result import PredictResult
     from stiffcal.compensation.prediction import at_load_point, one_run, predict_states
-    from stiffcal.model.equilibrium import NoBalanceError
+    from stiffcal.model.balance.equilibrium import NoBalanceError
 
     context = context or RunContext()
     if (poses is None) == (load_path is None):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.compensation.load_table import LoadTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -17,7 +17,7 @@ from stiffcal.report.content import PoseStiffness, ReportContent
 from stiffcal.stages.steps import Ingested, RunContext
 
 if TYPE_CHECKING:
-    from stiffcal.campaign.report_settings import MapSettings
+    from stiffcal.campaign.manifest.report_settings import MapSettings
     from stiffcal.compensation.map_result import MapResult
 
 # Small loads, under which a law that bends gives its stiffness at work near zero load.

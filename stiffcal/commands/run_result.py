@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.documents import HAS_OWN_SCHEMA, NOT_PROMISED, CommandResult, KeyIf
 from stiffcal.ingest.checks.results import CheckResult
 from stiffcal.results.identify_result import IdentifyResult

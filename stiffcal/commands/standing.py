@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.model_file import MODEL_FILE, load_model
+from stiffcal.campaign.model.model_file import MODEL_FILE, load_model
 from stiffcal.commands.history import diagnosis_of_fit, read_history
 from stiffcal.ingest.parts import INGEST
 from stiffcal.ingest.sources import manifest_data_files
@@ -14,7 +14,7 @@ from stiffcal.results.next_step import Standing
 from stiffcal.stages.steps import RunContext, open_store
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
 
 
 def standing_of(folder: Path, context: RunContext) -> Standing:

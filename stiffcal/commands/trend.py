@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Literal
 
 from stiffcal.campaign.loading import load_manifest
-from stiffcal.campaign.queries import queries_of
+from stiffcal.campaign.manifest.queries import queries_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.plugin_code import PluginCode, read_plugins
+from stiffcal.model.catalogue.plugin_code import PluginCode, read_plugins
 from stiffcal.results.trust_results import CampaignCode, CampaignQuery, CodeFile, TrustedItem, TrustResult
 from stiffcal.trust.content import SHA256, TrustEntry
 from stiffcal.trust.places import normal_place

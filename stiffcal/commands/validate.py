@@ -11,8 +11,8 @@ from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.measured_frames import FramePosition
+from stiffcal.model.assembled.measured_frames import FramePosition
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.stages.fit import fit_now, up_to_date_fit_at_hand
@@ -29,9 +29,9 @@ from stiffcal.stages.threshold_verdict import check_thresholds
 from stiffcal.stages.validation import current_validation, validate_now, with_present_verdict
 
 if TYPE_CHECKING:
-    from stiffcal.campaign.thresholds import ThresholdsFile
+    from stiffcal.campaign.manifest.thresholds import ThresholdsFile
     from stiffcal.identification.fitting.fit import Fit
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
 
 
 def validate_campaign(

@@ -12,7 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.compensation.linear_nodes import LinearNodes, NodeChain, linear_nodes, node_chain
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.kinematics import BLOCK, StackedFrame, base_frame, cross, from_frame, jacobians, to_frame
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 
 class LinearCompensation:

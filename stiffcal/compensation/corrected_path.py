@@ -71,7 +71,7 @@ def corrected_path(
     """
     from stiffcal.compensation.compensate_result import CompensateResult
     from stiffcal.compensation.targets import CorrectionOptions, correct_joints
-    from stiffcal.model.equilibrium import NoBalanceError
+    from stiffcal.model.balance.equilibrium import NoBalanceError
 
     wanted = _wanted(fitted, path, options.sag)
     goal = _goal(fitted, path, wanted)

@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.signals import DeadWeight, Wrench
+from stiffcal.campaign.signals.signals import DeadWeight, Wrench
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.campaign_effects import free_names, placed_robot
-from stiffcal.model.measured_frames import FramePosition, with_found_frames
+from stiffcal.model.assembled.measured_frames import FramePosition, with_found_frames
+from stiffcal.model.catalogue.campaign_effects import free_names, placed_robot
 from stiffcal.wording import angle, length
 
 if TYPE_CHECKING:
     from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-    from stiffcal.model.composite import CompliantRobot, PlacedEffect
+    from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
     from stiffcal.results.identify_result import IdentifyResult
 
 # A fit that misses by so many times the noise lacks something; its own offsets draw a complete one a little below 1.
@@ -82,7 +82,7 @@ class FittedRobot:
         ------
         InputError : there is no such frame.
         """
-        from stiffcal.campaign.frames import resolve_frames
+        from stiffcal.campaign.frames.frames import resolve_frames
 
         if name in self.setup.target_names:
             return self.setup.targets[self.setup.target_names.index(name)]
@@ -156,7 +156,7 @@ def robot_of_model_file(campaign: Campaign, robot: CompliantRobot) -> FittedRobo
     ------
     InputError : a parameter has no value.
     """
-    from stiffcal.campaign.frames import measurement_setup, resolve_frames
+    from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 
     without_value, _ = free_names(robot)
     if without_value:

@@ -17,11 +17,11 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import inverse_transform
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import law_terms, node_displacements
+from stiffcal.model.balance.stated_spring import parallel_spring, stated_spring
 from stiffcal.model.effect import Inputs, Instrument, NodeLoads, joint_node, link_node, tool_node
-from stiffcal.model.equilibrium import law_terms, node_displacements
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
-from stiffcal.model.stated_spring import parallel_spring, stated_spring
 
 # A law counts as linear where it keeps to its compliance within this share, over these loads.
 _LINEAR = 1e-9

@@ -10,9 +10,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import MeasurementSetup
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import find_rest, rest_under_weight, solve_balance
 from stiffcal.model.effect import Inputs, StateOrder, link_node
-from stiffcal.model.equilibrium import find_rest, rest_under_weight, solve_balance
 
 
 @dataclass(frozen=True)

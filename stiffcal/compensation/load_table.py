@@ -2,8 +2,9 @@
 
 The only reading of such tables: `predict`, `compensate` and `plan` take files through `read_table`, the Python
 interface takes arrays through `load_table_of`, and both go through the same names, units and doubts. Columns are known
-by the names that people give them (`stiffcal.campaign.column_names`); a unit stands by the name or in a row under the
-header, else it is that of `table_columns.QUANTITIES`. Columns that are not read are named, and nothing is guessed.
+by the names that people give them (`stiffcal.campaign.columns.column_names`); a unit stands by the name or in a row
+under the header, else it is that of `table_columns.QUANTITIES`. Columns that are not read are named, and nothing is
+guessed.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.file_formats import log_format
-from stiffcal.campaign.reach import check_given, open_given, read_given
-from stiffcal.campaign.toml_reading import LARGEST
+from stiffcal.campaign.found.file_formats import log_format
+from stiffcal.campaign.toml.reach import check_given, open_given, read_given
+from stiffcal.campaign.toml.toml_reading import LARGEST
 from stiffcal.compensation.table_columns import (
     ANGLES,
     AXES,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.toml_reading import LARGEST
+from stiffcal.campaign.toml.toml_reading import LARGEST
 from stiffcal.compensation.load_table import (
     WrittenTable,
     force_mend,

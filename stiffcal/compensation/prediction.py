@@ -16,9 +16,9 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import Balance, solve_balance
 from stiffcal.model.effect import StateOrder
-from stiffcal.model.equilibrium import Balance, solve_balance
 
 # Steps of the differences: small compared with working loads, far above the solver's rounding.
 FORCE_STEP_N, MOMENT_STEP_NM = 10.0, 2.0

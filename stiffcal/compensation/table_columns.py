@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from stiffcal.campaign.column_names import (
+from stiffcal.campaign.columns.column_names import (
     QUATERNIONS,
     TIMES,
     ColumnHeader,
@@ -15,7 +15,7 @@ from stiffcal.campaign.column_names import (
     header_parts,
     plain_name,
 )
-from stiffcal.campaign.joint_names import numbered_joints
+from stiffcal.campaign.columns.joint_names import numbered_joints
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import unit

@@ -20,9 +20,9 @@ from stiffcal.compensation.prediction import one_run, parameter_covariance
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.dual_quaternions import displacement_of_duals, dual_from_pose
 from stiffcal.mechanics.kinematics import jacobians
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import Balance, solve_balance
 from stiffcal.model.effect import StateOrder
-from stiffcal.model.equilibrium import Balance, solve_balance
 from stiffcal.uncertainty import NORMAL_95
 
 # A micrometre and a microradian are asked for; a thousandth of that is what the steps stop at.

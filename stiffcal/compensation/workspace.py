@@ -14,8 +14,8 @@ from stiffcal.compensation.targets import PoseGoal
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 
 RIGID = 1e-20  # m/N: a millionth of an atom under a meganewton
 

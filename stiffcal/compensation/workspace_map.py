@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.sizes import LONGEST_M
+from stiffcal.campaign.robot.sizes import LONGEST_M
 from stiffcal.compensation.fitted_robot import FittedRobot
 from stiffcal.compensation.path import OPTION_IN_N, pose_doubts
 from stiffcal.compensation.table_doubts import deflection_doubts
@@ -66,7 +66,7 @@ def map_of_robot(fitted: FittedRobot, wish: MapWish, progress: Progress = no_pro
     """
     from stiffcal.compensation.map_result import MapResult, map_points
     from stiffcal.compensation.workspace import BEYOND_LIMITS, REACHED, map_workspace
-    from stiffcal.model.equilibrium import NoBalanceError
+    from stiffcal.model.balance.equilibrium import NoBalanceError
 
     setup, target = fitted.aimed_at(wish.target)
     if wish.direction is None and not wish.wrench.any():

@@ -16,18 +16,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.heldout_error import with_values_of
-from stiffcal.diagnosis.lack_of_fit import relative_std
-from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.results import AgreementWithPlaces
+from stiffcal.diagnosis.answers.results import AgreementWithPlaces
+from stiffcal.diagnosis.refits.heldout_error import with_values_of
+from stiffcal.diagnosis.scans.lack_of_fit import relative_std
+from stiffcal.diagnosis.scans.load_scan import LoadScan
 from stiffcal.diagnosis.thresholds import PLACES_ERRORS
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.geometry import geometry_prior, places_by_geometry, reference_poses, rigid_changes
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.abilities import FiniteShift
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.model.effect import Instrument, Observed, StateOrder
-from stiffcal.model.equilibrium import solve_balance
 
 # m: what a pose itself adds, bearings and gears that run out, the tracker's own error.
 POSE_ERROR = 1e-4

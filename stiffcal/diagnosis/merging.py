@@ -6,9 +6,9 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from math import prod, sqrt
 
-from stiffcal.diagnosis.explained import Explained
-from stiffcal.diagnosis.heldout_results import ErrorAsValidated
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect, SearchPace, UntestableEffect
+from stiffcal.diagnosis.answers.heldout_results import ErrorAsValidated
+from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect, SearchPace, UntestableEffect
+from stiffcal.diagnosis.scans.explained import Explained
 from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt

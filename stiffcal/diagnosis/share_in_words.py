@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from stiffcal.diagnosis.explained import Explained
+from stiffcal.diagnosis.scans.explained import Explained
 
 
 def share_in_words(explained: Explained, n_effects: int, noise_known: bool) -> str:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.heldout_error import errors_by_experiment, poses_helped, size_at_tool
-from stiffcal.diagnosis.heldout_results import ErrorInExperiment
-from stiffcal.diagnosis.lack_of_fit import fitted_values
-from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy, PatternAlternative
-from stiffcal.diagnosis.results import AgreementWithPlaces, Explanation
-from stiffcal.diagnosis.scan import Trial
+from stiffcal.diagnosis.answers.heldout_results import ErrorInExperiment
+from stiffcal.diagnosis.answers.pattern_results import CompliancePattern, FollowedBy, PatternAlternative
+from stiffcal.diagnosis.answers.results import AgreementWithPlaces, Explanation
+from stiffcal.diagnosis.refits.heldout_error import errors_by_experiment, poses_helped, size_at_tool
+from stiffcal.diagnosis.scans.candidates import Candidate
+from stiffcal.diagnosis.scans.lack_of_fit import fitted_values
+from stiffcal.diagnosis.scans.load_scan import LoadScan
+from stiffcal.diagnosis.scans.scan import Trial
 from stiffcal.identification.readings.state_kinds import StateKind, measured_kinds
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place

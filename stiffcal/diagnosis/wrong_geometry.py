@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.setting_results import WrongGeometry
+from stiffcal.diagnosis.answers.setting_results import WrongGeometry
+from stiffcal.diagnosis.scans.load_scan import LoadScan
 from stiffcal.estimation.triangular import triangular
 from stiffcal.identification.fitting.geometry import geometry_columns, geometry_prior
 from stiffcal.measurements.load_states import LoadStates

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     Law,
@@ -17,7 +16,8 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
-from stiffcal.model.prismatic import specs_along_axis
+from stiffcal.model.laws.drives import drive_covariate, drive_law, drive_terms, drive_torque
+from stiffcal.model.laws.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 

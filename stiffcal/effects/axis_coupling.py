@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_covariate, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     Kind,
@@ -16,6 +15,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.laws.drives import drive_covariate, drive_terms, drive_torque
 
 
 class AxisCoupling(Law):

@@ -9,7 +9,6 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.abilities import KnownSlopes
-from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     Law,
@@ -20,7 +19,8 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
-from stiffcal.model.prismatic import specs_along_axis
+from stiffcal.model.laws.drives import drive_covariate, drive_law, drive_terms, drive_torque
+from stiffcal.model.laws.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 # Bands tried, as shares of the largest torque: from a crossing between two load steps to one over a good part of

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.curved import curve_specs, curved_laws, curved_terms
 from stiffcal.model.effect import (
     RX,
     RY,
@@ -19,6 +18,7 @@ from stiffcal.model.effect import (
     Values,
     joint_node,
 )
+from stiffcal.model.laws.curved import curve_specs, curved_laws, curved_terms
 from stiffcal.model.scalar_laws import ScalarLaw
 
 _SOURCE = "KUKA KR240, after Rösch: 1/1.5e7 (joint 2) to 1/3.7e6 (joint 6)"

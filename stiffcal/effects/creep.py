@@ -10,7 +10,6 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     Law,
@@ -21,8 +20,9 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
-from stiffcal.model.memory import first_of_run, relax
-from stiffcal.model.prismatic import specs_along_axis
+from stiffcal.model.laws.drives import drive_terms, drive_torque
+from stiffcal.model.laws.memory import first_of_run, relax
+from stiffcal.model.laws.prismatic import specs_along_axis
 
 
 class Creep(Law):

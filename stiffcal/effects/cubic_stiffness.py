@@ -11,8 +11,6 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.abilities import KnownSlopes
-from stiffcal.model.cubic_curve import LEAST_SLOPE, angle_of_torque, monotonic_range
-from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     Law,
@@ -24,7 +22,9 @@ from stiffcal.model.effect import (
     Values,
 )
 from stiffcal.model.forms import TorqueCurve
-from stiffcal.model.prismatic import specs_along_axis
+from stiffcal.model.laws.cubic_curve import LEAST_SLOPE, angle_of_torque, monotonic_range
+from stiffcal.model.laws.drives import drive_covariate, drive_law, drive_terms, drive_torque
+from stiffcal.model.laws.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 _SOURCE = (

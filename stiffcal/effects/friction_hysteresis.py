@@ -10,7 +10,6 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_covariate, drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     Law,
@@ -22,8 +21,9 @@ from stiffcal.model.effect import (
     Values,
 )
 from stiffcal.model.forms import MotorFriction
-from stiffcal.model.memory import clamped_between, first_of_run, play_operator, play_operator_from_rest
-from stiffcal.model.prismatic import specs_along_axis
+from stiffcal.model.laws.drives import drive_covariate, drive_law, drive_terms, drive_torque
+from stiffcal.model.laws.memory import clamped_between, first_of_run, play_operator, play_operator_from_rest
+from stiffcal.model.laws.prismatic import specs_along_axis
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 # Slips tried, as shares of the largest swing of torque within one run: a slip beyond half the swing never lets go.

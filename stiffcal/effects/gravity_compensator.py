@@ -8,6 +8,7 @@ from dataclasses import replace
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.abilities import ParallelSpring
+from stiffcal.model.balance.stated_spring import spring_at_rate, spring_joint, stated_rate
 from stiffcal.model.effect import (
     Covariate,
     Effect,
@@ -18,7 +19,6 @@ from stiffcal.model.effect import (
     Values,
 )
 from stiffcal.model.scalar_laws import BalancingSpring
-from stiffcal.model.stated_spring import spring_at_rate, spring_joint, stated_rate
 
 # A coil spring's rate against the stated one.
 USUAL_ERROR = 1.1

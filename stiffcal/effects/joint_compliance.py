@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_covariate, drive_terms, drive_torque
 from stiffcal.model.effect import (
     RZ,
     Covariate,
@@ -16,7 +15,8 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
-from stiffcal.model.prismatic import specs_along_axis
+from stiffcal.model.laws.drives import drive_covariate, drive_terms, drive_torque
+from stiffcal.model.laws.prismatic import specs_along_axis
 
 
 class JointCompliance(Law):

@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.absolute_places_needed import lacks_absolute_places
+from stiffcal.model.assembled.absolute_places_needed import lacks_absolute_places
 from stiffcal.model.effect import Geometry, ParameterSpec, Place, Term, Values, joint_node
 
 _ALONG_AXIS = ParameterSpec(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.curved import curve_specs, curved_laws, curved_terms
 from stiffcal.model.effect import (
     TX,
     TY,
@@ -19,6 +18,7 @@ from stiffcal.model.effect import (
     Values,
     joint_node,
 )
+from stiffcal.model.laws.curved import curve_specs, curved_laws, curved_terms
 from stiffcal.model.scalar_laws import ScalarLaw
 
 _SOURCE = "Schneider et al. 2014, section III.C: within the noise of ±90 µm at loads up to 2.5 kN, so below 4e-8"

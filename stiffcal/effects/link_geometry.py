@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.absolute_places_needed import lacks_absolute_places
+from stiffcal.model.assembled.absolute_places_needed import lacks_absolute_places
 from stiffcal.model.effect import RX, RY, TX, TY, Geometry, ParameterSpec, Place, Term, Values, joint_node
 
 _SOURCE = "assembly of industrial arms: some tenths of a millimetre and of a milliradian"

@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.absolute_places_needed import lacks_absolute_places
+from stiffcal.model.assembled.absolute_places_needed import lacks_absolute_places
 from stiffcal.model.effect import (
     RZ,
     Covariate,
@@ -21,7 +21,7 @@ from stiffcal.model.effect import (
     Values,
     joint_node,
 )
-from stiffcal.model.link_moments import LinkMoments
+from stiffcal.model.laws.link_moments import LinkMoments
 
 _SOURCE = "a link of 60 kg whose centre of mass is 50 mm from where a drawing without motors and cables has it"
 # Sine of the angle to gravity below which an axis counts as vertical: weight turns it by no more than its own tilt.

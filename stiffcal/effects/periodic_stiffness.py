@@ -9,7 +9,6 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.effect import (
     Covariate,
     Law,
@@ -20,6 +19,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.laws.drives import drive_law, drive_terms, drive_torque
 from stiffcal.model.scalar_laws import LawForm, ScalarLaw
 
 _ORDERS = (1, 2, 3, 4)

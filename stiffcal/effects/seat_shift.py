@@ -18,7 +18,7 @@ from stiffcal.model.effect import (
     StateOrder,
     Values,
 )
-from stiffcal.model.memory import first_of_run
+from stiffcal.model.laws.memory import first_of_run
 
 _SOURCE = "a reflector nest repeats to about 10 µm; bolted joints slip by the clearance of their holes, 0.1 mm and more"
 

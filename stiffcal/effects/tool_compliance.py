@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.diagonal import CompliantAxis, diagonal_parameters, diagonal_terms
 from stiffcal.model.effect import (
     RX,
     RY,
@@ -17,6 +16,7 @@ from stiffcal.model.effect import (
     Values,
     tool_node,
 )
+from stiffcal.model.laws.diagonal import CompliantAxis, diagonal_parameters, diagonal_terms
 
 _TURN = CompliantAxis(
     "rotation about the flange {axis} axis",

@@ -10,7 +10,7 @@ import numpy as np
 
 from stiffcal.estimate import Estimate
 from stiffcal.estimation.unknowns import amplitude_bounds
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole, ParameterSpec, Place
 from stiffcal.uncertainty import NORMAL_95, is_poorly_known
 

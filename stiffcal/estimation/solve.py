@@ -18,7 +18,7 @@ from stiffcal.estimation.shortened_step import TakenStep
 from stiffcal.estimation.step import solve_step
 from stiffcal.estimation.triangular import Reduced
 from stiffcal.estimation.unknowns import Unknowns
-from stiffcal.model.no_balance import NoBalanceError
+from stiffcal.model.balance.no_balance import NoBalanceError
 
 # A step below this share of the standard uncertainty changes nothing of any use.
 SMALL_STEP = 1e-3

@@ -13,7 +13,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.estimation.undetermined import Undetermined
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole, ParameterSpec
 
 

@@ -24,9 +24,9 @@ from stiffcal.estimation.unknowns import (
 )
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.load_rows import LoadRows
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.no_balance import NoBalanceError
 from stiffcal.model.effect import ParameterRole, ParameterSpec
-from stiffcal.model.no_balance import NoBalanceError
 from stiffcal.uncertainty import NORMAL_95
 
 MOST_PROFILES = 6

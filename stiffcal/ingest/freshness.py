@@ -62,7 +62,7 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
             then = _provenance_of(snapshot)
         except DamagedStoreError as error:
             return Freshness(f"the store is damaged: {error.faults[0].reason}", origin=origin)
-        from stiffcal.ingest.run_readings import stored_states
+        from stiffcal.ingest.reading.run_readings import stored_states
         from stiffcal.store import changed_settings, changed_sources
         from stiffcal.store.origin import known_sources_state
 
@@ -98,7 +98,7 @@ def with_stored_runs(campaign: Campaign, store: Store) -> Campaign:
     known = _stored_runs(store)
     if not known:
         return campaign
-    from stiffcal.campaign.found_runs import with_known_runs
+    from stiffcal.campaign.manifest.found_runs import with_known_runs
 
     return replace(campaign, manifest=with_known_runs(campaign.manifest, known))
 

@@ -54,8 +54,8 @@ def _read_on(
     -------
     The result; None where runs remain: the states in the store are still those of before.
     """
-    from stiffcal.ingest import run_readings
-    from stiffcal.ingest.reducing import reduce_campaign
+    from stiffcal.ingest.reading import run_readings
+    from stiffcal.ingest.reading.reducing import reduce_campaign
     from stiffcal.measurements.tables import states_table
     from stiffcal.store import Provenance, hash_sources
     from stiffcal.store.index import OWN

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 STATES, INGEST, PROVENANCE = "states", "ingest", "provenance"
 READ_RUNS, READ_STATES, READ_SOURCES, READ_NAMES = "read/runs", "read/states", "read/sources", "read/names"
-"""What reading each run gave, before anything of other runs counts: `stiffcal.ingest.run_readings`."""
+"""What reading each run gave, before anything of other runs counts: `stiffcal.ingest.reading.run_readings`."""
 READ_LOGS = "read/logs/"
 _OF_EVERY_CAMPAIGN = (STATES, INGEST, PROVENANCE)
 

@@ -62,7 +62,7 @@ def propose_sources(campaign: Campaign) -> list[ProposedSource]:
 
 def _of_known_sources(campaign: Campaign, files: list[str]) -> list[ProposedSource]:
     """Return the runs of files that sources of the manifest read, once `[[runs]]` lists them."""
-    from stiffcal.ingest.unlisted_files import unlisted_runs
+    from stiffcal.ingest.quality.unlisted_files import unlisted_runs
 
     return [
         ProposedSource(files=list(run.files.values()), device="", lines=list(run.lines), columns=[])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.ingest.run_keys import name_elsewhere
+from stiffcal.ingest.reading.run_keys import name_elsewhere
 from stiffcal.revision import REVISION
 from stiffcal.store.provenance import IngestSettings
 
@@ -60,7 +60,7 @@ def sources_elsewhere(campaign: Campaign) -> tuple[SourceFile, ...]:
         return ()
     import hashlib
 
-    from stiffcal.reduction.logs.rows import fingerprint_of
+    from stiffcal.reduction.logs.log_rows import fingerprint_of
     from stiffcal.store import SourceFile
 
     files: dict[str, SourceFile] = {}

@@ -6,10 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Literal
 
-from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.lack_of_fit import family_p
-from stiffcal.diagnosis.ranking import effect_at, parameters_of, share_explained
-from stiffcal.diagnosis.results import (
+from stiffcal.diagnosis.answers.results import (
     ExcludedSizeAt,
     Explanation,
     Finding,
@@ -20,7 +17,10 @@ from stiffcal.diagnosis.results import (
     UndecidedEffect,
     UnknownLaw,
 )
-from stiffcal.diagnosis.scan import Trial
+from stiffcal.diagnosis.scans.candidates import Candidate
+from stiffcal.diagnosis.scans.lack_of_fit import family_p
+from stiffcal.diagnosis.scans.ranking import effect_at, parameters_of, share_explained
+from stiffcal.diagnosis.scans.scan import Trial
 from stiffcal.identification.answers.document import finite
 from stiffcal.judgement.excluded import ExcludedSize
 from stiffcal.judgement.found import Diagnosed, FoundEffect

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.diagnosis.lack_of_fit import f_tail
+from stiffcal.diagnosis.scans.lack_of_fit import f_tail
 from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.judge import Judged

@@ -17,7 +17,7 @@ from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.numbers import CURVE_POINTS, LEAST_LOADED
 from stiffcal.judgement.unlisted import FUNCTIONS, OF_PLACES, unlisted_laws
-from stiffcal.model.drives import drive_torque
+from stiffcal.model.laws.drives import drive_torque
 
 
 @dataclass(frozen=True)

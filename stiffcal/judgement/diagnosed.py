@@ -10,12 +10,12 @@ from functools import cached_property
 import numpy as np
 
 from stiffcal.arrays import Booleans
-from stiffcal.diagnosis.candidates import Candidate, list_candidates
-from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
+from stiffcal.diagnosis.answers.setting_results import WrongGeometry
 from stiffcal.diagnosis.held_to_places import ReferencePlaces, held_to_places
-from stiffcal.diagnosis.lack_of_fit import LackOfFit
-from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
-from stiffcal.diagnosis.setting_results import WrongGeometry
+from stiffcal.diagnosis.scans.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.scans.geometry_nuisance import GeometryNuisance
+from stiffcal.diagnosis.scans.lack_of_fit import LackOfFit
+from stiffcal.diagnosis.scans.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.wrong_geometry import wrong_geometry
 from stiffcal.errors import Progress, no_progress, part_of
 from stiffcal.identification.fitting.fit import Fit
@@ -34,7 +34,7 @@ from stiffcal.judgement.rows_off import Off, off_mask
 from stiffcal.judgement.settings_off import GivenSettings, changed_model, freed
 from stiffcal.judgement.states import StatesOfCampaign
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import Effect
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.row_candidates import row_candidates
-from stiffcal.diagnosis.row_scan import RowScan, scan_row_candidates
+from stiffcal.diagnosis.of_rows.row_candidates import row_candidates
+from stiffcal.diagnosis.of_rows.row_scan import RowScan, scan_row_candidates
+from stiffcal.diagnosis.scans.candidates import Candidate
 from stiffcal.errors import Progress, no_progress
 from stiffcal.judgement.found import Diagnosed, named_effects, superfluous_effects, with_all
 from stiffcal.judgement.numbers import ALIKE

@@ -16,8 +16,8 @@ from functools import cached_property
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.diagnosis.drift import walking_together
-from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
+from stiffcal.diagnosis.scans.drift import walking_together
+from stiffcal.diagnosis.scans.geometry_nuisance import LEAST_SHOWN
 from stiffcal.estimation.decomposition import thin_svd
 from stiffcal.identification.noise.projection import Projection
 from stiffcal.judgement.covariance_kind import weighed_products
@@ -96,7 +96,7 @@ class Discrepancy:
         """Return by what like states of sweeps err alike, each place by itself; None where no clamped motor swept.
 
         A sweep is cut into states where it bends, and each is one point of a stretch of a curve: what that makes
-        returns with the cycle (`stiffcal.kinds.clamped.states`).
+        returns with the cycle (`stiffcal.kinds.clamped.states.states`).
         """
         data = space.data
         m, n = data.measured.shape

@@ -7,24 +7,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.diagnosis.heldout_error import (
+from stiffcal.diagnosis.answers.results import (
+    DiagnoseResult,
+    Finding,
+    LawCurveAt,
+)
+from stiffcal.diagnosis.answers.setting_results import ContradictedSetting
+from stiffcal.diagnosis.refits.heldout_error import (
     as_validated,
     errors_by_experiment,
     left_out_rms,
     rms_after_choosing,
     size_at_tool,
 )
-from stiffcal.diagnosis.lack_of_fit import against_noise
-from stiffcal.diagnosis.patterns import find_pattern
-from stiffcal.diagnosis.ranking import effect_at
-from stiffcal.diagnosis.results import (
-    DiagnoseResult,
-    Finding,
-    LawCurveAt,
-)
-from stiffcal.diagnosis.scan import Trial
-from stiffcal.diagnosis.setting_results import ContradictedSetting
-from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.diagnosis.remainder.patterns import find_pattern
+from stiffcal.diagnosis.remainder.structure import what_it_follows
+from stiffcal.diagnosis.scans.lack_of_fit import against_noise
+from stiffcal.diagnosis.scans.ranking import effect_at
+from stiffcal.diagnosis.scans.scan import Trial
 from stiffcal.diagnosis.words import explain
 from stiffcal.identification.answers.before_after import BeforeAfter, estimated_parameters, values_before_and_after
 from stiffcal.identification.answers.document import identified_parameter

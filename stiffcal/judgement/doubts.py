@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.diagnosis.answers.suspect_results import Suspect
 from stiffcal.identification.fitting.identify import fit_problem
 from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.identification.readings.row_layout import ROTATION, TRANSLATION

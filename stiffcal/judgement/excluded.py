@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.scans.candidates import Candidate
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.numbers import LEAST_LEFT, POWER, SIZE_FOUND, SIZE_PASSES
 from stiffcal.model.effect import Instrument

@@ -11,17 +11,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.load_scan import weights_of
-from stiffcal.diagnosis.whole_form import with_whole_form
+from stiffcal.diagnosis.refits.whole_form import with_whole_form
+from stiffcal.diagnosis.scans.candidates import Candidate
+from stiffcal.diagnosis.scans.load_scan import weights_of
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.noise.projection import Projection
 from stiffcal.identification.noise.reading_noise import Whitening
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.no_balance import NoBalanceError
 from stiffcal.model.effect import Effect
 from stiffcal.model.forms import TorqueCurve, WholeForm
-from stiffcal.model.no_balance import NoBalanceError
 
 
 def in_best_form(states: LoadStates, fit: Fit, refit: Callable[[CompliantRobot], Fit]) -> Fit:

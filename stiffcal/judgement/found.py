@@ -11,18 +11,18 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.explained import Explained, explained_share
-from stiffcal.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
-from stiffcal.diagnosis.results import UntestableEffect
-from stiffcal.diagnosis.scan import Scan, Trial
+from stiffcal.diagnosis.answers.results import UntestableEffect
+from stiffcal.diagnosis.scans.candidates import Candidate
+from stiffcal.diagnosis.scans.explained import Explained, explained_share
+from stiffcal.diagnosis.scans.lack_of_fit import LackOfFit, lack_of_fit
+from stiffcal.diagnosis.scans.scan import Scan, Trial
 from stiffcal.judgement.excluded import ExcludedSize, excluded_sizes
 from stiffcal.judgement.forms import replaced
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.numbers import ALTERNATIVES, NAMED
 from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.reading import AlikeEffects, WhatIsMissing
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
 
 

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.drift import Drift
+from stiffcal.diagnosis.scans.drift import Drift
 from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun
@@ -23,7 +23,7 @@ from stiffcal.judgement.priors import UsualSizes
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.space import Space
 from stiffcal.judgement.tails import Readings
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Place
 
 

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.diagnosis.drift import Drift, drift_of
+from stiffcal.diagnosis.scans.drift import Drift, drift_of
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.estimation.bins import Bins
 from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker
@@ -20,7 +20,7 @@ from stiffcal.judgement.ground import CheckKind, Ground
 from stiffcal.judgement.numbers import OF_LOADS, OF_TIME, WAVES
 from stiffcal.judgement.shared import Shared
 from stiffcal.kinds.row_search import RowCourse, RowFit
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import Effect, Place
 
 

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.drift import Drift, drift_of_states
-from stiffcal.diagnosis.slips import best_slip
+from stiffcal.diagnosis.scans.drift import Drift, drift_of_states
+from stiffcal.diagnosis.scans.slips import best_slip
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.identification.noise.projection import Projection
 from stiffcal.identification.readings.row_layout import MEASURES, TRANSLATION

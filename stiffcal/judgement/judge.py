@@ -10,8 +10,8 @@ from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
-from stiffcal.diagnosis.drift import Drift
-from stiffcal.diagnosis.scan import KnownNoise
+from stiffcal.diagnosis.scans.drift import Drift
+from stiffcal.diagnosis.scans.scan import KnownNoise
 from stiffcal.errors import InputError, Progress, no_progress, part_of
 from stiffcal.estimation.parameters import Parameter
 from stiffcal.judgement.evidence import Key, SetEvidence
@@ -21,7 +21,7 @@ from stiffcal.judgement.numbers import INSTEAD, MODELS, OF_CANDIDATES, SET_ASIDE
 from stiffcal.judgement.priors import COMMON, MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sets import WeighedSets, search_sets
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 
 
 class JudgedFit(Protocol):

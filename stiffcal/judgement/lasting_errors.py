@@ -18,13 +18,13 @@ from typing import NamedTuple
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
+from stiffcal.diagnosis.scans.geometry_nuisance import LEAST_SHOWN
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.identification.noise.reading_noise import Noise, own_variance
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.judgement.numbers import SAME_VALUE
-from stiffcal.model.drives import drive_torque
+from stiffcal.model.laws.drives import drive_torque
 
 
 class LastingError(NamedTuple):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import Candidate
+from stiffcal.diagnosis.scans.candidates import Candidate
 from stiffcal.errors import Progress, no_progress
 from stiffcal.judgement.evidence import MemberColumns
 from stiffcal.judgement.ground import Ground, columns_of

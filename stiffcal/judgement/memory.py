@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.judgement.numbers import AVERAGES, STILL
-from stiffcal.model.memory import first_of_run
+from stiffcal.model.laws.memory import first_of_run
 
 
 def of_memory(load: Floats, run: Integers | None) -> list[Floats]:

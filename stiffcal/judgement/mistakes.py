@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.setting_results import SettingKind
+from stiffcal.diagnosis.answers.setting_results import SettingKind
 from stiffcal.diagnosis.suspects.influence import most_suspects
 from stiffcal.judgement.discrepancy import OffRun
 from stiffcal.judgement.evidence import MemberColumns

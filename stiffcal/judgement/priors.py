@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG
+from stiffcal.diagnosis.scans.geometry_nuisance import USUAL_SAG
 from stiffcal.judgement.forms import spring_symbol
 from stiffcal.judgement.numbers import (
     BEND,
@@ -29,9 +29,9 @@ from stiffcal.judgement.numbers import (
     UNLISTED,
 )
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.drives import drive_torque
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, NodeLoads, Place, Values
+from stiffcal.model.laws.drives import drive_torque
 
 JOINT_SPRING, JOINT_FRICTION = "joint-compliance", "joint-friction"
 COMMON = frozenset({JOINT_SPRING, JOINT_FRICTION, "frame", "link-geometry", "joint-offset"})

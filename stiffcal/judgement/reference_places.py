@@ -18,7 +18,7 @@ from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.members import Member
 from stiffcal.judgement.numbers import KNOWN_IN_PLACES
 from stiffcal.judgement.priors import RobotScale
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Instrument
 
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.lack_of_fit import against_noise
-from stiffcal.diagnosis.results import DiagnoseResult, Explanation, Finding, SearchPace, UntestableEffect
-from stiffcal.diagnosis.row_errors import left_out_rms, rms_after_choosing_rows, rms_of_rows, size_in_rows
-from stiffcal.diagnosis.row_structure import what_rows_follow
-from stiffcal.diagnosis.scan import Trial, helped
+from stiffcal.diagnosis.answers.results import DiagnoseResult, Explanation, Finding, SearchPace, UntestableEffect
+from stiffcal.diagnosis.of_rows.row_errors import left_out_rms, rms_after_choosing_rows, rms_of_rows, size_in_rows
+from stiffcal.diagnosis.of_rows.row_structure import what_rows_follow
+from stiffcal.diagnosis.scans.candidates import Candidate
+from stiffcal.diagnosis.scans.lack_of_fit import against_noise
+from stiffcal.diagnosis.scans.scan import Trial, helped
 from stiffcal.diagnosis.thresholds import LEAST_FOLDS
 from stiffcal.diagnosis.words import candidate_in_words, error_in_words, place_in_words, values_in_words
 from stiffcal.identification.answers.before_after import estimated_parameters, values_before_and_after

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.row_candidates import row_candidates
+from stiffcal.diagnosis.of_rows.row_candidates import row_candidates
+from stiffcal.diagnosis.scans.candidates import Candidate
 from stiffcal.errors import Progress, no_progress
 from stiffcal.estimation.bins import Bins
 from stiffcal.judgement.ground_of_rows import GroundOfRows
@@ -18,7 +18,7 @@ from stiffcal.judgement.rivals import with_rivals_refitted
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.unlisted_motion import unlisted_motion_laws
 from stiffcal.kinds.row_search import RowCourse, RowFit, RowProblem
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from stiffcal.diagnosis.results import ResidualDependence
+from stiffcal.diagnosis.answers.results import ResidualDependence
 from stiffcal.diagnosis.share_in_words import share_in_words
 from stiffcal.diagnosis.words import candidate_in_words
 from stiffcal.judgement.checks import Check

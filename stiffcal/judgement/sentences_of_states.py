@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stiffcal.diagnosis.heldout_results import ErrorAsValidated
-from stiffcal.diagnosis.pattern_results import CompliancePattern
-from stiffcal.diagnosis.results import ResidualDependence
-from stiffcal.diagnosis.setting_results import SettingKind
+from stiffcal.diagnosis.answers.heldout_results import ErrorAsValidated
+from stiffcal.diagnosis.answers.pattern_results import CompliancePattern
+from stiffcal.diagnosis.answers.results import ResidualDependence
+from stiffcal.diagnosis.answers.setting_results import SettingKind
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, REPORTED_LINGERING
 from stiffcal.diagnosis.words import error_in_words, leading_measure, pattern_in_words
 from stiffcal.identification.answers.document import noise_not_known, overstated_noise_in_words, wrong_geometry_in_words

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.setting_results import SettingKind
+from stiffcal.diagnosis.answers.setting_results import SettingKind
 from stiffcal.identification.derivatives.observation import Observations
 from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.judgement.evidence import MemberColumns
@@ -20,9 +20,9 @@ from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.numbers import DIFFERENCE_STEP, LEVER_OF_TOOL, SIZE_WEIGHTS, SIZES, TOOL_SIZES
 from stiffcal.judgement.priors import RobotScale
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.measured_frames import placed_frame
-from stiffcal.model.no_balance import NoBalanceError
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.measured_frames import placed_frame
+from stiffcal.model.balance.no_balance import NoBalanceError
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,14 @@ from typing import NamedTuple
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import Candidate, variants
-from stiffcal.diagnosis.slips import is_slip
+from stiffcal.diagnosis.scans.candidates import Candidate, variants
+from stiffcal.diagnosis.scans.slips import is_slip
 from stiffcal.identification.fitting.regressors import Regressor
 from stiffcal.judgement.ground import Ground, columns_of, is_of
 from stiffcal.judgement.numbers import HOPELESS, SHAPE_ROUNDS, SHAPE_STAYS, SHAPES_TOGETHER
 from stiffcal.judgement.priors import UsualSizes
 from stiffcal.judgement.shared import Shared
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Effect, ParameterRole
 
 

@@ -10,10 +10,10 @@ from itertools import chain
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import Candidate, driven_joint_of_state, list_candidates
-from stiffcal.diagnosis.drift import walking_together
-from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.held_to_places import ReferencePlaces
+from stiffcal.diagnosis.scans.candidates import Candidate, driven_joint_of_state, list_candidates
+from stiffcal.diagnosis.scans.drift import walking_together
+from stiffcal.diagnosis.scans.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.suspects.influence import most_suspects
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.estimation.unknowns import ParameterColumn
@@ -54,7 +54,7 @@ from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
 from stiffcal.judgement.weight import WeightOfLinks, shown
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole, Place
 
 

@@ -10,8 +10,8 @@ from stiffcal.escapes import toml_text
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
+    from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
     from stiffcal.diagnosis.suspects.find import Suspicion
-    from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
     from stiffcal.identification.fitting.fit import Fit
     from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.load_states import LoadStates
@@ -42,14 +42,14 @@ def suspicion_of(
     ------
     InputError : something else is wrong, such as code of the campaign that fails.
     """
+    from stiffcal.diagnosis.answers.suspect_results import NotCheckedReason
     from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
     from stiffcal.diagnosis.suspects.moved_rows import moved_rows
-    from stiffcal.diagnosis.suspects.result import NotCheckedReason
     from stiffcal.diagnosis.suspects.selection import not_checked
     from stiffcal.identification.fitting.identify import Settings, identify_parameters
     from stiffcal.identification.fitting.not_fitted import is_not_fitted
-    from stiffcal.model.assembly import fixed_parameters
-    from stiffcal.model.campaign_effects import placed_robot
+    from stiffcal.model.assembled.assembly import fixed_parameters
+    from stiffcal.model.catalogue.campaign_effects import placed_robot
 
     try:
         settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
@@ -71,7 +71,7 @@ def misplaced_in(campaign: Campaign, states: LoadStates, loss: str, progress: Pr
     Displacements say nothing of these: they are left out before anything is judged. Whether absolute rows are off is
     part of what is judged. Parameters as of `suspicion_of`.
     """
-    from stiffcal.diagnosis.suspects.result import NotCheckedReason
+    from stiffcal.diagnosis.answers.suspect_results import NotCheckedReason
 
     suspicion = suspicion_of(campaign, states, loss, progress)
     open_rows = suspicion.not_checked is not None and suspicion.not_checked.code is NotCheckedReason.ABSOLUTE_ROWS
@@ -96,7 +96,7 @@ def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> l
     from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.document import explaining_run
     from stiffcal.judgement.doubts import reading_off
-    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.assembled.assembly import fixed_parameters
 
     states, suspects = found.states, []
     runs = [off.run for off in found.doubted if off.state is None]
@@ -131,8 +131,8 @@ def described(suspicion: Suspicion, campaign: Campaign, states: LoadStates) -> l
 
 def _with_exclusion(suspect: Suspect, moved: MovedRows, campaign: Campaign, states: LoadStates) -> Suspect:
     """Return the suspect with the lines that leave out the rows on the shorter side of the move."""
-    from stiffcal.campaign.absolute_checks import absolute_sources
-    from stiffcal.diagnosis.suspects.result import exclusion_lines
+    from stiffcal.campaign.checks.absolute_checks import absolute_sources
+    from stiffcal.diagnosis.answers.suspect_results import exclusion_lines
 
     holding = [
         name
@@ -169,7 +169,7 @@ def suspects_in(
 
 def _exclusion(suspect: Suspect, campaign: Campaign, states: LoadStates) -> list[str]:
     """Return the lines of campaign.toml that leave a suspect out."""
-    from stiffcal.diagnosis.suspects.result import exclusion_lines
+    from stiffcal.diagnosis.answers.suspect_results import exclusion_lines
     from stiffcal.mistakes.suspect_kinds import SuspectKind
 
     kind = "" if suspect.kind is SuspectKind.UNKNOWN else f": {suspect.kind}"

@@ -23,7 +23,6 @@ from stiffcal.judgement.numbers import (
     WIDTH_OF_STEP,
 )
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     BASE_NODE,
     RX,
@@ -38,6 +37,7 @@ from stiffcal.model.effect import (
     joint_node,
     tool_node,
 )
+from stiffcal.model.laws.drives import drive_terms, drive_torque
 
 ALL_IT_CARRIES = "all that the joint carries"
 

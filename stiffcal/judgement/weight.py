@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.geometry_nuisance import LEAST_SHOWN
+from stiffcal.diagnosis.scans.geometry_nuisance import LEAST_SHOWN
 from stiffcal.identification.derivatives.observation import Observations, predicted, rests
 from stiffcal.identification.noise.projection import Projection
 from stiffcal.judgement.numbers import LEAST_MASS, STEP_MASS, STEP_MOMENT
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.no_balance import NoBalanceError
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.no_balance import NoBalanceError
 
 
 @dataclass(frozen=True)

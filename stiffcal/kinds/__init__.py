@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from stiffcal.campaign.experiment_kinds import KnownKind, experiment_kind, kind_names
-from stiffcal.campaign.typed import TomlTable
+from stiffcal.campaign.found.experiment_kinds import KnownKind, experiment_kind, kind_names
+from stiffcal.campaign.toml.typed import TomlTable
 from stiffcal.kinds.presentation import Table
 from stiffcal.measurements.state_measures import StateMeasure
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.kinds.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
     from stiffcal.model.effect import Effect
     from stiffcal.simulation.kinds import RunSimulation
 
@@ -144,7 +144,7 @@ class ExperimentKind:
         """Return the names of the effects that a model of this kind begins with, and that are never superfluous."""
         if self.default_model is None:
             return ()
-        from stiffcal.campaign.toml_reading import read_toml
+        from stiffcal.campaign.toml.toml_reading import read_toml
 
         document = read_toml(self.default_model, self.default_model.name)
         return tuple(effect["type"] for effect in document.get("effects", ()))

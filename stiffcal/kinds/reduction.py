@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.states.ingested_runs import IngestedRun
 from stiffcal.reduction.states.raw_states import RawStates

@@ -16,7 +16,7 @@ from stiffcal.estimation.rows import Rows
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker
 from stiffcal.identification.readings.search_subject import SearchSubject
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import Effect, Place
 
 

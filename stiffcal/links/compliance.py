@@ -32,8 +32,8 @@ from stiffcal.mechanics.beam import (
 )
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rods import rod_fields
-from stiffcal.model.deformed_chain import deformed_chain
-from stiffcal.model.equilibrium import displacement_between
+from stiffcal.model.balance.deformed_chain import deformed_chain
+from stiffcal.model.balance.equilibrium import displacement_between
 from stiffcal.uncertainty import NORMAL_95
 
 # Below this share of the largest singular value a combination of loads counts as not applied.

@@ -6,12 +6,12 @@ import json
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from stiffcal.campaign.manifest import Exclusion
-from stiffcal.campaign.model_file import model_of_text
+from stiffcal.campaign.manifest.manifest import Exclusion
+from stiffcal.campaign.model.model_file import model_of_text
 from stiffcal.errors import InputError
 from stiffcal.escapes.toml_text import escaped
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.campaign_effects import effects_with
+from stiffcal.model.catalogue.campaign_effects import effects_with
 from stiffcal.model.editing import model_with, model_without, places_at
 from stiffcal.model.summary import Where
 

@@ -10,22 +10,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pyarrow as pa
 
-from stiffcal.diagnosis.candidates import Candidate, list_candidates
-from stiffcal.diagnosis.forecast import forecast_residual
-from stiffcal.diagnosis.load_scan import LoadGround
-from stiffcal.diagnosis.refits import Refit, RefitSummary
-from stiffcal.diagnosis.row_candidates import row_candidates
-from stiffcal.diagnosis.row_forecast import forecast_row_residual
-from stiffcal.diagnosis.row_scan import RowScan, scan_row_candidates
-from stiffcal.diagnosis.scan import Trial, refine_nonlinear, try_candidate
+from stiffcal.diagnosis.of_rows.row_candidates import row_candidates
+from stiffcal.diagnosis.of_rows.row_forecast import forecast_row_residual
+from stiffcal.diagnosis.of_rows.row_scan import RowScan, scan_row_candidates
+from stiffcal.diagnosis.refits.forecast import forecast_residual
+from stiffcal.diagnosis.refits.refits import Refit, RefitSummary
+from stiffcal.diagnosis.scans.candidates import Candidate, list_candidates
+from stiffcal.diagnosis.scans.load_scan import LoadGround
+from stiffcal.diagnosis.scans.scan import Trial, refine_nonlinear, try_candidate
 from stiffcal.diagnosis.thresholds import MANY_ROW_SHAPES
 from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.judgement.row_document import too_few_folds
 from stiffcal.kinds import all_kinds
 from stiffcal.measurements.columns import table_of
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.assembly import fixed_parameters
-from stiffcal.model.campaign_effects import all_effects
+from stiffcal.model.assembled.assembly import fixed_parameters
+from stiffcal.model.catalogue.campaign_effects import all_effects
 from stiffcal.model.summary import Where
 from stiffcal.stages.diagnoses.stored_curves import refit_columns, row_refit_columns
 from stiffcal.stages.experiments import robot_to_fit, runs_with_fits
@@ -37,14 +37,14 @@ from stiffcal.view.gathering.rows import tables_of_rows
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats, Integers
-    from stiffcal.diagnosis.base_rows import BaseRows
+    from stiffcal.diagnosis.scans.base_rows import BaseRows
     from stiffcal.errors import Progress
     from stiffcal.identification.readings.observations import Observations
     from stiffcal.kinds import ExperimentKind
     from stiffcal.kinds.drawn_rows import DrawnRows
     from stiffcal.kinds.row_search import RowProblem
     from stiffcal.live.choice import ModelChoice
-    from stiffcal.model.composite import PlacedEffect
+    from stiffcal.model.assembled.composite import PlacedEffect
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.stages.steps import Ingested, RunContext
     from stiffcal.view.content import ViewContent

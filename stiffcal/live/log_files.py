@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from stiffcal.campaign.reach import leads_outside
+from stiffcal.campaign.toml.reach import leads_outside
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular
 

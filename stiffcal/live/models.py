@@ -10,7 +10,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, TypeVar
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.model_file import model_of_text
+from stiffcal.campaign.model.model_file import model_of_text
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.edit_model import change_model
 from stiffcal.errors import Progress
@@ -36,7 +36,7 @@ from stiffcal.wording import TimeLeft
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Integers
-    from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
 
 T = TypeVar("T")
 

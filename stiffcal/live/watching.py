@@ -12,7 +12,7 @@ from threading import Event
 from typing import TYPE_CHECKING, Literal
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.loaded import check_loaded
@@ -246,7 +246,7 @@ def _without_partner(campaign: Campaign) -> list[WatchedRun]:
 
 def _is_text(campaign: Campaign, source: str, file: str) -> bool:
     """Return whether a file is text that ends with the end of a line: a packed one is none."""
-    from stiffcal.campaign.file_formats import log_format
+    from stiffcal.campaign.found.file_formats import log_format
 
     found = campaign.manifest.sources[source].format_for(file)
     known = log_format(found) if found == TEXT else None

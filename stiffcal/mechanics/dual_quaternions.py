@@ -88,8 +88,8 @@ def pose_error(nominal: Floats, actual: Floats) -> Floats:
 def displacement_of_duals(after: Floats, before: Floats) -> Floats:
     """Return (…, 6): difference of positions, m, and rotation vector of R R_beforeᵀ, rad, base axes.
 
-    The same six numbers as the displacements of `stiffcal.model.equilibrium`. They are the position error ΔP and the
-    orientation error ΔO of 003, eq. 48 to 50, with ΔO as the vector of the turn between the two orientations: a
+    The same six numbers as the displacements of `stiffcal.model.balance.equilibrium`. They are the position error ΔP
+    and the orientation error ΔO of 003, eq. 48 to 50, with ΔO as the vector of the turn between the two orientations: a
     difference of three angles would depend on their order and blow up at the singular ones.
 
     Parameters

@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates

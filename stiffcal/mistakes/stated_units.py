@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.signals import JointSignals
+from stiffcal.campaign.signals.signals import JointSignals
 
 
 def stated_units(campaign: Campaign) -> Floats:

@@ -57,7 +57,7 @@ def model_without(campaign: Campaign, text: str, effect: str, *, where: Where) -
 
 
 def _edited(campaign: Campaign, text: str, action: Literal["add", "remove"], effect: str, wanted: Wanted) -> str:
-    from stiffcal.campaign.model_editing import default_text
+    from stiffcal.campaign.model.model_editing import default_text
 
     text = text.removeprefix("\ufeff") or default_text(campaign.folder, campaign.chain.n_joints)
     edited, _ = edit_text(campaign, text, action, effect, wanted)
@@ -91,8 +91,8 @@ def edit_text(
     ------
     InputError : no such effect or place; or no place given, with the places that there are.
     """
-    from stiffcal.campaign.model_editing import add_effect, remove_effect
-    from stiffcal.model.campaign_effects import effects_with
+    from stiffcal.campaign.model.model_editing import add_effect, remove_effect
+    from stiffcal.model.catalogue.campaign_effects import effects_with
     from stiffcal.model.forms import curve_of
 
     catalogue = effects_with(campaign, effect)
@@ -138,8 +138,8 @@ def edit_text(
 
 def _add_held(text: str, campaign: Campaign, effect: Effect, removed: Sequence[str]) -> tuple[str, list[str]]:
     """Add the springs that a removed law held at its places as a part of its curve, and report it."""
-    from stiffcal.campaign.model_editing import add_effect
-    from stiffcal.campaign.model_file import place_names
+    from stiffcal.campaign.model.model_editing import add_effect
+    from stiffcal.campaign.model.model_file import place_names
     from stiffcal.model.forms import TorqueCurve, form_of
 
     settings, changes = campaign.model.parameter_settings(), []
@@ -174,8 +174,8 @@ def _set_start(
     text: str, campaign: Campaign, effect: str, start: Mapping[str, float], given: Mapping[str, Sequence[Any]]
 ) -> str:
     """Write values from which an effect's fit starts at these places: the file then holds the form that they are of."""
-    from stiffcal.campaign.model_editing import set_starts
-    from stiffcal.campaign.model_file import place_names
+    from stiffcal.campaign.model.model_editing import set_starts
+    from stiffcal.campaign.model.model_file import place_names
 
     labels = place_names(given["joints"], given["links"], given["pairs"]) or ["setup"]
     values = {f"{effect}.{label}.{symbol}": value for label in labels for symbol, value in start.items()}
@@ -184,8 +184,8 @@ def _set_start(
 
 def _bend(text: str, campaign: Campaign, effect: Effect, given: Mapping[str, Sequence[Any]]) -> tuple[str, str]:
     """Name the amplitudes of the effect's curved form at these places, and report it."""
-    from stiffcal.campaign.model_editing import set_starts
-    from stiffcal.campaign.model_file import place_names
+    from stiffcal.campaign.model.model_editing import set_starts
+    from stiffcal.campaign.model.model_file import place_names
     from stiffcal.model.forms import curve_of, symbols_of
 
     labels = place_names(given["joints"], given["links"], given["pairs"])
@@ -282,7 +282,7 @@ def _every_place(places: Sequence[Any], kind: str) -> dict[str, Sequence[Any]]:
 def _check_possible(
     effect: Effect, given: Mapping[str, Sequence[Any]], possible: Sequence[str], prismatic: frozenset[int]
 ) -> None:
-    from stiffcal.campaign.model_file import place_names
+    from stiffcal.campaign.model.model_file import place_names
 
     if not any(given.values()):
         return
@@ -302,7 +302,7 @@ def _check_not_included(
     campaign: Campaign, catalogue: Mapping[str, Effect], effect: str, given: Mapping[str, Sequence[Any]]
 ) -> None:
     """Raise where an effect of the model includes the new one at the same place: that adds nothing."""
-    from stiffcal.campaign.model_file import place_names
+    from stiffcal.campaign.model.model_file import place_names
 
     places = place_names(given["joints"], given["links"], given["pairs"])
     for entry in campaign.model.effects:
@@ -323,8 +323,8 @@ def _remove_replaced(
     text: str, campaign: Campaign, effect: Any, given: Mapping[str, Sequence[Any]]
 ) -> tuple[str, list[str]]:
     """Take out what the new effect includes or excludes at the same places, and report it."""
-    from stiffcal.campaign.model_editing import remove_effect
-    from stiffcal.campaign.model_file import place_names
+    from stiffcal.campaign.model.model_editing import remove_effect
+    from stiffcal.campaign.model.model_file import place_names
 
     changes = []
     place_labels = set(place_names(given["joints"], given["links"], given["pairs"]))

@@ -13,7 +13,7 @@ from enum import Enum
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.model.cubic_curve import angle_of_torque, monotonic_range
+from stiffcal.model.laws.cubic_curve import angle_of_torque, monotonic_range
 
 
 class LawForm(Enum):

@@ -15,7 +15,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.campaign.experiment_kinds import measure_of
+from stiffcal.campaign.found.experiment_kinds import measure_of
 from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.derivatives.observation import Observations, derivatives, observe
 from stiffcal.identification.fitting.load_rows import LoadRows
@@ -23,7 +23,7 @@ from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole
 from stiffcal.reduction.loads.motion import gauge_directions
 

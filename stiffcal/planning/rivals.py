@@ -25,7 +25,7 @@ from stiffcal.identification.derivatives.observation import Observations, predic
 from stiffcal.identification.fitting.load_rows import LoadRows
 from stiffcal.identification.noise.reading_noise import Noise, Whitening
 from stiffcal.measurements.load_states import MeasurementSetup
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.planning.criterion import Criterion
 from stiffcal.planning.design import VAGUE, Design, best_design, compressed
 from stiffcal.planning.goals import Goal

@@ -9,8 +9,8 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import NoBalanceError, solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import NoBalanceError, solve_balance
 from stiffcal.planning.rivals import RivalModel, pairs_of_rivals, separating_design
 
 # Poses drawn; the best of 400 lies within a few per cent of the best there is in six dimensions of smooth functions.

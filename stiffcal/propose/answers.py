@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.further_logs import FurtherLog

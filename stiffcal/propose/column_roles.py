@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stiffcal.campaign.column_names import (
+from stiffcal.campaign.columns.column_names import (
     DATES,
     FRACTIONS,
     MEASURED_AT,
@@ -26,8 +26,8 @@ from stiffcal.campaign.column_names import (
     plain_name,
     words_of,
 )
-from stiffcal.campaign.joint_names import numbered_joints
-from stiffcal.campaign.source import TIMES_IN_WORDS
+from stiffcal.campaign.columns.joint_names import numbered_joints
+from stiffcal.campaign.manifest.source import TIMES_IN_WORDS
 from stiffcal.propose.place_columns import SigmaColumns, numbered_targets, sigma_columns, sigma_of, single_target
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.propose.time_lines import stands_still

@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from stiffcal.campaign.file_formats import format_of
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.reach import leads_outside
+from stiffcal.campaign.found.file_formats import format_of
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.reach import leads_outside
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stiffcal.campaign.model_file import default_model_text
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.model.model_file import default_model_text
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

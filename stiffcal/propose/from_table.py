@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.model_file import MODEL_FILE
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.robot_checks import outline_of
-from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.toml_reading import parse_toml
-from stiffcal.campaign.urdf import PRISMATIC
+from stiffcal.campaign.model.model_file import MODEL_FILE
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_checks import outline_of
+from stiffcal.campaign.robot.robot_file import RobotFile
+from stiffcal.campaign.robot.urdf.chain import PRISMATIC
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.toml_reading import parse_toml
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

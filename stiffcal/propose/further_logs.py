@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stiffcal.campaign.file_patterns import RUN
+from stiffcal.campaign.manifest.file_patterns import RUN
 from stiffcal.escapes import toml_text
 from stiffcal.propose.column_roles import Roles
 from stiffcal.propose.lines import FORCE_SENSOR, LOAD_POINT, TARGET, TRACKER

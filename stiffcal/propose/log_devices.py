@@ -7,9 +7,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
-from stiffcal.campaign.file_formats import format_of
-from stiffcal.campaign.file_patterns import FilePattern, FoundFiles, files_of_runs
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.found.file_formats import format_of
+from stiffcal.campaign.manifest.file_patterns import FilePattern, FoundFiles, files_of_runs
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain

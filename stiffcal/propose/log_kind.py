@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from stiffcal.campaign.column_names import is_unit_of
-from stiffcal.campaign.file_formats import format_of
+from stiffcal.campaign.columns.column_names import is_unit_of
+from stiffcal.campaign.found.file_formats import format_of
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

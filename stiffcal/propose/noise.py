@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.toml_reading import parse_toml
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.toml_reading import parse_toml
 from stiffcal.escapes import toml_text
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.propose.column_roles import Roles

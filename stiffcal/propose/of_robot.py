@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.robot_checks import outline_of
-from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.toml_reading import parse_toml
+from stiffcal.campaign.robot.robot_checks import outline_of
+from stiffcal.campaign.robot.robot_file import RobotFile
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.toml_reading import parse_toml
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

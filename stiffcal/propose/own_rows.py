@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from stiffcal.campaign.row_filter import condition_text
+from stiffcal.campaign.signals.row_filter import condition_text
 from stiffcal.escapes import toml_text
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.lines import ProposedLine

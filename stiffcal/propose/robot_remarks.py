@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.toml_reading import parse_toml
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.toml_reading import parse_toml
 from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.column_roles import Roles
 from stiffcal.propose.from_table import Proposal

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.campaign.typed import expand_columns
+from stiffcal.campaign.toml.typed import expand_columns
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

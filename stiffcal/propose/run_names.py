@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from stiffcal.campaign.file_patterns import ANY, RUN
+from stiffcal.campaign.manifest.file_patterns import ANY, RUN
 from stiffcal.natural_order import NameKey, natural_key
 
 _TOKENS = re.compile(r"[0-9]+|[^\W\d_]+|[\W_]")

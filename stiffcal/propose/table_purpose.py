@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Integers
-from stiffcal.campaign.experiment_kinds import kind_names
+from stiffcal.campaign.found.experiment_kinds import kind_names
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.like_poses import pose_groups

@@ -6,9 +6,9 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from stiffcal.campaign.found_modules import package_folders
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.reach import check_inside
+from stiffcal.campaign.found.found_modules import package_folders
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.reach import check_inside
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import replacing, temporary_name, write_whole

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from stiffcal.campaign.urdf import MOVING, PRISMATIC, UrdfRobot, chain_between, possible_tips
-from stiffcal.campaign.urdf_elements import UrdfJoint
-from stiffcal.campaign.urdf_tree import read_tree
+from stiffcal.campaign.robot.urdf.chain import MOVING, PRISMATIC, UrdfRobot, chain_between, possible_tips
+from stiffcal.campaign.robot.urdf.elements import UrdfJoint
+from stiffcal.campaign.robot.urdf.tree import read_tree
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.compensation.predict_result import PredictResult
-    from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect
+    from stiffcal.diagnosis.answers.results import DiagnoseResult, Finding, LookAlike, ProposedEffect
     from stiffcal.documents import CommandResult, Document
     from stiffcal.identification.answers.fit_results import IdentifiedParameter
     from stiffcal.measurements.columns import Values

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.measurements.rms import Rms
 from stiffcal.report.wording import measure_text
 from stiffcal.results.improve_results import ImproveResult, ImproveStep

@@ -356,7 +356,7 @@ class CampaignSession:
         ------
         InputError : there is no such effect or place.
         """
-        from stiffcal.campaign.model_file import model_of_text
+        from stiffcal.campaign.model.model_file import model_of_text
         from stiffcal.model.editing import model_with, places_at
         from stiffcal.store.trial import TrialResults
 

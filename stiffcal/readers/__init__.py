@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import ClassVar, cast
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.campaign.file_formats import format_names, log_format, log_formats, outside_formats
-from stiffcal.campaign.typed import TomlTable
+from stiffcal.campaign.found.file_formats import format_names, log_format, log_formats, outside_formats
+from stiffcal.campaign.toml.typed import TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular, open_regular

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.campaign.typed import Name, TomlTable
+from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.parsers.signatures import begins_like_hdf5
 from stiffcal.readers import FuzzInput, ParsedReader
 

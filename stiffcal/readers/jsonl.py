@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from stiffcal.campaign.typed import TomlTable
+from stiffcal.campaign.toml.typed import TomlTable
 from stiffcal.parsers.signatures import begins_like_json
 from stiffcal.readers import FuzzInput, Options, ParsedReader
 

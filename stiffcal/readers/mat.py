@@ -20,7 +20,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from stiffcal.campaign.typed import Name, TomlTable
+from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.readers import FuzzInput, ParsedReader
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.campaign.typed import TomlTable
+from stiffcal.campaign.toml.typed import TomlTable
 from stiffcal.readers import FuzzInput, ParsedReader
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.campaign.typed import Name, TomlTable
+from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.readers import Options, ParsedReader
 from stiffcal.readers.rosbag2.fuzz_inputs import fuzz_input_ros1
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.campaign.typed import TomlTable
+from stiffcal.campaign.toml.typed import TomlTable
 from stiffcal.readers import FuzzInput, Options, ParsedReader
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.campaign.typed import Name, TomlTable
+from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.readers import FuzzInput, ParsedReader
 
 

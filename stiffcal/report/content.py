@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.campaign.report_settings import ReportSettings
+from stiffcal.campaign.manifest.report_settings import ReportSettings
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import LoadPath
-from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
+from stiffcal.diagnosis.answers.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary
 from stiffcal.identification.answers.before_after import BeforeAfter
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult

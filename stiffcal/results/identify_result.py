@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
-from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
+from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, ManyKeys, Number, OrAbsent, Origin
 from stiffcal.identification.answers.agreement_results import Agreement
 from stiffcal.identification.answers.fit_results import (

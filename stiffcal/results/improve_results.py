@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
-from stiffcal.diagnosis.results import ProposedEffect, ResidualDependence
-from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
+from stiffcal.diagnosis.answers.results import ProposedEffect, ResidualDependence
+from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, OrAbsent
 from stiffcal.identification.answers.before_after import BeforeAfter
 from stiffcal.measurements.rms import Rms

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
-from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
+from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, ManyKeys, OrAbsent, Origin
 from stiffcal.kinds import section_types
 from stiffcal.kinds.results import HeldoutSection

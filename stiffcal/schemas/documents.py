@@ -13,7 +13,7 @@ from stiffcal.commands.run_result import RunResult
 from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.documents import schema_of
 from stiffcal.ingest.checks.results import CheckResult
 from stiffcal.ingest.results import IngestResult

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from stiffcal.campaign.source import Source
-from stiffcal.diagnosis.effect_curves import EffectEvidence
-from stiffcal.diagnosis.refits import Refit, RefitSummary
+from stiffcal.campaign.manifest.source import Source
+from stiffcal.diagnosis.refits.effect_curves import EffectEvidence
+from stiffcal.diagnosis.refits.refits import Refit, RefitSummary
 from stiffcal.identification.answers.state_tables import observed_table
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.row_layout import (
@@ -34,7 +34,7 @@ from stiffcal.identification.readings.row_layout import (
     RowLayout,
 )
 from stiffcal.identification.readings.state_loads import BRANCH, LOAD, TORQUE
-from stiffcal.ingest.recording_tables import recording_table
+from stiffcal.ingest.reading.recording_tables import recording_table
 from stiffcal.kinds import all_kinds
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.markers import Markers
@@ -42,11 +42,11 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.rods import BeamProperties, rods_between
 from stiffcal.measurements.table_specimens import ColumnDescription, TableSpecimen
 from stiffcal.measurements.tables import states_table
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place, StateOrder
 from stiffcal.model.summary import Where
-from stiffcal.reduction.logs.rows import LogRows
+from stiffcal.reduction.logs.log_rows import LogRows
 from stiffcal.schemas.table_columns import (
     EVIDENCE,
     HELDOUT,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.manifest.manifest import Manifest
 from stiffcal.errors import InputError
 from stiffcal.limits import BALANCES, SAMPLES, Limit
 from stiffcal.simulation.kinds import run_simulation

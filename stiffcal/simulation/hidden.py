@@ -10,10 +10,10 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.errors import Fault, raise_faults
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.simulation.motion import MotionProgram
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.simulation.played.motion import MotionProgram
+from stiffcal.simulation.played.true_motion import TrueRun
 from stiffcal.simulation.settings import FILE_NAME
-from stiffcal.simulation.true_motion import TrueRun
 
 # m, rad, N·m: a hundred times what the balances are solved to, and far below what any instrument reads.
 _NOTHING = 1e-10

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
-from stiffcal.campaign.experiment_kinds import experiment_kind
-from stiffcal.campaign.typed import TomlTable
+from stiffcal.campaign.found.experiment_kinds import experiment_kind
+from stiffcal.campaign.toml.typed import TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     from stiffcal.measurements.load_states import Attachment
     from stiffcal.mechanics.chain import Chain
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
+    from stiffcal.simulation.played.true_motion import PlannedRun, ToolWeight, TrueRun
     from stiffcal.simulation.settings import Loads, SimulatedRun
-    from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
 
 Motion = TypeVar("Motion", bound=TomlTable)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol, cast
 
-from stiffcal.campaign.experiment_kinds import experiment_kind, kind_names
-from stiffcal.campaign.typed import TomlTable
+from stiffcal.campaign.found.experiment_kinds import experiment_kind, kind_names
+from stiffcal.campaign.toml.typed import TomlTable
 
 
 class _WithTable(Protocol):

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.experiment_kinds import measure_of
-from stiffcal.campaign.frames import resolve_frames
-from stiffcal.campaign.gauges import rods_of
+from stiffcal.campaign.found.experiment_kinds import measure_of
+from stiffcal.campaign.frames.frames import resolve_frames
+from stiffcal.campaign.frames.gauges import rods_of
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Frame, Manifest
-from stiffcal.campaign.model_file import MODEL_FILE
+from stiffcal.campaign.manifest.manifest import Frame, Manifest
+from stiffcal.campaign.model.model_file import MODEL_FILE
 from stiffcal.errors import Fault, raise_faults
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
@@ -20,16 +20,16 @@ from stiffcal.measurements.load_states import Attachment
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rods import rod_matrix
-from stiffcal.model.assembly import compliant_robot
-from stiffcal.model.campaign_effects import model_effects
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.assembly import compliant_robot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.catalogue.campaign_effects import model_effects
 from stiffcal.model.effect import link_node
-from stiffcal.simulation.cycles import load_program
-from stiffcal.simulation.instruments import frames_measured_by
 from stiffcal.simulation.kinds import RunSetup, run_simulation
-from stiffcal.simulation.recording import Stream, stream
+from stiffcal.simulation.played.cycles import load_program
+from stiffcal.simulation.played.true_motion import PlannedRun, ToolWeight
 from stiffcal.simulation.settings import FILE_NAME, SimulationSettings, TrueRobot
-from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
+from stiffcal.simulation.written.instruments import frames_measured_by
+from stiffcal.simulation.written.recording import Stream, stream
 
 
 def robot_with_values(campaign: Campaign, errors: TrueRobot | None = None, seed: int = 0) -> CompliantRobot:

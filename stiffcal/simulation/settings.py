@@ -13,9 +13,9 @@ from typing import Annotated, Any, Literal, cast
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, create_model, model_validator
 
-from stiffcal.campaign.reach import check_own
-from stiffcal.campaign.toml_reading import read_toml, validate
-from stiffcal.campaign.typed import Interval, NotNegative, Placement, Positive, TomlTable, WrongValueError
+from stiffcal.campaign.toml.reach import check_own
+from stiffcal.campaign.toml.toml_reading import read_toml, validate
+from stiffcal.campaign.toml.typed import Interval, NotNegative, Placement, Positive, TomlTable, WrongValueError
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.simulation.motion_tables import motion_tables

@@ -19,32 +19,32 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from stiffcal.campaign.file_patterns import ANY
-from stiffcal.campaign.gauges import metres_of_rods
+from stiffcal.campaign.frames.gauges import metres_of_rods
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.model_file import MODEL_FILE, check_model
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.reach import check_inside
-from stiffcal.campaign.source import Source
-from stiffcal.campaign.toml_reading import parse_for_editing, toml_text
+from stiffcal.campaign.manifest.file_patterns import ANY
+from stiffcal.campaign.manifest.manifest import Manifest
+from stiffcal.campaign.manifest.source import Source
+from stiffcal.campaign.model.model_file import MODEL_FILE, check_model
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.reach import check_inside
+from stiffcal.campaign.toml.toml_reading import parse_for_editing, toml_text
 from stiffcal.documents import Document
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_regular, holds_something
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.simulation.controller import compensated
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.simulation.extent import check_extent
 from stiffcal.simulation.hidden import check_hidden
 from stiffcal.simulation.kinds import run_simulation
-from stiffcal.simulation.logs import Column, check_format, dialect_of, write_log
-from stiffcal.simulation.motion import MotionProgram
-from stiffcal.simulation.recording import Device, DeviceLog, RecordingContext, devices_of, record
+from stiffcal.simulation.played.controller import compensated
+from stiffcal.simulation.played.motion import MotionProgram
+from stiffcal.simulation.played.true_motion import PlannedRun, RestSolver, TrueRun, solve_true_runs
 from stiffcal.simulation.scene import draw_acts, robot_with_values, rods_on_links, tool_weight, true_frames
 from stiffcal.simulation.settings import FILE_NAME, SimulationSettings, TrueRobot
-from stiffcal.simulation.true_motion import PlannedRun, RestSolver, TrueRun, solve_true_runs
 from stiffcal.simulation.truth import TRUTH_FILE, truth_document
+from stiffcal.simulation.written.logs import Column, check_format, dialect_of, write_log
+from stiffcal.simulation.written.recording import Device, DeviceLog, RecordingContext, devices_of, record
 from stiffcal.trust.output_kinds import CAMPAIGN_FILE, LOG, MODEL, TRUTH
 from stiffcal.trust.outputs import check_copy, check_not_foreign, write_copy, write_output, written
 

@@ -12,9 +12,9 @@ import numpy as np
 from stiffcal.documents import Document
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.low_pass import LowPass
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.simulation.recording import Device, DeviceLog, RecordingContext
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.simulation.settings import Amounts, Controller, Sensor
+from stiffcal.simulation.written.recording import Device, DeviceLog, RecordingContext
 
 TRUTH_FILE = "truth.json"
 TRUTH_SCHEMA = "stiffcal/truth/1"

@@ -8,7 +8,7 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.steps import IDENTIFY, Ingested, RunContext
 
@@ -22,7 +22,7 @@ def with_coupling(data: Ingested, result: IdentifyResult, loss: str, context: Ru
     """
     from stiffcal.identification.answers.coupling import coupling_result, identify_both_ways
     from stiffcal.identification.fitting.identify import Settings
-    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.assembled.assembly import fixed_parameters
 
     rodded = [rods.link for rods in data.states.setup.rods]
     robot = placed_robot(data.campaign)

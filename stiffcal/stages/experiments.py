@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from stiffcal.documents import Number
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.model.summary import Balance, ModelSummary
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.steps import Ingested, kept_table
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from stiffcal.kinds.measured import MeasuredRuns
     from stiffcal.kinds.results import ExperimentFit, ExperimentValidation
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
     from stiffcal.results.validate_result import ValidateResult
 
 

@@ -11,7 +11,7 @@ from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.set_aside import SetAsideCode
-from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.results.history_results import StoredFit
 from stiffcal.results.identify_result import IdentifyResult, Loss
 from stiffcal.stages.history import NO_HISTORY
@@ -73,7 +73,7 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
     InputError : no load state can be used, or the model holds nothing to fit.
     """
     from stiffcal.identification.fitting.identify import Settings, identify_parameters
-    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.assembled.assembly import fixed_parameters
     from stiffcal.reduction.set_aside.displacement_measured import check_displacement_measured
     from stiffcal.stages.experiments import robot_to_fit
 
@@ -108,13 +108,13 @@ def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:
     ----------
     fit : of the load states; None where there are none.
     """
-    from stiffcal.campaign.geometry import planned_rows
+    from stiffcal.campaign.robot.geometry import planned_rows
     from stiffcal.identification.answers.agreement import agreement_of_experiments
     from stiffcal.identification.answers.state_tables import observed_table
     from stiffcal.identification.answers.stated_geometry import geometry_found
     from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.suspects import suspects_in
-    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.assembled.assembly import fixed_parameters
     from stiffcal.results.identify_answer import identify_result
     from stiffcal.stages.experiments import (
         fit_experiments,

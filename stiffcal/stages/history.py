@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
+from stiffcal.campaign.model.model_file import MODEL_FILE, ModelFile
 from stiffcal.documents import Document
 from stiffcal.files import read_regular
 from stiffcal.limits import TOML

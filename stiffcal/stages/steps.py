@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.loading import Campaign, load_campaign
-from stiffcal.campaign.model_file import MODEL_FILE, ModelFile
+from stiffcal.campaign.model.model_file import MODEL_FILE, ModelFile
 from stiffcal.documents import Document, Result
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.escapes.shell import command_line
@@ -26,7 +26,7 @@ from stiffcal.revision import REVISION
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from stiffcal.campaign.manifest import Exclusion
+    from stiffcal.campaign.manifest.manifest import Exclusion
     from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.reduction.registration.frames import RegistrationSummary
@@ -357,7 +357,7 @@ def plugin_digests(campaign: Campaign) -> list[str]:
     """Return the hash of the campaign's code where its model file needs it, else none: other code changes no fit."""
     if not campaign.manifest.plugins:
         return []
-    from stiffcal.model.campaign_effects import needs_plugins, plugin_code
+    from stiffcal.model.catalogue.campaign_effects import needs_plugins, plugin_code
 
     return [plugin_code(campaign).digest] if needs_plugins(campaign) else []
 

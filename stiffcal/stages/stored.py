@@ -83,8 +83,8 @@ _SCHEMAS = {"history": "stiffcal/history/1", "load_paths": "stiffcal/load-paths/
 @cache
 def _document_types() -> dict[str, tuple[Any, str]]:
     """Return the type and the schema of each document by name; imported only where somebody else's are read."""
-    from stiffcal.diagnosis.refits import StoredRefits
-    from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
+    from stiffcal.diagnosis.refits.refits import StoredRefits
     from stiffcal.ingest.results import IngestResult
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.results.validate_result import ValidateResult
@@ -106,7 +106,7 @@ def _document_types() -> dict[str, tuple[Any, str]]:
 @cache
 def _entry_types() -> dict[str, Any]:
     from stiffcal.compensation.predict_result import LoadPath
-    from stiffcal.diagnosis.results import EarlierDiagnosis
+    from stiffcal.diagnosis.answers.results import EarlierDiagnosis
     from stiffcal.results.history_results import StoredFit
 
     return {"history": StoredFit, "load_paths": LoadPath, "diagnoses": EarlierDiagnosis}

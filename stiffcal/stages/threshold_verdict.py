@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.reach import escapes, leads_outside
-from stiffcal.campaign.thresholds import ThresholdsFile, strange_joints
+from stiffcal.campaign.manifest.thresholds import ThresholdsFile, strange_joints
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.reach import escapes, leads_outside
 from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -23,7 +23,7 @@ from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import Ingested, RunContext, up_to_date_states
 
 if TYPE_CHECKING:
-    from stiffcal.campaign.thresholds import Thresholds
+    from stiffcal.campaign.manifest.thresholds import Thresholds
     from stiffcal.validation.results import Verdict
     from stiffcal.validation.thresholds import Baseline, HeldoutErrors
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.load_scan import scan_candidates
+from stiffcal.diagnosis.scans.candidates import list_candidates
+from stiffcal.diagnosis.scans.load_scan import scan_candidates
 from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.fitting.regressors import Linearised
-from stiffcal.model.campaign_effects import all_effects
+from stiffcal.model.catalogue.campaign_effects import all_effects
 from stiffcal.model.effect import Kind, ParameterRole
 from stiffcal.stages.fit import fit_now
 from stiffcal.validation.change_causes import USUAL_CHANGE, Hypothesis, cause_of, grew, grown_since, held_to_residuals

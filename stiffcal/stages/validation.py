@@ -23,7 +23,7 @@ from stiffcal.stages.steps import (
 from stiffcal.stages.threshold_verdict import check_thresholds
 
 if TYPE_CHECKING:
-    from stiffcal.campaign.thresholds import ThresholdsFile
+    from stiffcal.campaign.manifest.thresholds import ThresholdsFile
     from stiffcal.identification.fitting.fit import Fit
     from stiffcal.store.store_place import Documents, Stored
 

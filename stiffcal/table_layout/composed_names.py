@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from stiffcal.campaign.column_names import TIMES, Reading, component_of, header_parts, is_unit_of, plain_name
+from stiffcal.campaign.columns.column_names import TIMES, Reading, component_of, header_parts, is_unit_of, plain_name
 
 _COMPONENTS = frozenset(("x", "y", "z", "w", "qx", "qy", "qz", "qw", "rx", "ry", "rz"))
 XYZ_NAMES = ("x", "y", "z")

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from stiffcal.campaign.column_names import WORDS_OF_LETTERS, WORDS_OF_SIGNS
+from stiffcal.campaign.columns.column_names import WORDS_OF_LETTERS, WORDS_OF_SIGNS
 from stiffcal.table_layout.cells import is_gap, is_reading, marks_of, number
 from stiffcal.table_layout.layout import Layout, layout_of_rows, without_comment_sign
 

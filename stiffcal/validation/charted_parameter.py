@@ -20,7 +20,7 @@ from stiffcal.validation.trend_result import (
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
-    from stiffcal.campaign.trend_settings import TrendSettings
+    from stiffcal.campaign.manifest.trend_settings import TrendSettings
     from stiffcal.identification.answers.fit_results import IdentifiedParameter
 
 

@@ -32,8 +32,8 @@ from stiffcal.identification.fitting.load_scale import common_scale
 from stiffcal.identification.readings.row_layout import TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import stacked_bodies
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from stiffcal.validation.distances import squared_distances
 from stiffcal.validation.heldout import estimates_without_each, left_out_residuals

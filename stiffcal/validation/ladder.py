@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stiffcal.model.base_tilt import BaseTilt
-from stiffcal.model.measured_frames import FramePosition
+from stiffcal.model.assembled.base_tilt import BaseTilt
+from stiffcal.model.assembled.measured_frames import FramePosition
 from stiffcal.validation.distances import Distances, LadderStep, distances_of, summary_of
 
 if TYPE_CHECKING:
     from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
 
 RUNGS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("frames", ()),
@@ -71,8 +71,8 @@ def _step(name: str, fit: Fit, distances: Distances) -> LadderStep:
 
 def _rung(robot: CompliantRobot, effects: tuple[str, ...]) -> CompliantRobot:
     """Return the robot with its frames and these effects on all joints alone, without values."""
-    from stiffcal.model.catalogue import built_in_effects
-    from stiffcal.model.composite import PlacedEffect
+    from stiffcal.model.assembled.composite import PlacedEffect
+    from stiffcal.model.catalogue.catalogue import built_in_effects
     from stiffcal.model.effect import Kind
 
     catalogue = built_in_effects()

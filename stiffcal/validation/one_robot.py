@@ -10,7 +10,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.measured_frames import FRAME
+from stiffcal.model.assembled.measured_frames import FRAME
 
 
 def parameters_of_robot(
@@ -28,7 +28,7 @@ def parameters_of_robot(
 
 
 def _is_geometry(parameter: IdentifiedParameter) -> bool:
-    from stiffcal.model.catalogue import find_effects
+    from stiffcal.model.catalogue.catalogue import find_effects
 
     effect = find_effects().get(parameter.effect)
     return effect is not None and effect.spec(parameter.name.rsplit(".", 1)[1]).tolerance is not None
@@ -55,7 +55,7 @@ def require_one_robot(chains: list[Chain], before: Path, after: Path) -> None:
 
 def amplitude_of(parameter: IdentifiedParameter) -> float:
     """Return the quantity that the fit's covariance is of: the value, for stiffness-like parameters its inverse."""
-    from stiffcal.model.catalogue import find_effects
+    from stiffcal.model.catalogue.catalogue import find_effects
 
     if parameter.value is None:
         return math.nan

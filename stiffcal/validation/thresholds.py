@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from stiffcal.campaign.thresholds import ALL_JOINTS, Thresholds
+from stiffcal.campaign.manifest.thresholds import ALL_JOINTS, Thresholds
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.quantity import ANGLE, LENGTH, ShownUnit

@@ -18,7 +18,7 @@ from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import stacked_bodies
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.quantity import of_joint
 from stiffcal.reduction.loads.cycles import BRANCH_NAMES, find_load_cycles, load_unit, load_vector
 from stiffcal.validation.heldout import HeldoutResiduals, heldout_residuals

@@ -26,8 +26,8 @@ from stiffcal.identification.fitting.geometry import with_geometry
 from stiffcal.identification.fitting.identify import identify_parameters, predict_observations
 from stiffcal.measurements.load_states import LoadStates, RunInfo
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.absolute_and_loads import Truth, write_campaign
 from tests.laboratory.effect_bench import bare_states

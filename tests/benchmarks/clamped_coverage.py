@@ -20,7 +20,7 @@ import numpy as np
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.documents import document_of
-from stiffcal.kinds.clamped.simulation import simulate_clamped
+from stiffcal.kinds.clamped.simulated.simulation import simulate_clamped
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 from tests.laboratory.kr125 import DEGREE, TABLE_2, source_folder
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     errors, widths, plays, poor = [], [], [], []
     with (
         tempfile.TemporaryDirectory() as folder,
-        mock.patch("stiffcal.kinds.clamped.simulation.simulate_clamped", once),
+        mock.patch("stiffcal.kinds.clamped.simulated.simulation.simulate_clamped", once),
     ):
         source = source_folder(
             Path(folder) / "source",

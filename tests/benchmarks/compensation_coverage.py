@@ -19,10 +19,10 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.compensation.targets import CorrectionOptions, correct_joints, errors_of
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.mujoco_states import Plan, SimulatedCampaign, simulate_campaign
 from tests.laboratory.robots import six_axis_joints
 

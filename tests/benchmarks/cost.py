@@ -25,10 +25,10 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import solve_balance
 from stiffcal.propose.templates import bundled_robot
 from tests.laboratory.robots import shifted
 

@@ -20,8 +20,8 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.mujoco_states import Plan, simulate_campaign
 

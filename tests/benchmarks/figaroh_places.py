@@ -33,9 +33,9 @@ from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, vector_from_rotation
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.measured_frames import FramePosition
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.assembled.measured_frames import FramePosition
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.stages.experiments import robot_to_fit
 from stiffcal.stages.steps import Ingested, RunContext, up_to_date_states
 

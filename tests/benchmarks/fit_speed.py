@@ -22,9 +22,9 @@ from stiffcal.identification.derivatives.observation import evaluate, observe
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.model.effect import Law, NodeLoads, ParameterSpec, Place, Term, Values
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.mujoco_states import NOISE, turn_by
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
 from tests.laboratory.unread_states import unread_states

@@ -23,8 +23,8 @@ from stiffcal.arrays import Floats
 from stiffcal.compensation.batch import LinearCompensation
 from stiffcal.compensation.exports.step import CompensationStep, StepSettings
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from tests.benchmarks.jacobian_speed import shortest
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints

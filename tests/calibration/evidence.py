@@ -13,7 +13,7 @@ from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.reading import WhatIsMissing, read_off
 from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.states import judge_states
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.calibration.answers import Answer, Named
 from tests.calibration.field_mix import FieldCampaign
 

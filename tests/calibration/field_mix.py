@@ -16,8 +16,8 @@ import numpy as np
 
 from stiffcal.identification.derivatives.observation import observe
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.equilibrium import NoBalanceError
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import NoBalanceError
 from stiffcal.reduction.set_aside.outliers import reject_outliers
 from tests.laboratory.random_robots import DrawnRobot, draw_robot
 from tests.rates.faults import FAULTS, draw_faulty

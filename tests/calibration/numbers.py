@@ -20,16 +20,16 @@ import stiffcal.judgement
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement import numbers
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.states import judge_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mistakes.states import exchanges
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.calibration.field_mix import draw_campaign
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from stiffcal.campaign.absolute_checks import absolute_faults
-from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.checks.absolute_checks import absolute_faults
+from stiffcal.campaign.manifest.manifest import Manifest
 from stiffcal.fault_codes import FaultCode
 
 POSE = {"frame": "tracker", "position": ["X", "Y", "Z"], "units": {"position": "mm"}}

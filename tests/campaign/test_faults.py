@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.pruning import unrelated_faults
+from stiffcal.campaign.toml.pruning import unrelated_faults
 from stiffcal.documents import document_of
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode

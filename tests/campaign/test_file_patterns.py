@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign.file_patterns import FilePattern, found_files
-from stiffcal.campaign.found_runs import nothing_found, unpartnered_remarks
 from stiffcal.campaign.loading import Campaign, load_campaign
-from stiffcal.campaign.tracker_frames import trackers_of_runs
+from stiffcal.campaign.manifest.file_patterns import FilePattern, found_files
+from stiffcal.campaign.manifest.found_runs import nothing_found, unpartnered_remarks
+from stiffcal.campaign.manifest.tracker_frames import trackers_of_runs
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.natural_order import natural_key

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.campaign.frame_checks import frame_faults
-from stiffcal.campaign.frames import frames_to_estimate, measurement_setup, resolve_frames
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.manifest_type import manifest_type
-from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.tracker_frames import trackers_of_runs
-from stiffcal.campaign.transforms import rotation_taking_z_to
+from stiffcal.campaign.checks.frame_checks import frame_faults
+from stiffcal.campaign.frames.frames import frames_to_estimate, measurement_setup, resolve_frames
+from stiffcal.campaign.manifest.manifest import Manifest
+from stiffcal.campaign.manifest.manifest_type import manifest_type
+from stiffcal.campaign.manifest.tracker_frames import trackers_of_runs
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
+from stiffcal.campaign.robot.transforms import rotation_taking_z_to
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain

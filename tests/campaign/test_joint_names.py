@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stiffcal.campaign.joint_names import numbered_joints
+from stiffcal.campaign.columns.joint_names import numbered_joints
 
 LETTERS = ("S", "L", "U", "R", "B", "T")
 SMALL = tuple(letter.lower() for letter in LETTERS)

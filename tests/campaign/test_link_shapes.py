@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.link_shapes import link_shapes
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.link_shapes import link_shapes
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.kinematics import body_poses

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.name_checks import LONGEST_NAME, name_faults
+from stiffcal.campaign.toml.name_checks import LONGEST_NAME, name_faults
 from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode

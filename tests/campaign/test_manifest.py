@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from stiffcal.campaign.file_formats import format_of
-from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.manifest_type import manifest_type
-from stiffcal.campaign.row_filter import RowCondition, parse_rows
-from stiffcal.campaign.signals import Deflection, JointSignals, Pose, Wrench
-from stiffcal.campaign.typed import WrongValueError, expand_columns
+from stiffcal.campaign.found.file_formats import format_of
+from stiffcal.campaign.manifest.manifest import Manifest
+from stiffcal.campaign.manifest.manifest_type import manifest_type
+from stiffcal.campaign.signals.row_filter import RowCondition, parse_rows
+from stiffcal.campaign.signals.signals import Deflection, JointSignals, Pose, Wrench
+from stiffcal.campaign.toml.typed import WrongValueError, expand_columns
 from tests.laboratory.campaign_folders import DATA, write_campaign
 
 

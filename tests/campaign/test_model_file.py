@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from stiffcal.campaign import model_editing
-from stiffcal.campaign.model_file import default_model, load_model
+from stiffcal.campaign.model import model_editing
+from stiffcal.campaign.model.model_file import default_model, load_model
 from stiffcal.errors import InputError
 from tests.laboratory.campaign_folders import DATA
 

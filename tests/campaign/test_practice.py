@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from tests.laboratory.hidden_campaigns import NAMES, folder_of
 

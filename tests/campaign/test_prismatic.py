@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.robot_checks import robot_faults
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_checks import robot_faults
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.errors import InputError
 from stiffcal.propose.from_table import propose_campaign
 from stiffcal.reduction.logs.reading_bounds import first_impossible

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
-from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.urdf import read_urdf
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
+from stiffcal.campaign.robot.urdf.chain import read_urdf
 from stiffcal.errors import InputError
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_rpy

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from stiffcal.campaign.manifest_type import source_type
-from stiffcal.campaign.source import TimeAxis
-from stiffcal.reduction.logs.rows import read_rows
+from stiffcal.campaign.manifest.manifest_type import source_type
+from stiffcal.campaign.manifest.source import TimeAxis
+from stiffcal.reduction.logs.log_rows import read_rows
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.campaign.checks.unused_settings import unused_settings
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.unused_settings import unused_settings
 from stiffcal.ingest.checks.loaded import check_campaign
 from tests.laboratory.small_campaign import write_small_campaign
 

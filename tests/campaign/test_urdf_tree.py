@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.robot_file import RobotFile
-from stiffcal.campaign.urdf import UrdfRobot, read_urdf
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
+from stiffcal.campaign.robot.urdf.chain import UrdfRobot, read_urdf
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.urdf_arm import arm_of_table

@@ -14,7 +14,7 @@ from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.diagnose import _show_excluded, _show_ranking, _show_unknown, show_diagnosis
 from stiffcal.cli.run import with_missing_in_words
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.diagnosis.results import ExcludedSizeAt, LawCurveAt, UnknownLaw
+from stiffcal.diagnosis.answers.results import ExcludedSizeAt, LawCurveAt, UnknownLaw
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
 from stiffcal.stages.diagnoses.followed import followed_residual

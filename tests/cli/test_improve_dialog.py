@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.cli.improve import gain_in_words
 from stiffcal.cli.improve_dialog import ImproveDialog
-from stiffcal.diagnosis.results import LookAlike, ProposedEffect
+from stiffcal.diagnosis.answers.results import LookAlike, ProposedEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.results.improve_results import ImproveStep

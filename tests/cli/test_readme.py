@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from docs.page_blocks import page_text
-from stiffcal.campaign.thresholds import Thresholds, load_thresholds
+from stiffcal.campaign.manifest.thresholds import Thresholds, load_thresholds
 from stiffcal.cli.app import main
 from stiffcal.commands.init import init_campaign
 

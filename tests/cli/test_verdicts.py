@@ -12,8 +12,8 @@ from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.diagnose import _show_missing, _show_with_all_missing
 from stiffcal.cli.identify import fit_verdict
 from stiffcal.cli.tables import show_parameters
-from stiffcal.diagnosis.heldout_results import ErrorAsValidated
-from stiffcal.diagnosis.results import ProposedEffect
+from stiffcal.diagnosis.answers.heldout_results import ErrorAsValidated
+from stiffcal.diagnosis.answers.results import ProposedEffect
 from stiffcal.identification.answers.before_after import (
     EstimatedParameter,
     values_before_and_after,

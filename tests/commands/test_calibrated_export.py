@@ -8,13 +8,13 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.commands.export import RowOptions, export_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.mechanics.joint_rows import Convention
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
-from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.absolute_and_loads import Truth, write_campaign
 from tests.laboratory.robots import six_axis_joints

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign import model_editing
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.model import model_editing
 from stiffcal.commands.edit_model import edit_model, start_values
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
-from stiffcal.model.assembly import compliant_robot
-from stiffcal.model.catalogue import find_effects
+from stiffcal.model.assembled.assembly import compliant_robot
+from stiffcal.model.catalogue.catalogue import find_effects
 
 
 def test_remove_and_add_back_keeps_comments(campaign: Path) -> None:

@@ -13,7 +13,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.improve import Decision, EffectProposal, _next_changes, _to_add, improve_campaign
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.results.improve_results import ImproveStep
 from tests.cli.test_commands import run as run_command

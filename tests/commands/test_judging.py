@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign.thresholds import load_thresholds
+from stiffcal.campaign.manifest.thresholds import load_thresholds
 from stiffcal.commands.export import export_campaign
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError

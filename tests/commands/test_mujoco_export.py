@@ -15,7 +15,7 @@ from stiffcal.commands.export import export_campaign
 from stiffcal.compensation.exports.mujoco_model import mujoco_model, springs_of_block
 from stiffcal.compensation.prediction import predict_states
 from stiffcal.measurements.load_states import MeasurementSetup
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.stages.fitted_robot import fitted_robot
 from stiffcal.stages.steps import RunContext
 from tests.compensation.test_step import every_law, everything_linear, springs_36

@@ -10,8 +10,8 @@ import pytest
 from stiffcal.compensation.batch import LinearCompensation
 from stiffcal.compensation.targets import correct_joints
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 from tests.compensation.test_step import everything_linear, placed, samples, springs_36
 from tests.laboratory.robots import force_sensor_setup
 

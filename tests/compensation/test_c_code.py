@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.compensation.exports.c_code import c_source
 from stiffcal.compensation.exports.controller_model import controller_model
 from stiffcal.compensation.exports.step import CompensationStep, StepSettings
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 from tests.compensation.test_step import every_law, everything_linear, runs, samples, springs_36
 from tests.compensation.test_targets import drives
 from tests.laboratory.compilers import SANITIZED, STRICT, build, compiler

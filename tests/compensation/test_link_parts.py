@@ -12,7 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.commands.predict import LoadPathRequest, predict_campaign
 from stiffcal.compensation.link_parts import link_parts
 from stiffcal.compensation.prediction import at_load_point
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
 from tests.compensation.test_targets import six
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import bending_swing, six_axes_with_beams, with_effect

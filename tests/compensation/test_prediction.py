@@ -13,7 +13,7 @@ from stiffcal.mechanics.dual_balance import complementary_stiffness, reading_as_
 from stiffcal.mechanics.dual_quaternions import dual_chain
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
 from tests.compensation.test_targets import six
 from tests.laboratory.robots import SIX_STIFFNESS
 

@@ -15,10 +15,10 @@ from stiffcal.compensation.targets import correct_joints
 from stiffcal.compensation.tool_weight import weight_on_sensor
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import BeamFrame, Chain
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place, StateOrder, Values
-from stiffcal.model.equilibrium import solve_balance
 from stiffcal.model.forms import form_of
 from stiffcal.model.scalar_laws import ScalarLaw
 from tests.compensation.test_targets import drives, regular

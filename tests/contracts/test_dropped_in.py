@@ -19,15 +19,15 @@ from pydantic import ValidationError
 from pypdf import PdfReader
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.file_formats import format_names, format_of
+from stiffcal.campaign.found.file_formats import format_names, format_of
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.manifest_type import manifest_type
+from stiffcal.campaign.manifest.manifest_type import manifest_type
 from stiffcal.campaign.schemas import schema_document
 from stiffcal.cli.app import main
 from stiffcal.diagnosis.suspects.find import find_suspects
 from stiffcal.documents import document_of, result_of, schema_of
 from stiffcal.errors import InputError, no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.mistakes import state_changes
 from stiffcal.mistakes.clocks.found import clock_mistake
 from stiffcal.mistakes.clocks.mistake import ClockMistake

@@ -9,12 +9,12 @@ from dataclasses import replace
 import pytest
 
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
-from stiffcal.kinds.friction.part_fit import PartFit
-from stiffcal.kinds.friction.row_columns import RowColumns
-from stiffcal.kinds.friction.rows import steady_rows
-from stiffcal.kinds.friction.runs import reduce_friction
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.kinds.friction.fitting.part_fit import PartFit
+from stiffcal.kinds.friction.fitting.row_columns import RowColumns
+from stiffcal.kinds.friction.fitting.torque_rows import steady_rows
+from stiffcal.kinds.friction.logs.runs import reduce_friction
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Effect, EffectAtRest, Geometry, Instrument, Law, Place
 from stiffcal.model.motion import Motion
 from tests.laboratory.absolute_places import absolute_states, measured_by

@@ -14,12 +14,12 @@ from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.derivatives.observation import Observations, evaluate, observe
 from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.deformed_chain import deformed_chain, node_wrenches
+from stiffcal.model.balance.equilibrium import rest_under_weight
+from stiffcal.model.balance.stated_spring import parallel_spring
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Effect, EffectAtRest, Inputs, NodeLoads, Observed, ParameterRole, ParameterSpec, Place
-from stiffcal.model.equilibrium import rest_under_weight
-from stiffcal.model.stated_spring import parallel_spring
 from tests.laboratory.effect_bench import bare_states, robot_chain
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axis_joints
 

@@ -18,12 +18,12 @@ OWN = ("estimation/", "identification/")
 COLUMNS = {"planning/information.py"}
 
 # Linearises without a fit: runs that are planned or compared with others.
-ROWS = {"planning/information.py", "planning/rivals.py", "diagnosis/suspects/bench.py"}
+ROWS = {"planning/information.py", "planning/rivals.py", "diagnosis/suspects/whitened_runs.py"}
 
 # Solvers of other kinds of experiment and of questions that are no fit of a model's parameters.
 SOLVERS = {
-    "diagnosis/normal_equations.py",  # folds and candidates, from inner products
-    "kinds/clamped/state_noise.py",
+    "diagnosis/scans/normal_equations.py",  # folds and candidates, from inner products
+    "kinds/clamped/states/state_noise.py",
     "mistakes/displacements/springs.py",  # springs that cannot be negative, of loads and deflections as read
     "mistakes/displacements/turned_sensor.py",  # turns of a force sensor, against springs
     "propose/unnamed_states.py",  # the load at rest
@@ -32,27 +32,27 @@ SOLVERS = {
 
 # Leaves folds out in other ways than `estimation.leave_out`, until they are replaced.
 FOLDS = {
-    "diagnosis/base_rows.py",  # the catalogue, candidate by candidate
-    "diagnosis/few_rows.py",
-    "diagnosis/folds.py",
-    "diagnosis/load_scan.py",
-    "diagnosis/scoring.py",
-    "diagnosis/suspects/bench.py",  # runs that are off
+    "diagnosis/scans/base_rows.py",  # the catalogue, candidate by candidate
+    "diagnosis/scans/few_rows.py",
+    "diagnosis/scans/folds.py",
+    "diagnosis/scans/load_scan.py",
+    "diagnosis/scans/scoring.py",
+    "diagnosis/suspects/whitened_runs.py",  # runs that are off
     "diagnosis/suspects/find.py",
     "diagnosis/suspects/selection.py",
 }
 
 # Reads bounds or a prior of a law's parameter.
 BOUNDS = {
-    "diagnosis/scan.py",  # keeps a shape that it tries within what is possible
+    "diagnosis/scans/scan.py",  # keeps a shape that it tries within what is possible
     "diagnosis/suspects/rival_effects.py",
     "effects/presliding.py",  # keeps a shape within what is possible
     "effects/stribeck.py",
     "identification/fitting/base_load.py",  # the directions of gravity that a prior holds
-    "model/assembly.py",  # values that a person wrote
+    "model/assembled/assembly.py",  # values that a person wrote
     "model/parameters.py",
-    "model/plugin_contract.py",
-    "model/prismatic.py",  # the law along an axis has other units
+    "model/catalogue/plugin_contract.py",
+    "model/laws/prismatic.py",  # the law along an axis has other units
     "ingest/checks/absolute.py",
     "commands/effects.py",  # prints them
 }
@@ -136,8 +136,8 @@ def test_gauss_newton_has_one_caller_for_each_kind_of_rows(trees: dict[str, ast.
     callers = {name for name, tree in trees.items() if ("stiffcal.estimation.solve", "settle") in imported(tree)}
     assert callers == {
         "identification/fitting/identify.py",
-        "kinds/friction/part_fit.py",
-        "kinds/clamped/torque_angle_fit.py",
+        "kinds/friction/fitting/part_fit.py",
+        "kinds/clamped/loops/torque_angle_fit.py",
     }
 
 
@@ -159,10 +159,10 @@ def test_folds_are_left_out_by_one_engine(trees: dict[str, ast.Module]) -> None:
     assert found == FOLDS
     users = {name for name, tree in trees.items() if ("stiffcal.estimation.leave_out", "LeaveOut") in imported(tree)}
     assert users >= {
-        "diagnosis/forecast.py",
-        "diagnosis/row_forecast.py",
-        "diagnosis/scan.py",
-        "kinds/friction/heldout.py",
+        "diagnosis/refits/forecast.py",
+        "diagnosis/of_rows/row_forecast.py",
+        "diagnosis/scans/scan.py",
+        "kinds/friction/fitting/heldout.py",
         "links/rods.py",
         "validation/heldout.py",
     }

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import stiffcal
-from stiffcal.campaign.experiment_kinds import kind_names
+from stiffcal.campaign.found.experiment_kinds import kind_names
 
 PACKAGE = Path(stiffcal.__file__).parent
 NAMES = frozenset(kind_names())

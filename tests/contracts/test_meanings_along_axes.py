@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
+from stiffcal.model.laws.prismatic import spec_along_axis, specs_along_axis
 from stiffcal.model.parameters import ParameterSpec
-from stiffcal.model.prismatic import spec_along_axis, specs_along_axis
 
 ROTARY = re.compile(r"torque|angle|turn|rotat|about|\brad\b")
 

@@ -13,7 +13,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.mistakes.found import mistakes_of, mistakes_on, taken_back
 from stiffcal.mistakes.mistake import AsRead, Mistake, TakenBack, TriedOn
 from stiffcal.mistakes.references.match import missed_by

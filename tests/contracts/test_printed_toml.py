@@ -8,8 +8,8 @@ import tomllib
 import pytest
 
 from docs.page_blocks import hand_written_pages, page_text
-from stiffcal.campaign.row_filter import RowCondition, condition_text, parse_rows
-from stiffcal.diagnosis.suspects.result import exclusion_lines
+from stiffcal.campaign.signals.row_filter import RowCondition, condition_text, parse_rows
+from stiffcal.diagnosis.answers.suspect_results import exclusion_lines
 from stiffcal.escapes import toml_text
 from tests.laboratory.offered_toml import faults_in, offers_in
 from tests.laboratory.printed_toml import HOLE, pairs_in, wrong_toml

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.file_formats import format_names, format_of, log_formats
-from stiffcal.campaign.source import Source
-from stiffcal.campaign.typed import TomlTable
+from stiffcal.campaign.found.file_formats import format_names, format_of, log_formats
+from stiffcal.campaign.manifest.source import Source
+from stiffcal.campaign.toml.typed import TomlTable
 from stiffcal.errors import InputError
 from stiffcal.readers import DatabaseReader, Options, Reader, WantedColumns, find_reader
 from tests.fuzz.mutations import spoilt_bytes

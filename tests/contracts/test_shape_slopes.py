@@ -7,8 +7,8 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.model.abilities import KnownSlopes
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Effect, EffectAtRest, NodeLoads, ParameterRole, Place
 from stiffcal.model.forms import WholeForm
 from tests.laboratory.effect_bench import order_of, robot_chain

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.candidates import Candidate
-from stiffcal.diagnosis.heldout_error import as_validated, left_out_residual, residual_without_folds
-from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
+from stiffcal.diagnosis.refits.heldout_error import as_validated, left_out_residual, residual_without_folds
+from stiffcal.diagnosis.scans.candidates import Candidate
+from stiffcal.diagnosis.scans.load_scan import LoadScan, scan_candidates
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import Place
 from stiffcal.validation.heldout import heldout_residuals, left_out_residuals, validation_folds
 from stiffcal.validation.validate import rms_of

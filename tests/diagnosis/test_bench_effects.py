@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.lack_of_fit import family_p
-from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
+from stiffcal.diagnosis.scans.candidates import list_candidates
+from stiffcal.diagnosis.scans.lack_of_fit import family_p
+from stiffcal.diagnosis.scans.load_scan import LoadScan, scan_candidates
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.clamped_bench import clamped_bench
 from tests.laboratory.effect_bench import robot_chain

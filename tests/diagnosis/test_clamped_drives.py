@@ -11,8 +11,8 @@ from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.clamped_bench import clamped_bench, held_jacobian
 from tests.laboratory.named_effects import named

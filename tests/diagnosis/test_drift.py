@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.drift import Drift, drift_of_states
+from stiffcal.diagnosis.scans.drift import Drift, drift_of_states
 from stiffcal.identification.readings.observations import Observations
 
 N = 200

@@ -8,14 +8,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.effect_curves import EffectEvidence, evidence_for
-from stiffcal.diagnosis.load_scan import scan_candidates
+from stiffcal.diagnosis.refits.effect_curves import EffectEvidence, evidence_for
+from stiffcal.diagnosis.scans.load_scan import scan_candidates
 from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from stiffcal.model.effect_values import Covariate, NodeLoads
 from tests.laboratory.robots import six_axes

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.explained import Explained, explained_share, predictive_squares
-from stiffcal.diagnosis.folds import FoldProducts
-from stiffcal.diagnosis.lack_of_fit import LackOfFit
-from stiffcal.diagnosis.scan import Scan
-from stiffcal.diagnosis.scoring import score_variants
+from stiffcal.diagnosis.scans.explained import Explained, explained_share, predictive_squares
+from stiffcal.diagnosis.scans.folds import FoldProducts
+from stiffcal.diagnosis.scans.lack_of_fit import LackOfFit
+from stiffcal.diagnosis.scans.scan import Scan
+from stiffcal.diagnosis.scans.scoring import score_variants
 from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED
 
 FOLDS, PER_FOLD = 8, 12

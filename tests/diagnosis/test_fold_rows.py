@@ -8,10 +8,10 @@ from typing import cast
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.few_rows import AddedColumns, FewRows
-from stiffcal.diagnosis.folds import FoldProducts, inner_outside
-from stiffcal.diagnosis.scan import Scan, Trial, helped
-from stiffcal.diagnosis.scoring import score_variants
+from stiffcal.diagnosis.scans.few_rows import AddedColumns, FewRows
+from stiffcal.diagnosis.scans.folds import FoldProducts, inner_outside
+from stiffcal.diagnosis.scans.scan import Scan, Trial, helped
+from stiffcal.diagnosis.scans.scoring import score_variants
 
 
 @pytest.mark.parametrize("n_added", [0, 1, 3])

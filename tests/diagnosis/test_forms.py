@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.load_scan import scan_candidates
-from stiffcal.diagnosis.scan import is_possible_shape
+from stiffcal.diagnosis.scans.candidates import list_candidates
+from stiffcal.diagnosis.scans.load_scan import scan_candidates
+from stiffcal.diagnosis.scans.scan import is_possible_shape
 from stiffcal.effects.encoder_drift import EncoderDrift
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.viscous_power import ViscousPower
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from tests.laboratory.clamped_bench import CYCLE, clamped_bench
 from tests.laboratory.effect_bench import robot_chain

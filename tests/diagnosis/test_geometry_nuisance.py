@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.geometry_nuisance import GeometryNuisance
-from stiffcal.diagnosis.heldout_error import left_out_residual
-from stiffcal.diagnosis.lack_of_fit import judge, lack_of_fit
-from stiffcal.diagnosis.load_scan import scan_candidates
+from stiffcal.diagnosis.refits.heldout_error import left_out_residual
+from stiffcal.diagnosis.scans.candidates import list_candidates
+from stiffcal.diagnosis.scans.geometry_nuisance import GeometryNuisance
+from stiffcal.diagnosis.scans.lack_of_fit import judge, lack_of_fit
+from stiffcal.diagnosis.scans.load_scan import scan_candidates
 from stiffcal.estimation.triangular import triangular_of_rows
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.geometry import geometry_slope
@@ -19,7 +19,7 @@ from stiffcal.identification.fitting.identify import Settings, identify_paramete
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.rates.playing import Hidden, simulate_runs
 
 

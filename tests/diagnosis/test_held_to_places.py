@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.diagnosis.answers.results import AgreementWithPlaces
 from stiffcal.diagnosis.held_to_places import ReferencePlaces
-from stiffcal.diagnosis.results import AgreementWithPlaces
 from stiffcal.effects.target_offset import TargetOffset
 from stiffcal.effects.tracker_frame import TrackerFrame
 from stiffcal.effects.wrench_frame import WrenchFrame
@@ -18,8 +18,8 @@ from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.named_effects import named, named_with_alike
 from tests.rates.hiding import with_effects

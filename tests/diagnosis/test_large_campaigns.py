@@ -9,16 +9,16 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-import stiffcal.diagnosis.folds
+import stiffcal.diagnosis.scans.folds
 import stiffcal.estimation.triangular
 import stiffcal.identification.fitting.regressors
 import stiffcal.identification.noise.projection
-from stiffcal.diagnosis.base_rows import choice_groups
-from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.folds import FoldProducts
-from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
-from stiffcal.diagnosis.scoring import score_variants
-from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.diagnosis.remainder.structure import what_it_follows
+from stiffcal.diagnosis.scans.base_rows import choice_groups
+from stiffcal.diagnosis.scans.candidates import list_candidates
+from stiffcal.diagnosis.scans.folds import FoldProducts
+from stiffcal.diagnosis.scans.load_scan import LoadScan, scan_candidates
+from stiffcal.diagnosis.scans.scoring import score_variants
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.estimation.triangular import triangular_of_rows
@@ -27,8 +27,8 @@ from stiffcal.identification.fitting.regressors import StoredRegressor
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import six_axes
@@ -61,7 +61,7 @@ def test_a_diagnosis_is_the_same_when_signatures_are_not_kept(monkeypatch: pytes
     monkeypatch.setattr(stiffcal.identification.fitting.regressors, "MOST_KEPT", 0)
     monkeypatch.setattr(stiffcal.identification.noise.projection, "NUMBERS_AT_ONCE", 3000)
     monkeypatch.setattr(stiffcal.estimation.triangular, "NUMBERS_AT_ONCE", 3000)
-    monkeypatch.setattr(stiffcal.diagnosis.folds, "NUMBERS_AT_ONCE", 200)
+    monkeypatch.setattr(stiffcal.diagnosis.scans.folds, "NUMBERS_AT_ONCE", 200)
     pieces = diagnose_states(states, robot, catalogue)
     assert all(isinstance(trial.regressor, StoredRegressor) for trial in pieces.first.trials)
     expected, found = diagnosis_result(whole), diagnosis_result(pieces)

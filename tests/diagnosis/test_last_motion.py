@@ -8,21 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.load_scan import scan_candidates
-from stiffcal.diagnosis.pattern_plugin import plugin_text
-from stiffcal.diagnosis.pattern_results import FollowedBy
-from stiffcal.diagnosis.patterns import find_pattern
-from stiffcal.diagnosis.structure import what_it_follows
+from stiffcal.diagnosis.answers.pattern_results import FollowedBy
+from stiffcal.diagnosis.remainder.pattern_plugin import plugin_text
+from stiffcal.diagnosis.remainder.patterns import find_pattern
+from stiffcal.diagnosis.remainder.structure import what_it_follows
+from stiffcal.diagnosis.scans.load_scan import scan_candidates
 from stiffcal.identification.derivatives.observation import observe
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.model.effect import Effect, Law, NodeLoads, ParameterSpec, Place, Term, Values
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.laws.drives import drive_terms, drive_torque
 from tests.laboratory.absolute_places import SIGMA, absolute_states
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs

@@ -9,7 +9,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.model.catalogue import find_effects
+from stiffcal.model.catalogue.catalogue import find_effects
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 

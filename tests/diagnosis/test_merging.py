@@ -6,9 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from stiffcal.diagnosis.explained import Explained
-from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
-from stiffcal.diagnosis.results import (
+from stiffcal.diagnosis.answers.results import (
     DiagnoseResult,
     ExcludedSizeAt,
     ProposedEffect,
@@ -17,6 +15,8 @@ from stiffcal.diagnosis.results import (
     UnknownLaw,
     UntestableEffect,
 )
+from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
+from stiffcal.diagnosis.scans.explained import Explained
 from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.setting_results import SettingKind
+from stiffcal.diagnosis.answers.setting_results import SettingKind
 from stiffcal.identification.fitting.identify import Settings, fit_problem
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.judgement.settings_off import given_frames
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.measured_frames import placed_frame
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Effect, Place
-from stiffcal.model.measured_frames import placed_frame
 from stiffcal.model.summary import EffectAt, Where
 from tests.laboratory.absolute_places import TARGET, absolute_states, measured_by
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes

@@ -8,7 +8,7 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.judgement.diagnosed_rows import DiagnosedRows, diagnose_rows
 from stiffcal.judgement.row_document import row_diagnosis
-from stiffcal.model.catalogue import find_effects
+from stiffcal.model.catalogue.catalogue import find_effects
 from tests.laboratory.hidden_friction import NOISE, Law, nothing, problem_of
 
 

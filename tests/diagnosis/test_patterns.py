@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.pattern_plugin import plugin_text
-from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
-from stiffcal.diagnosis.patterns import Followed, find_pattern
+from stiffcal.diagnosis.answers.pattern_results import CompliancePattern, FollowedBy
+from stiffcal.diagnosis.remainder.pattern_plugin import plugin_text
+from stiffcal.diagnosis.remainder.patterns import Followed, find_pattern
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Effect, Law, Place
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played

@@ -11,8 +11,8 @@ from stiffcal.effects.bearing_tilt import BearingTilt
 from stiffcal.identification.derivatives.observation import observe
 from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.rates.hiding import with_effects
 from tests.rates.playing import Hidden, simulate_runs

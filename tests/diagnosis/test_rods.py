@@ -6,8 +6,8 @@ import pytest
 
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from tests.laboratory.named_effects import named_with_alike
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import (

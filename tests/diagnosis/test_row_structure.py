@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.diagnosis.row_structure import LEAST_OF_DRAWS, share_of_draws
+from stiffcal.diagnosis.of_rows.row_structure import LEAST_OF_DRAWS, share_of_draws
 
 
 def test_a_fall_in_one_fold_alone_is_no_proof() -> None:

@@ -13,10 +13,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.candidates import list_candidates
-from stiffcal.diagnosis.lack_of_fit import _not_reproduced, same_within_noise
-from stiffcal.diagnosis.load_scan import LoadScan, scan_candidates
-from stiffcal.diagnosis.scan import Trial
+from stiffcal.diagnosis.scans.candidates import list_candidates
+from stiffcal.diagnosis.scans.lack_of_fit import _not_reproduced, same_within_noise
+from stiffcal.diagnosis.scans.load_scan import LoadScan, scan_candidates
+from stiffcal.diagnosis.scans.scan import Trial
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
@@ -25,7 +25,7 @@ from stiffcal.effects.seat_shift import SeatShift
 from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place, Values
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.effect_bench import robot_chain

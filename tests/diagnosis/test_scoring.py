@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from stiffcal.diagnosis.folds import FoldProducts, fold_products, inner_outside
-from stiffcal.diagnosis.load_scan import LoadScan
-from stiffcal.diagnosis.normal_equations import quadratic, solve_within, without_rows
-from stiffcal.diagnosis.scoring import score_variants
-from stiffcal.diagnosis.slips import score_in_run
+from stiffcal.diagnosis.scans.folds import FoldProducts, fold_products, inner_outside
+from stiffcal.diagnosis.scans.load_scan import LoadScan
+from stiffcal.diagnosis.scans.normal_equations import quadratic, solve_within, without_rows
+from stiffcal.diagnosis.scans.scoring import score_variants
+from stiffcal.diagnosis.scans.slips import score_in_run
 from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import free_columns
 from tests.laboratory.robots import six_axes

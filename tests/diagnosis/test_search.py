@@ -10,8 +10,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.choosing import choice_without_each_group
-from stiffcal.diagnosis.heldout_error import left_out_rms, rms_after_choosing
+from stiffcal.diagnosis.refits.heldout_error import left_out_rms, rms_after_choosing
+from stiffcal.diagnosis.scans.choosing import choice_without_each_group
 from stiffcal.documents import document_of
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Problem, Settings, fit_observations
@@ -20,10 +20,10 @@ from stiffcal.judgement import states as module_of_sets
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.no_balance import NoBalanceError
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.no_balance import NoBalanceError
 from tests.laboratory.named_effects import named, named_with_alike
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stiffcal.diagnosis.explained import Explained
+from stiffcal.diagnosis.scans.explained import Explained
 from stiffcal.diagnosis.share_in_words import share_in_words
 
 

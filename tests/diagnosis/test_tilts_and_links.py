@@ -11,8 +11,8 @@ import pytest
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.mechanics.chain import BeamFrame, Chain
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.named_effects import named, named_with_alike
 from tests.laboratory.robots import six_axes

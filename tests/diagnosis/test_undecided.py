@@ -9,8 +9,8 @@ import pytest
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played

@@ -10,7 +10,7 @@ import pytest
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.rates.playing import simulate_runs
 
 DEFAULT = GeometryTolerance(5e-4, 3.5e-4, stated=False)

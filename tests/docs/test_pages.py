@@ -19,7 +19,7 @@ from docs.formulas import BLANK, FormulaError, mathml
 from docs.notebook_file import PAGE
 from docs.page_blocks import blocks_of, hand_written_pages, page_text
 from stiffcal import effects_api
-from stiffcal.campaign.file_formats import format_names
+from stiffcal.campaign.found.file_formats import format_names
 from stiffcal.cli import endings
 from stiffcal.cli.app import COMMANDS
 from stiffcal.commands.effects import describe_effects

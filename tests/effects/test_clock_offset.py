@@ -10,10 +10,10 @@ import pytest
 from stiffcal.effects.clock_offset import ClockOffset
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, RunInfo
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.effect_bench import bare_states, robot_chain
 from tests.laboratory.robots import SIX_STIFFNESS, six_axis_joints
 

@@ -11,7 +11,7 @@ from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.derivatives.observation import evaluate, observe
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.noise.weights import predict_observations
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import Place
 from tests.laboratory.clamped_bench import clamped_bench, model_with
 from tests.laboratory.effect_bench import bare_states, robot_chain

@@ -11,10 +11,10 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.compensation.fitted_robot import _left_out
 from stiffcal.effects.friction_hysteresis import FrictionHysteresis
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import RZ, Law, NodeLoads, Place, joint_node
 from stiffcal.model.forms import form_of
-from stiffcal.model.memory import play_operator
+from stiffcal.model.laws.memory import play_operator
 from tests.laboratory.effect_bench import bare_states, displacement, loads, order_of, robot_chain
 
 EFFECT = FrictionHysteresis()

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.mechanics.kinematics import body_poses
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from tests.laboratory.effect_bench import bare_states, robot_chain
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.effects.link_beam import LinkBeam
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import RX, RY, RZ, TX, TY, TZ, Place, link_node
 from tests.laboratory.effect_bench import BEAM_LENGTH, displacement, loads, robot_chain
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from stiffcal.effects.link_geometry import LinkGeometry
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from tests.laboratory.absolute_places import absolute_states
 from tests.laboratory.effect_bench import bare_states, robot_chain

@@ -19,8 +19,8 @@ from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import RZ, Inputs, Place
 from tests.laboratory.absolute_places import SIGMA, absolute_states, on_all_joints
 from tests.laboratory.effect_bench import bare_states, loads, robot_chain

@@ -16,11 +16,11 @@ from stiffcal.documents import document_of
 from stiffcal.effects.friction_hysteresis import FrictionHysteresis
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.drives import drive_torque
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import find_rest
 from stiffcal.model.effect import RZ, Inputs, Place, joint_node
-from stiffcal.model.equilibrium import find_rest
 from stiffcal.model.forms import MotorFriction, form_of, whole_form
+from stiffcal.model.laws.drives import drive_torque
 from tests.laboratory.effect_bench import bare_states, order_of, robot_chain
 from tests.laboratory.robots import force_sensor_setup
 

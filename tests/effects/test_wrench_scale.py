@@ -16,7 +16,7 @@ from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Inputs, Place
 from tests.laboratory.effect_bench import bare_states, robot_chain, settled
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axis_joints

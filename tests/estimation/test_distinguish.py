@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.estimation.distinguish import distinguish
 from stiffcal.estimation.identifiability import check_identifiability
@@ -20,8 +20,8 @@ from stiffcal.estimation.unknowns import Unknowns
 from stiffcal.identification.fitting.gauge import included_in, redundant_geometry
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.measured_frames import placed_frame
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.measured_frames import placed_frame
 from tests.laboratory.absolute_places import SIGMA, TARGET, absolute_states, measured_by
 from tests.laboratory.random_chains import draw_chain, ranked
 from tests.rates.ranks import MOST_RESIDUAL

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis import normal_equations
-from stiffcal.diagnosis.choosing import first_least
+from stiffcal.diagnosis.scans import normal_equations
+from stiffcal.diagnosis.scans.choosing import first_least
 from stiffcal.errors import InputError
 from stiffcal.estimation import bounded_least_squares, solve
 from stiffcal.estimation.bounded_least_squares import least_squares_within
@@ -19,7 +19,7 @@ from stiffcal.identification.derivatives.observation import derivatives
 from stiffcal.identification.fitting.identify import Settings, fit_problem, identify_parameters
 from stiffcal.identification.noise import variance_components
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.model.no_balance import NoBalanceError
+from stiffcal.model.balance.no_balance import NoBalanceError
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 

@@ -19,10 +19,10 @@ from stiffcal.identification.fitting.load_source import LoadWeights
 from stiffcal.identification.noise.reading_noise import Noise, Whitening
 from stiffcal.identification.noise.weights import Weights
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.no_balance import NoBalanceError
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.no_balance import NoBalanceError
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 

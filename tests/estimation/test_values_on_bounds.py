@@ -13,15 +13,15 @@ import pytest
 from rich.console import Console
 
 from stiffcal.cli.tables import show_parameters
-from stiffcal.diagnosis.refit_values import _at_bound, _interval
+from stiffcal.diagnosis.refits.refit_values import _at_bound, _interval
 from stiffcal.estimate import Estimate
 from stiffcal.estimation.parameters import Parameter, reported_parameters
 from stiffcal.identification.answers.before_after import estimated_parameters
 from stiffcal.identification.answers.document import identified_parameter, rest_in_words, resting_on_limits
-from stiffcal.kinds.friction.documents import _identified
-from stiffcal.kinds.friction.page import _value_cell
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.kinds.friction.answers.documents import _identified
+from stiffcal.kinds.friction.answers.page import _value_cell
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from stiffcal.python.frames import parameters_frame
 from stiffcal.view.gathering.models import _values

@@ -27,7 +27,7 @@ from tests.faults import injection
 IMPORTED = (
     "stiffcal.cli.app", "stiffcal.commands.run", "stiffcal.commands.improve", "stiffcal.commands.export",
     "stiffcal.commands.plot", "stiffcal.commands.predict", "stiffcal.commands.simulate", "stiffcal.commands.init",
-    "stiffcal.batch.campaigns", "stiffcal.model.editing", "stiffcal.ingest.reducing",
+    "stiffcal.batch.campaigns", "stiffcal.model.editing", "stiffcal.ingest.reading.reducing",
     "stiffcal.report.gathering.content", "stiffcal.report.effect_pictures.drawing", "stiffcal.report.building",
     "stiffcal.simulation.simulate", "stiffcal.judgement.states", "stiffcal.validation.validate",
     "stiffcal.identification.fitting.identify", "stiffcal.propose.from_table", "stiffcal.propose.templates",
@@ -71,7 +71,7 @@ def main() -> None:
 
     for name in IMPORTED:
         importlib.import_module(name)
-    from stiffcal.model.catalogue import find_effects
+    from stiffcal.model.catalogue.catalogue import find_effects
 
     find_effects()
     answers = os.fdopen(os.dup(1), "w")

@@ -115,7 +115,7 @@ def feed_definition(chance: random.Random, folder: Path) -> None:
 
 def feed_urdf(chance: random.Random, folder: Path) -> None:
     """Read a spoilt or hostile URDF."""
-    from stiffcal.campaign.urdf import read_urdf
+    from stiffcal.campaign.robot.urdf.chain import read_urdf
 
     text = (DATA / "six.urdf").read_text(encoding="utf-8")
     draw = chance.random()

@@ -14,8 +14,8 @@ from contextlib import redirect_stderr, suppress
 from pathlib import Path
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.model.campaign_effects import all_effects, placed_robot, plugin_code
-from stiffcal.model.plugin_loading import plugin_fault
+from stiffcal.model.catalogue.campaign_effects import all_effects, placed_robot, plugin_code
+from stiffcal.model.catalogue.plugin_loading import plugin_fault
 from stiffcal.trust.record import open_record
 from tests.fuzz.fence import FENCE
 from tests.fuzz.mutations import NASTY_TEXTS, spoilt_bytes

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.campaign.file_formats import format_names, log_formats
+from stiffcal.campaign.found.file_formats import format_names, log_formats
 from stiffcal.errors import InputError
 from stiffcal.readers import FuzzInput, Reader, WantedColumns, find_reader
 from tests.fuzz.addresses import feed_address
@@ -160,10 +160,10 @@ def feed_postgres(chance: random.Random, folder: Path) -> None:
 
 def feed_campaign(folder: Path, manifest: bytes, robot: bytes, model: bytes) -> None:
     """Load a folder of three files as every command does, up to the robot that is to be fitted."""
-    from stiffcal.campaign.frames import measurement_setup, resolve_frames
+    from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.model.assembly import compliant_robot
-    from stiffcal.model.catalogue import built_in_effects
+    from stiffcal.model.assembled.assembly import compliant_robot
+    from stiffcal.model.catalogue.catalogue import built_in_effects
 
     for name, data in (("campaign.toml", manifest), ("robot.toml", robot), ("model.toml", model)):
         (folder / name).write_bytes(data)

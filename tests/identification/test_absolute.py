@@ -19,9 +19,9 @@ from stiffcal.identification.fitting.identify import identify_parameters, predic
 from stiffcal.measurements.load_states import TrackerPlace
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector, transform
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.equilibrium import solve_balance
-from stiffcal.model.measured_frames import placed_frame
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.measured_frames import placed_frame
+from stiffcal.model.balance.equilibrium import solve_balance
 from tests.laboratory.absolute_places import SIGMA, TARGET, absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, seven_axes, six_axes
 

@@ -11,8 +11,8 @@ import pytest
 
 from stiffcal.identification.derivatives.observation import Observations, observe
 from stiffcal.identification.fitting.regressors import Linearised
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from stiffcal.stages.experiments import robot_to_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states

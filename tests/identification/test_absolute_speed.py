@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 import stiffcal.identification.derivatives.observation
-import stiffcal.model.equilibrium
+import stiffcal.model.balance.equilibrium
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import Rest, find_rest
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import Rest, find_rest
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 
@@ -114,7 +114,7 @@ def test_orders_of_eccentricities_are_found_without_a_balance_for_every_paramete
         return find_rest(*arguments, **named)
 
     monkeypatch.setattr(stiffcal.identification.derivatives.observation, "find_rest", counted)
-    monkeypatch.setattr(stiffcal.model.equilibrium, "find_rest", counted)
+    monkeypatch.setattr(stiffcal.model.balance.equilibrium, "find_rest", counted)
     states, model = campaign(200)
     fit = identify_parameters(states, replace(model, placed=tuple(replace(p, values={}) for p in model.placed)))
     assert len(balances) < 80

@@ -21,10 +21,10 @@ from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.base_tilt import TOLERANCE, placed_base_tilt
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.measured_frames import placed_frame
+from stiffcal.model.assembled.base_tilt import TOLERANCE, placed_base_tilt
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.assembled.measured_frames import placed_frame
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from tests.laboratory.absolute_places import TARGET, absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, shifted, six_axes
 from tests.laboratory.track_simulator import Track, write_absolute

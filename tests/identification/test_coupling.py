@@ -22,9 +22,9 @@ from stiffcal.identification.bodies.measured_links import measure_links
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.identification.readings.observations import observe
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import (
     NOISE,

@@ -9,9 +9,9 @@ import pytest
 
 from stiffcal.identification.answers.deflection_shares import deflection_shares
 from stiffcal.identification.readings.observations import observe
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from stiffcal.model.forms import form_of
 from stiffcal.stages.fit import up_to_date_fit

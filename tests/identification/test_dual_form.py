@@ -15,10 +15,10 @@ from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
 

@@ -15,8 +15,8 @@ from stiffcal.identification.derivatives.observation import Observations, deriva
 from stiffcal.identification.fitting.identify import fit_problem
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import BeamFrame
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Effect, ParameterRole
 from tests.laboratory.absolute_places import absolute_states
 from tests.laboratory.random_robots import draw_robot

@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Observed, Place, Values
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played

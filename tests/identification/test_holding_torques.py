@@ -16,7 +16,7 @@ from stiffcal.errors import InputError
 from stiffcal.identification.derivatives.holding_torques import holding_torques
 from stiffcal.identification.derivatives.observation import observe
 from stiffcal.mechanics.kinematics import body_poses
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.robots import force_sensor_setup

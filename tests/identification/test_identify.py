@@ -12,8 +12,8 @@ from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem, identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.measurements.set_aside import SetAsideCode
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import cycles_of, joint_springs, medium_robot, played
@@ -91,7 +91,7 @@ def test_what_no_load_turns_is_not_identifiable() -> None:
 
     setup = replace(states.setup, wrench_axes=Attachment(0, np.eye(4)), moments_measured=False)
     wrench = np.concatenate([cycles_of(np.array([[0.0, 0.0, 1.0]])) for _ in range(4)])
-    from stiffcal.model.equilibrium import solve_balance
+    from stiffcal.model.balance.equilibrium import solve_balance
 
     angles = chain.model_angles(states.joints[np.flatnonzero(states.reference)])
     run = np.repeat(np.arange(4), len(wrench) // 4)

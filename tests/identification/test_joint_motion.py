@@ -13,10 +13,10 @@ from stiffcal.identification.bodies.joint_lines import joint_compliance
 from stiffcal.identification.bodies.joint_motion import joint_motions, measured_joints
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import played
 

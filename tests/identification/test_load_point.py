@@ -16,8 +16,8 @@ from stiffcal.errors import InputError
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.measured_frames import placed_load_point
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.assembled.measured_frames import placed_load_point
 from stiffcal.validation.heldout import left_out_residuals, search_folds
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, shifted, six_axes

@@ -14,8 +14,8 @@ from stiffcal.identification.noise.reading_noise import Whitening
 from stiffcal.identification.noise.weights import predict_observations, raw_whitening
 from stiffcal.identification.readings import starting
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.simulated_states import cycles_of, medium_robot, played
 
@@ -35,7 +35,7 @@ def test_a_run_of_springs_is_cut_and_predicted_alike(monkeypatch: pytest.MonkeyP
     robot = medium_robot()
     data = one_run(robot)
     whole = predict_observations(robot, data)
-    monkeypatch.setattr("stiffcal.model.equilibrium.BLOCK", 100)
+    monkeypatch.setattr("stiffcal.model.balance.equilibrium.BLOCK", 100)
     assert [block.states.stop - block.states.start for block in evaluate(robot, data)][:-1] == [100] * (
         data.n_states // 100
     )
@@ -51,7 +51,7 @@ def test_a_run_stays_whole_where_states_depend_on_others(
     place = Place("setup") if effect == "seat-shift" else Place("joints", (2,))
     added = replace(robot, placed=(*robot.placed, PlacedEffect(find_effects()[effect], place, values)))
     data = one_run(robot)
-    monkeypatch.setattr("stiffcal.model.equilibrium.BLOCK", 100)
+    monkeypatch.setattr("stiffcal.model.balance.equilibrium.BLOCK", 100)
     assert len(list(evaluate(added, data))) == 1
 
 

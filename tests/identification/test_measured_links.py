@@ -15,9 +15,9 @@ from stiffcal.identification.readings.observations import observe
 from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.beam import beam_compliance
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.model.effect import link_node
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.rod_states import NOISE, SWING, bending_swing, five_rods, swinging_robot, with_effect, with_rods
 from tests.laboratory.simulated_states import played
 

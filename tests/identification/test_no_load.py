@@ -9,7 +9,7 @@ from stiffcal.effects.load_point_offset import LoadPointOffset
 from stiffcal.effects.wrench_frame import WrenchFrame
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.fitting.regressors import Linearised
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import Effect, Place
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes

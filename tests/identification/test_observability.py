@@ -12,7 +12,7 @@ from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.answers.observability import observability_of
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 

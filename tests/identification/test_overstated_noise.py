@@ -14,7 +14,7 @@ from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.judgement.document import diagnosis_result
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from tests.laboratory.absolute_places import SIGMA, absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 

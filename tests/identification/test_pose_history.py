@@ -11,8 +11,8 @@ from stiffcal.identification.derivatives.observation import observe
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.identification.readings.pose_history import pose_history, rigid_drive_torques
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.drives import drive_torque
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.laws.drives import drive_torque
 from tests.laboratory.absolute_places import absolute_states
 from tests.laboratory.robots import six_axes
 

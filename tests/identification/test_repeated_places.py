@@ -10,7 +10,7 @@ import pytest
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.fitting.identify import fit_problem, identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from tests.laboratory.absolute_places import SIGMA, absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import six_axes
 

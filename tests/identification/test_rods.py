@@ -12,7 +12,7 @@ from stiffcal.identification.derivatives.observation import evaluate, observe
 from stiffcal.identification.fitting.identify import Settings, fit_rms, identify_parameters
 from stiffcal.identification.readings.row_layout import GAUGE, LENGTH
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from tests.laboratory.rod_states import (
     NOISE,
     SWING,

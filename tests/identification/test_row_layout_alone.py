@@ -11,8 +11,8 @@ from stiffcal.effects.wrench_bias import WrenchBias
 from stiffcal.identification.derivatives.observation import FIT_TOLERANCE, observe
 from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.identification.fitting.regressors import Linearised
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.absolute_places import absolute_states, on_all_joints
 from tests.laboratory.robots import six_axes

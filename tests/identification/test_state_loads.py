@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from stiffcal.campaign.frames import resolve_frames
+from stiffcal.campaign.frames.frames import resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.identification.readings.state_loads import force_since_reference
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.mechanics.kinematics import attached_poses
 from tests.laboratory.small_campaign import LEVELS
 

@@ -10,8 +10,8 @@ from typing import cast
 import numpy as np
 import pytest
 
-from stiffcal.campaign.geometry import chain_of, planned_rows
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.robot.geometry import chain_of, planned_rows
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
@@ -22,7 +22,7 @@ from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.readings.observations import observe
 from stiffcal.mechanics.joint_rows import rows_as_planned, rows_of_chain
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from tests.laboratory.absolute_and_loads import write_campaign
 from tests.laboratory.absolute_places import absolute_states, on_all_joints
 from tests.laboratory.robots import six_axes

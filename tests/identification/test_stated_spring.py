@@ -13,8 +13,8 @@ from stiffcal.identification.fitting.geometry import with_geometry
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played

@@ -10,9 +10,9 @@ import numpy as np
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.drives import drive_terms, drive_torque
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Law, NodeLoads, ParameterSpec, Place, Term, Values
+from stiffcal.model.laws.drives import drive_terms, drive_torque
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import Campaign, load_campaign
-from stiffcal.kinds.clamped.holding import held_wrench
-from stiffcal.kinds.clamped.readings import ClampedReadings
+from stiffcal.kinds.clamped.held.holding import held_wrench
+from stiffcal.kinds.clamped.logs.readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model
 

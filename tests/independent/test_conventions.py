@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.mujoco_robot import MujocoRobot
 from tests.laboratory.pinocchio_robot import gravity_torques, pin
 from tests.laboratory.robots import SIX_AXES, SIX_STIFFNESS, force_sensor_setup, shifted, six_axes, six_axis_joints

@@ -15,10 +15,10 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import Balance, solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Law, NodeLoads, ParameterSpec, Place, Term, Values
-from stiffcal.model.equilibrium import Balance, solve_balance
 from tests.laboratory.hidden_arrays import HiddenCampaign, read_arrays, scatter_within_runs, small_turns
 from tests.laboratory.mujoco_robot import MujocoRobot, Settled, Spring
 from tests.laboratory.robots import (

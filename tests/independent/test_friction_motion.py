@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.kinds.friction.fitting import FrictionFit, fit_friction
-from stiffcal.kinds.friction.friction_run import FrictionRun
-from stiffcal.kinds.friction.rows import FrictionRows, motion_rows, steady_rows
-from stiffcal.kinds.friction.runs import reduce_friction
+from stiffcal.kinds.friction.fitting.joint_fits import FrictionFit, fit_friction
+from stiffcal.kinds.friction.fitting.torque_rows import FrictionRows, motion_rows, steady_rows
+from stiffcal.kinds.friction.logs.friction_run import FrictionRun
+from stiffcal.kinds.friction.logs.runs import reduce_friction
 from stiffcal.measurements.load_states import RunInfo
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.reduction.logs.blocks import blocks_of
 from tests.laboratory.joint_strokes import LAW, stroke

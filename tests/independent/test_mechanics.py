@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, body_poses, jacobians
-from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
+from stiffcal.model.balance.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import RZ, Inputs
 from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model, place_and_jacobian
 from tests.laboratory.robots import force_sensor_setup, seven_axes, shifted, six_axes, turned

@@ -10,10 +10,10 @@ from scipy.optimize import brentq
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place, StateOrder
-from stiffcal.model.equilibrium import solve_balance
 from tests.independent.test_mujoco_robot import PENDULUM
 from tests.laboratory.mujoco_path import STOP_SOFTNESS, MujocoPath
 from tests.laboratory.mujoco_robot import Cable, MujocoRobot, Spring

@@ -17,8 +17,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.identification.derivatives.observation import Observations, observe
 from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.hidden_campaigns import folder_of, reduced, truth
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.campaign.geometry import chain_of, planned_rows
+from stiffcal.campaign.robot.geometry import chain_of, planned_rows
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.estimation.unknowns import free_columns
@@ -20,9 +20,9 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.joint_rows import rows_of_chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 from stiffcal.mechanics.rotations import rotation_from_vector, transform
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.equilibrium import solve_balance
-from stiffcal.model.measured_frames import placed_frame
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.measured_frames import placed_frame
+from stiffcal.model.balance.equilibrium import solve_balance
 from tests.laboratory.absolute_places import TARGET, absolute_states
 from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model, place_and_jacobian
 from tests.laboratory.robots import force_sensor_setup, shifted, turned

@@ -13,8 +13,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.errors import Fault, InputError, no_progress
 from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.constant_signals import constant_signals
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.quality.constant_signals import constant_signals
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.reduction.logs.plausibility import LogQuality
 from stiffcal.reduction.logs.summary import LogSummary
 from tests.laboratory.displacement_table import DISPLACEMENTS, FORCES, JOINTS, Columns, write_displacement_campaign

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from stiffcal.campaign.loading import load_manifest
-from stiffcal.campaign.queries import queries_of
+from stiffcal.campaign.manifest.queries import queries_of
 from stiffcal.commands.ingest import ingest_campaign, is_stale
 from stiffcal.errors import InputError
 from stiffcal.extras import install_command

@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from tests.laboratory.displacement_table import DISPLACEMENTS, FORCES, MANIFEST, displacement_columns, write_table
 
 TABLE = "raw/table.csv"

@@ -13,8 +13,8 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.ingest import ingest_campaign, is_stale, stored_states
 from stiffcal.errors import InputError
-from stiffcal.ingest.data_quality import DataQuality
-from stiffcal.reduction.logs.rows import read_rows
+from stiffcal.ingest.quality.data_quality import DataQuality
+from stiffcal.reduction.logs.log_rows import read_rows
 from stiffcal.store import Store
 from tests.laboratory.hidden_campaigns import copied, edit, edit_table, first_run_alone
 

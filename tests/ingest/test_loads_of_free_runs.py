@@ -14,7 +14,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.reduction.states.load_states import _loaded_all_the_same
 from tests.laboratory.small_campaign import write_small_campaign

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.manifest_type import source_type
+from stiffcal.campaign.manifest.manifest_type import source_type
 from stiffcal.ingest.proposals import propose_sources
 from stiffcal.readers import find_reader
-from stiffcal.reduction.logs.rows import reader_options, wanted_columns
+from stiffcal.reduction.logs.log_rows import reader_options, wanted_columns
 from tests.laboratory.small_campaign import CAMPAIGN, write_small_campaign
 
 PROPERTIES = (

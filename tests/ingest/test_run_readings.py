@@ -17,12 +17,12 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.ingest import ingest_campaign, is_stale
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
-from stiffcal.ingest import reducing, run_readings
 from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.ingest.parts import READ_RUNS, READ_STATES
+from stiffcal.ingest.reading import reducing, run_readings
 from stiffcal.measurements.columns import column_of, values_of
 from stiffcal.propose.templates import write_template
-from stiffcal.reduction.logs import rows as logs
+from stiffcal.reduction.logs import log_rows as logs
 from stiffcal.reduction.states import tabled_states
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign

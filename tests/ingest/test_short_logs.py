@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stiffcal.ingest.short_logs import short_logs
+from stiffcal.ingest.quality.short_logs import short_logs
 from stiffcal.reduction.logs.summary import LogSummary
 
 

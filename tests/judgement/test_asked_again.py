@@ -13,7 +13,7 @@ from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.states import StatesOfCampaign
 from stiffcal.mistakes.found import mistakes_of
 from stiffcal.mistakes.states.mistake import StateMistake
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.rates.faults import draw_faulty
 
 WITHOUT_MEMBERS: Any = SimpleNamespace(best=())

@@ -14,7 +14,7 @@ from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.states import judge_states
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.calibration.field_mix import FieldCampaign, draw_campaign
 
 pytestmark = pytest.mark.long

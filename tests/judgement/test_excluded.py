@@ -10,7 +10,7 @@ import pytest
 from stiffcal.judgement.excluded import _squares_to_find, excluded_sizes
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.states import judge_states
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.calibration.field_mix import draw_campaign
 
 SEED, NOTHING = 9002, 9

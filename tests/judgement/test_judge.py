@@ -14,8 +14,8 @@ from stiffcal.judgement.priors import RobotScale
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.states import judge_states
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Effect
 from tests.calibration.field_mix import FieldCampaign, draw_campaign
 from tests.calibration.stress.classes import draw_stress

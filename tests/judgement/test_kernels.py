@@ -19,7 +19,7 @@ SAME = 0.01
 JUDGE = """
 import json
 from stiffcal.judgement.states import judge_states
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.calibration.stress.classes import draw_stress
 campaign = draw_stress("broken-heavy-tails", 2, 0)
 judged = judge_states(campaign.states, campaign.model, built_in_effects())

@@ -12,8 +12,8 @@ from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.lasting_errors import lasting_errors, made_by
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.simulated_states import medium_robot, played
 

@@ -9,7 +9,7 @@ from stiffcal.judgement.motion_sizes import MotionSizes
 from stiffcal.judgement.rows import RowsOfCampaign
 from stiffcal.judgement.unlisted_motion import FUNCTIONS, _left_of, unlisted_motion_laws
 from stiffcal.kinds.row_search import UsualMotion
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.hidden_friction import nothing, problem_of
 

@@ -9,7 +9,7 @@ from stiffcal.effects.cubic_stiffness import CubicStiffness
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.judgement.numbers import BEND, TYPICAL_COMPLIANCE, TYPICAL_TORQUE
 from stiffcal.judgement.priors import RobotScale
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import NodeLoads, Place
 from stiffcal.model.forms import form_of
 from tests.laboratory.effect_bench import robot_chain

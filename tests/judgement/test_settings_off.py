@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.setting_results import SettingKind
+from stiffcal.diagnosis.answers.setting_results import SettingKind
 from stiffcal.identification.derivatives.observation import predicted, rests
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
@@ -16,8 +16,8 @@ from stiffcal.judgement.priors import MemberKind, Share, log_odds
 from stiffcal.judgement.reading import WhatIsMissing, read_off
 from stiffcal.judgement.states import judge_states
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.calibration.field_mix import FieldCampaign, draw_campaign
 
 SEED, NOTHING = 9002, 9

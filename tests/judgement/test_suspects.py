@@ -21,13 +21,13 @@ from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.improve import improve_campaign
 from stiffcal.commands.validate import validate_campaign
+from stiffcal.diagnosis.answers.suspect_results import NotCheckedReason
 from stiffcal.diagnosis.suspects import find
-from stiffcal.diagnosis.suspects.result import NotCheckedReason
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.loaded import check_campaign
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.suspects import suspicion_of
 from stiffcal.report.blocks import Facts, ReportSection, TableBlock
 from stiffcal.report.sections import suspects

@@ -16,7 +16,7 @@ from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.states import judge_states
 from stiffcal.judgement.tails import Readings, log_gains, tails_of
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.calibration.stress.classes import draw_stress
 
 N, SIZE = 40, 2.0

@@ -13,7 +13,7 @@ from stiffcal.judgement.priors import MemberKind, Share, log_odds
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.states import judge_states
 from stiffcal.judgement.weight import WeightOfLinks
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.calibration.field_mix import draw_campaign
 
 SEED, UNKNOWN_MASSES = 3, 227

@@ -12,7 +12,7 @@ from stiffcal.commands.edit_model import edit_model
 from stiffcal.effects.encoder_drift import EncoderDrift
 from stiffcal.identification.fitting.regressors import Regressor
 from stiffcal.judgement.ground import is_of
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.model.forms import form_of
 from stiffcal.stages.steps import RunContext

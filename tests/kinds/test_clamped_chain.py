@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
-from stiffcal.kinds.clamped.chain import ClampedChain, clamped_chain, drive_deflection
-from stiffcal.kinds.clamped.readings import ClampedReadings
-from stiffcal.kinds.clamped.torque_angle import TorqueAngleLaw
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.kinds.clamped.held.chain import ClampedChain, clamped_chain, drive_deflection
+from stiffcal.kinds.clamped.logs.readings import ClampedReadings
+from stiffcal.kinds.clamped.loops.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup, RunInfo
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
 

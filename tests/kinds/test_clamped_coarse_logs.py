@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.kinds.clamped.analysis import analyse_runs
-from stiffcal.kinds.clamped.joints import joints_of
-from stiffcal.kinds.clamped.readings import ClampedReadings
+from stiffcal.kinds.clamped.answers.analysis import analyse_runs
+from stiffcal.kinds.clamped.answers.joints import joints_of
+from stiffcal.kinds.clamped.logs.readings import ClampedReadings
 from stiffcal.measurements.load_states import RunInfo
 
 WIDTH, COMPLIANCE, TORQUE = 2e-4, 1e-5, 240.0

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.kinds.clamped.faults import loaded_words, other_loaded, why_no_sweep
-from stiffcal.kinds.clamped.readings import ClampedReadings
-from stiffcal.kinds.clamped.saturation import find_saturation
-from stiffcal.kinds.clamped.torque_angle import TorqueAngleLaw
+from stiffcal.kinds.clamped.held.faults import loaded_words, other_loaded, why_no_sweep
+from stiffcal.kinds.clamped.held.saturation import find_saturation
+from stiffcal.kinds.clamped.logs.readings import ClampedReadings
+from stiffcal.kinds.clamped.loops.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.load_states import RunInfo
 from tests.kinds.test_clamped_chain import driven
 

@@ -11,7 +11,7 @@ from stiffcal.arrays import Booleans
 from stiffcal.identification.derivatives.observation import Observations, observe
 from stiffcal.identification.readings.observations import WrenchCorrection
 from stiffcal.identification.readings.row_layout import MOTOR
-from stiffcal.kinds.clamped.folds import LEAST_POSITIONS, cycles
+from stiffcal.kinds.clamped.states.folds import LEAST_POSITIONS, cycles
 from stiffcal.measurements.load_states import members_of
 from stiffcal.validation.heldout import search_folds, validation_folds
 from tests.laboratory.clamped_bench import CYCLE, clamped_bench

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.kinds.clamped.simulation import simulate_clamped, sweep_program
-from stiffcal.kinds.clamped.simulation_settings import Clamping
+from stiffcal.kinds.clamped.simulated.simulation import simulate_clamped, sweep_program
+from stiffcal.kinds.clamped.simulated.simulation_settings import Clamping
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from stiffcal.model.forms import form_of
-from stiffcal.simulation.motion import MotionProgram
+from stiffcal.simulation.played.motion import MotionProgram
+from stiffcal.simulation.played.true_motion import PlannedRun, ToolWeight
 from stiffcal.simulation.settings import Loads
-from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 
 EFFECTS, CHAIN = built_in_effects(), six_axes()

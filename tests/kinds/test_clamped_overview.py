@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.kinds.clamped.documents import DEFINITION, joint_result, run_result
-from stiffcal.kinds.clamped.joints import joints_of
-from stiffcal.kinds.clamped.page import AT_SEARCH_LIMIT, LOW_SLOPE, clamped_overview
-from stiffcal.kinds.clamped.results import ClampedRunResult, ClampedSection, Definition, JointResult
-from stiffcal.kinds.clamped.torque_angle_fit import CURVE
+from stiffcal.kinds.clamped.answers.documents import DEFINITION, joint_result, run_result
+from stiffcal.kinds.clamped.answers.joints import joints_of
+from stiffcal.kinds.clamped.answers.page import AT_SEARCH_LIMIT, LOW_SLOPE, clamped_overview
+from stiffcal.kinds.clamped.answers.results import ClampedRunResult, ClampedSection, Definition, JointResult
+from stiffcal.kinds.clamped.loops.torque_angle_fit import CURVE
 from stiffcal.kinds.presentation import Column, Sentence, Table
 from stiffcal.kinds.texts import text_of
 from stiffcal.uncertainty import NORMAL_95

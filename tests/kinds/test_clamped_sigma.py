@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import butter, lfilter
 
 from stiffcal.arrays import Floats
-from stiffcal.kinds.clamped.readings import ClampedReadings
-from stiffcal.kinds.clamped.states import PIECES, _windows, clamped_states
+from stiffcal.kinds.clamped.logs.readings import ClampedReadings
+from stiffcal.kinds.clamped.states.states import PIECES, _windows, clamped_states
 from stiffcal.measurements.load_states import RunInfo
 
 SEEDS = 10

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.kinds.clamped.readings import ClampedReadings
-from stiffcal.kinds.clamped.states import clamped_states
+from stiffcal.kinds.clamped.logs.readings import ClampedReadings
+from stiffcal.kinds.clamped.states.states import clamped_states
 from stiffcal.measurements.load_states import RunInfo
 
 STIFFNESS, WIDTH, BAND = 3e5, 6e-4, 4.0

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from stiffcal.kinds.friction.documents import friction_fit_columns
-from stiffcal.kinds.friction.fitting import FrictionFit, fit_friction, friction_curve
-from stiffcal.kinds.friction.rows import motion_rows, stacked_rows, steady_rows
-from stiffcal.kinds.friction.runs import reduce_friction
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.kinds.friction.answers.documents import friction_fit_columns
+from stiffcal.kinds.friction.fitting.joint_fits import FrictionFit, fit_friction, friction_curve
+from stiffcal.kinds.friction.fitting.torque_rows import motion_rows, stacked_rows, steady_rows
+from stiffcal.kinds.friction.logs.runs import reduce_friction
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.friction_law import friction_torque
 from tests.laboratory.joint_strokes import LAW, friction_runs, robot

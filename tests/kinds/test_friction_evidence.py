@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.kinds.friction.parts import friction_evidence
+from stiffcal.kinds.friction.answers.parts import friction_evidence
 from stiffcal.kinds.presentation import Marks, Picture
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.stages.experiments import measured_runs

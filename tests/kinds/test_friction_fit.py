@@ -12,16 +12,16 @@ from scipy.optimize import least_squares
 from stiffcal.arrays import Floats
 from stiffcal.estimation.leave_out import LeaveOut
 from stiffcal.estimation.unknowns import amplitudes
-from stiffcal.kinds.friction.documents import identified_friction
-from stiffcal.kinds.friction.fitting import fit_friction
-from stiffcal.kinds.friction.heldout import heldout_friction, left_out
-from stiffcal.kinds.friction.identifiability import MotionLack
-from stiffcal.kinds.friction.part_fit import PartFit
-from stiffcal.kinds.friction.rows import FrictionRows, steady_rows
-from stiffcal.kinds.friction.runs import reduce_friction
-from stiffcal.kinds.friction.source import MotionSource
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.kinds.friction.answers.documents import identified_friction
+from stiffcal.kinds.friction.fitting.heldout import heldout_friction, left_out
+from stiffcal.kinds.friction.fitting.identifiability import MotionLack
+from stiffcal.kinds.friction.fitting.joint_fits import fit_friction
+from stiffcal.kinds.friction.fitting.part_fit import PartFit
+from stiffcal.kinds.friction.fitting.source import MotionSource
+from stiffcal.kinds.friction.fitting.torque_rows import FrictionRows, steady_rows
+from stiffcal.kinds.friction.logs.runs import reduce_friction
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.joint_strokes import LAW, friction_runs, robot
 

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.robot_checks import weight_faults
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.robot_checks import weight_faults
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.loaded import check_campaign
-from stiffcal.kinds.friction.free_motion import free_motion
-from stiffcal.kinds.friction.rows import motion_rows
+from stiffcal.kinds.friction.fitting.torque_rows import motion_rows
+from stiffcal.kinds.friction.logs.free_motion import free_motion
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.rigid_body import rigid_torque
-from stiffcal.model.stated_spring import spring_torque
+from stiffcal.model.balance.stated_spring import spring_torque
 from tests.laboratory.robots import six_axes
 
 MANIFEST = """schema = "stiffcal/campaign/1"

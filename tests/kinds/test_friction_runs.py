@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.errors import InputError
-from stiffcal.kinds.friction.clocks import torque_clock
-from stiffcal.kinds.friction.free_motion import free_motion
-from stiffcal.kinds.friction.friction_run import FrictionRun
-from stiffcal.kinds.friction.runs import friction_run, moved_joints, reduce_friction
+from stiffcal.kinds.friction.logs.clocks import torque_clock
+from stiffcal.kinds.friction.logs.free_motion import free_motion
+from stiffcal.kinds.friction.logs.friction_run import FrictionRun
+from stiffcal.kinds.friction.logs.runs import friction_run, moved_joints, reduce_friction
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.reduction.holds.unused import UnusedCode
 from stiffcal.reduction.logs.blocks import BlockAverager, Blocks, blocks_of

@@ -9,16 +9,16 @@ from stiffcal.arrays import Floats
 from stiffcal.effects.joint_friction import JointFriction
 from stiffcal.effects.presliding import Presliding
 from stiffcal.effects.torque_ripple import TorqueRipple
-from stiffcal.kinds.friction.simulation import simulate_friction, strokes_program
-from stiffcal.kinds.friction.simulation_settings import FrictionMotion
+from stiffcal.kinds.friction.simulated.simulation import simulate_friction, strokes_program
+from stiffcal.kinds.friction.simulated.simulation_settings import FrictionMotion
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.drive_motion import travel_since_reversal
 from stiffcal.model.effect import Place
-from stiffcal.simulation.motion import MotionProgram
+from stiffcal.simulation.played.motion import MotionProgram
+from stiffcal.simulation.played.true_motion import PlannedRun, ToolWeight
 from stiffcal.simulation.settings import Loads
-from stiffcal.simulation.true_motion import PlannedRun, ToolWeight
 from tests.laboratory.friction_law import friction_torque
 from tests.laboratory.pinocchio_robot import gravity_torques, pinocchio_model
 from tests.laboratory.robots import six_axes

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.kinds.friction.pass_noise import pass_noise
+from stiffcal.kinds.friction.fitting.pass_noise import pass_noise
 
 PASSES, SAMPLES = 40, 112
 

@@ -7,7 +7,7 @@ import json
 import numpy as np
 
 from stiffcal.documents import document_of, section_of
-from stiffcal.kinds.friction.results import (
+from stiffcal.kinds.friction.answers.results import (
     BetweenDirections,
     FittedCurve,
     FrictionSection,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.kinds.friction.steady import (
+from stiffcal.kinds.friction.logs.steady import (
     ONE_WAY,
     SHORT,
     JointLog,

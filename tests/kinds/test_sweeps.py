@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
-from stiffcal.campaign.source import Source
+from stiffcal.campaign.manifest.source import Source
+from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.errors import InputError
-from stiffcal.kinds.clamped import clocks as clocks_module
-from stiffcal.kinds.clamped.clocks import lag_of
-from stiffcal.kinds.clamped.sweeps import cut_sweeps, moved_joint
+from stiffcal.kinds.clamped.logs import clocks as clocks_module
+from stiffcal.kinds.clamped.logs.clocks import lag_of
+from stiffcal.kinds.clamped.logs.sweeps import cut_sweeps, moved_joint
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.clocks.lag_minima import LagMinimum, are_distinguished, lag_minima
+from stiffcal.reduction.logs.log_rows import LogRows
 from stiffcal.reduction.logs.motor_side import MotorSide
-from stiffcal.reduction.logs.rows import LogRows
 
 KR125 = Path(__file__).parents[2] / "campaigns" / "kr125" / "robot.toml"
 NAMES = ("A1", "A2", "A3")

@@ -11,10 +11,10 @@ from scipy.optimize import least_squares
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.estimation import solve
-from stiffcal.kinds.clamped.analysis import encoder_step
-from stiffcal.kinds.clamped.branches import Branches, average_branches, reversal_error
-from stiffcal.kinds.clamped.torque_angle import SLOPE_SHARE, TorqueAngleLaw, play_segment
-from stiffcal.kinds.clamped.torque_angle_fit import fit_series
+from stiffcal.kinds.clamped.answers.analysis import encoder_step
+from stiffcal.kinds.clamped.loops.branches import Branches, average_branches, reversal_error
+from stiffcal.kinds.clamped.loops.torque_angle import SLOPE_SHARE, TorqueAngleLaw, play_segment
+from stiffcal.kinds.clamped.loops.torque_angle_fit import fit_series
 from tests.laboratory.torque_angle_laws import DEGREE, ENCODER, TABLE_2, branches, clamped_law, sweep
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain

@@ -10,9 +10,9 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo, Sigma, TrackerPlace
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.model.effect import Effect, Place
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.robots import force_sensor_setup, shifted, six_axis_joints
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import Fault, InputError
-from stiffcal.ingest.reducing import ReducedCampaign
+from stiffcal.ingest.reading.reducing import ReducedCampaign
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns" / "absolute"
 Table = dict[str, list[float]]

@@ -16,7 +16,7 @@ from stiffcal.measurements.load_states import HELD, LoadStates, RunInfo
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, Place
 from tests.laboratory.effect_bench import bare_states
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup

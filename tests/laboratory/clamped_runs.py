@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from stiffcal.kinds.clamped.analysis import ClampedRun
-from stiffcal.kinds.clamped.sweeps import Sweeps
-from stiffcal.kinds.clamped.torque_angle import TorqueAngleLaw, play_segment
-from stiffcal.kinds.clamped.torque_angle_fit import fit_series
+from stiffcal.kinds.clamped.answers.analysis import ClampedRun
+from stiffcal.kinds.clamped.logs.sweeps import Sweeps
+from stiffcal.kinds.clamped.loops.torque_angle import TorqueAngleLaw, play_segment
+from stiffcal.kinds.clamped.loops.torque_angle_fit import fit_series
 from tests.laboratory.torque_angle_laws import ENCODER, branches
 
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses

@@ -10,8 +10,8 @@ import numpy as np
 
 import stiffcal.propose
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_robot
+from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians

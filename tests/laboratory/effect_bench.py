@@ -11,9 +11,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import BeamFrame, Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import Balance, solve_balance
 from stiffcal.model.effect import Effect, NodeLoads, Place, StateOrder
-from stiffcal.model.equilibrium import Balance, solve_balance
 from tests.laboratory.robots import force_sensor_setup, six_axes
 
 BEAM_LENGTH = 0.8

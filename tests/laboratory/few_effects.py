@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from unittest.mock import patch
 
-from stiffcal.model.catalogue import built_in_effects, find_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects, find_effects
+from stiffcal.model.catalogue.plugin_code import PluginCode
 from stiffcal.model.effect import Effect
-from stiffcal.model.plugin_code import PluginCode
 
 FEW = ("joint-compliance", "backlash", "two-slope", "bearing-tilt", "link-beam", "axis-coupling")
 """Effects of drives, bearings and links, one of a pair of joints; two that look alike."""
@@ -22,5 +22,5 @@ def few_effects() -> Iterator[None]:
     def chosen(plugins: PluginCode | None = None) -> dict[str, Effect]:
         return {name: effect for name, effect in find_effects(plugins).items() if name not in others}
 
-    with patch("stiffcal.model.campaign_effects.find_effects", chosen):
+    with patch("stiffcal.model.catalogue.campaign_effects.find_effects", chosen):
         yield

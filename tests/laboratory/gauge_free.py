@@ -10,9 +10,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.mechanics.kinematics import stacked_bodies
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import reported_targets
 from stiffcal.model.effect import Inputs
-from stiffcal.model.equilibrium import reported_targets
 
 N_DRAWS = 20_000
 STEP = 1e-6

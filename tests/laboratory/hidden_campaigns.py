@@ -23,9 +23,9 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest import reducing
-from stiffcal.ingest.data_quality import DataQuality
-from stiffcal.ingest.reducing import ReadingOptions, ReducedCampaign, collect_raw_states, reduce_campaign
+from stiffcal.ingest.quality.data_quality import DataQuality
+from stiffcal.ingest.reading import reducing
+from stiffcal.ingest.reading.reducing import ReadingOptions, ReducedCampaign, collect_raw_states, reduce_campaign
 from stiffcal.reduction.states.recordings import ReducedRun, reduce_run
 
 HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"

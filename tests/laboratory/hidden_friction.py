@@ -7,14 +7,14 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.kinds.friction.friction_run import FrictionRun
-from stiffcal.kinds.friction.problem import friction_problems
-from stiffcal.kinds.friction.rows import steady_rows
-from stiffcal.kinds.friction.runs import reduce_friction
+from stiffcal.kinds.friction.answers.problem import friction_problems
+from stiffcal.kinds.friction.fitting.torque_rows import steady_rows
+from stiffcal.kinds.friction.logs.friction_run import FrictionRun
+from stiffcal.kinds.friction.logs.runs import reduce_friction
 from stiffcal.kinds.row_search import RowProblem
 from stiffcal.measurements.load_states import RunInfo
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.joint_strokes import LAW, robot, to_and_fro
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.effects.joint_friction import JointFriction
-from stiffcal.kinds.friction.friction_run import FrictionRun
+from stiffcal.kinds.friction.logs.friction_run import FrictionRun
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from tests.laboratory.friction_law import friction_torque

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.reading import WhatIsMissing, read_off
 from stiffcal.judgement.states import judge_states
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 
 
 def said_of(folder: Path) -> WhatIsMissing:

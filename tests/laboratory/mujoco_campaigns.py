@@ -13,10 +13,10 @@ from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.effect import StateOrder
-from stiffcal.simulation.places import Places
+from stiffcal.simulation.played.places import Places
+from stiffcal.simulation.played.true_motion import RestSolver
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.simulation.true_motion import RestSolver
 from tests.laboratory.log_campaigns import Robot
 from tests.laboratory.mujoco_path import MujocoPath
 from tests.laboratory.mujoco_robot import MujocoRobot

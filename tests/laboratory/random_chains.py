@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.effects.joint_offset import JointOffset
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.estimation.distinguish import SAME_REGRESSOR
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.measured_frames import placed_frame
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.measured_frames import placed_frame
 from tests.laboratory.absolute_places import absolute_states
 from tests.laboratory.robots import shifted, turned
 

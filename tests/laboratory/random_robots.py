@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from tests.laboratory.robots import SEVEN_AXES, SEVEN_STIFFNESS, SIX_AXES, SIX_STIFFNESS

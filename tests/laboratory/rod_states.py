@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, Sigma
 from stiffcal.measurements.rods import Rods, rods_between
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rods import rod_matrix
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place, StateOrder, link_node
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.simulated_states import joint_springs
 from tests.laboratory.small_campaign import robot_text

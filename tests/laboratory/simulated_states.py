@@ -10,10 +10,10 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place, StateOrder
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints
 
 UP_AND_DOWN = np.array([0.5, 1.0, 0.5, 0.0])

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from tests.laboratory.robots import SIX_AXES
 
 STIFFNESS = (7.3e5, 4.9e5, 4.3e5, 6.0e4, 5.7e4, 1.7e4)  # N·m/rad

@@ -8,8 +8,8 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 
 
 def states_of_runs(

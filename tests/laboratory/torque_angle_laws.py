@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.kinds.clamped.branches import Branches, average_branches
-from stiffcal.kinds.clamped.torque_angle import TorqueAngleLaw
+from stiffcal.kinds.clamped.loops.branches import Branches, average_branches
+from stiffcal.kinds.clamped.loops.torque_angle import TorqueAngleLaw
 
 DEGREE = np.pi / 180.0
 # Joint: backlash °, p3, p2, p1 over degrees in 10³ N·m (004, Table 2), and noise of a torque reading, N·m.

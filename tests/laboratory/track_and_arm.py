@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.mechanics.chain import Chain
 
 Row = tuple[float, float, float, float, str, float, tuple[float, float, float]]

@@ -13,7 +13,13 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = Path(__file__).parents[2] / "stiffcal"
-ROOMS = ("reduction", "mistakes", "kinds/friction/clocks.py", "kinds/clamped/clocks.py", "kinds/clamped/holding.py")
+ROOMS = (
+    "reduction",
+    "mistakes",
+    "kinds/friction/logs/clocks.py",
+    "kinds/clamped/logs/clocks.py",
+    "kinds/clamped/held/holding.py",
+)
 """Where they stand: holds and clocks of all kinds of experiment as well."""
 
 FIXED: Mapping[str, str] = {

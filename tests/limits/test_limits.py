@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.ingest import data_quality
+from stiffcal.ingest.quality import data_quality
 from stiffcal.mistakes.references import match
 from tests.limits.numbers import Number, numbers
 from tests.limits.page import PAGE, Moved, shown, written

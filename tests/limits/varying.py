@@ -17,7 +17,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.errors import InputError, no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.steps import RunContext
 from stiffcal.store.provenance import IngestSettings

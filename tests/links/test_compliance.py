@@ -15,10 +15,10 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rods import rod_matrix
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import solve_balance
 from tests.links.test_rods import DRAWN, LENGTH, SHAPE, compliance, paper_rods, seven_rods
 
 NOISE = 1e-6

@@ -19,7 +19,7 @@ from stiffcal.live.log_files import QUIET_S, SETTLED_S, LogFiles
 from stiffcal.live.models import LiveModels
 from stiffcal.live.page import live_server
 from stiffcal.live.watching import LogWatcher, WatchedRun
-from stiffcal.reduction.logs import rows as logs
+from stiffcal.reduction.logs import log_rows as logs
 from stiffcal.reduction.states import tabled_states
 from stiffcal.stages.steps import RunContext
 from stiffcal.view.packing import unpacked

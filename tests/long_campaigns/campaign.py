@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from tests.laboratory.small_campaign import MODEL, NOISE_M, STIFFNESS, robot_text
 
 MANIFEST = """

@@ -16,7 +16,7 @@ from stiffcal.mechanics.dual_balance import (
     weights_of,
 )
 from stiffcal.mechanics.dual_quaternions import attached_duals, displacement_of_duals, dual_chain
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
 from tests.laboratory.robots import SEVEN_STIFFNESS, SIX_STIFFNESS, force_sensor_setup, seven_axes, six_axes
 from tests.laboratory.simulated_states import joint_springs
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.link_sections import with_sections
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.link_sections import with_sections
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.errors import InputError
 from stiffcal.extras import install_command
 from stiffcal.mechanics.section_mesh import SectionError, inner_outline, section_mesh

@@ -12,7 +12,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest.reducing import ReducedCampaign, reduce_campaign
+from stiffcal.ingest.reading.reducing import ReducedCampaign, reduce_campaign
 from tests.laboratory.changed_tables import CAMPAIGNS, Reduce, Table
 
 

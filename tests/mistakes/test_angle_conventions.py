@@ -13,7 +13,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import Fault, InputError, no_progress
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.mistakes.catalogue.angles.counted_together import CountedTogether
 from stiffcal.mistakes.mistake import AsRead, TriedOn
 from stiffcal.mistakes.references.kinematics import check_kinematics

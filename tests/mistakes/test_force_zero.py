@@ -16,8 +16,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.force_zero.accounts import moved_zeros, without_zeros
 from stiffcal.mistakes.force_zero.faults import force_zero_faults, stiffness_bias
 from stiffcal.mistakes.force_zero.moved_zero import Part, ZeroChange
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import cycles_of, joint_springs, played

@@ -12,7 +12,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from tests.laboratory.displacement_table import (
     DISPLACEMENTS,
     FORCES,

@@ -27,8 +27,8 @@ from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.mistakes.catalogue.places import moved_base as module
 from stiffcal.mistakes.places.mistake import MovedRows
 from stiffcal.mistakes.places.steps import Steps
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.measured_frames import placed_frame
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.assembled.measured_frames import placed_frame
 from tests.laboratory.absolute_places import SIGMA, TARGET, absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 

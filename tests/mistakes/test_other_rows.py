@@ -10,7 +10,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.fault_changes import InputChange
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from tests.laboratory.displacement_table import DISPLACEMENTS, ramps
 from tests.laboratory.displacement_table import write_displacement_campaign as write
 

@@ -13,7 +13,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mistakes.references.match import match_kinematics
 from stiffcal.reduction.registration.registering import WORST_M

@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import joint_springs

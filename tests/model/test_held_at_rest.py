@@ -8,9 +8,9 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import HELD
 from stiffcal.mechanics.rotations import vector_from_rotation
-from stiffcal.model.deformed_chain import deformed_chain
-from stiffcal.model.equilibrium import displacement_between
-from stiffcal.model.held_at_rest import held_at_rest, second_order_turn
+from stiffcal.model.balance.deformed_chain import deformed_chain
+from stiffcal.model.balance.equilibrium import displacement_between
+from stiffcal.model.balance.held_at_rest import held_at_rest, second_order_turn
 from stiffcal.model.held_frame import HeldFrame, held_frame
 from tests.laboratory.clamped_bench import clamped_bench
 from tests.laboratory.robots import six_axes, six_axis_joints

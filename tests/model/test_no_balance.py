@@ -9,10 +9,10 @@ import pytest
 
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import find_rest
+from stiffcal.model.balance.no_balance import NoBalanceError
 from stiffcal.model.effect import Inputs, Place
-from stiffcal.model.equilibrium import find_rest
-from stiffcal.model.no_balance import NoBalanceError
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes
 
 

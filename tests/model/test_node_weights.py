@@ -10,9 +10,9 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
+from stiffcal.model.balance.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import Inputs
 
 FOLDER = Path(__file__).resolve().parents[2] / "campaigns" / "absolute" / "05"

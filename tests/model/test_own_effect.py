@@ -10,10 +10,10 @@ import pytest
 from stiffcal.errors import InputError
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
+from stiffcal.model.catalogue.plugin_code import PluginCode, read_plugins
 from stiffcal.model.effect import Place
-from stiffcal.model.plugin_code import PluginCode, read_plugins
 from stiffcal.trust.record import open_record
 from tests.laboratory.documentation import plugin_of_the_documentation
 from tests.laboratory.few_effects import FEW

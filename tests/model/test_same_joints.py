@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.model import equilibrium
-from stiffcal.model.equilibrium import RobotAtJoints, solve_balance
+from stiffcal.model.balance import equilibrium
+from stiffcal.model.balance.equilibrium import RobotAtJoints, solve_balance
 from tests.laboratory.robots import force_sensor_setup, six_axes, six_axis_joints
 from tests.laboratory.simulated_states import medium_robot
 

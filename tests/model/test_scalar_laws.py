@@ -10,8 +10,8 @@ import pytest
 from stiffcal.compensation.linear_nodes import linear_nodes
 from stiffcal.effects.two_slope import TwoSlope
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Effect, Geometry, Law, Place, Values
 from stiffcal.model.forms import form_of
 from stiffcal.model.parameters import ParameterRole

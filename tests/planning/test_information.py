@@ -11,7 +11,7 @@ from stiffcal.identification.fitting.identify import Settings, identify_paramete
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import Attachment, Gauge, Sigma
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.planning.design import information
 from stiffcal.planning.information import information_of_runs, prediction_rows
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints

@@ -12,8 +12,8 @@ from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from stiffcal.planning.rivals import PairInformation, RivalModel, pairs_of_rivals, separating_design
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes, six_axis_joints

@@ -11,8 +11,8 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import Balance, NoBalanceError, solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import Balance, NoBalanceError, solve_balance
 from stiffcal.planning import separate
 from stiffcal.planning.rivals import RivalModel
 from stiffcal.planning.separate import POSES, ChosenMeasurement, KnownPair, separating_measurement

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest_type import source_type
+from stiffcal.campaign.manifest.manifest_type import source_type
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.lines import FrameNames
 from stiffcal.propose.log_kind import LogKind, log_kind
-from stiffcal.reduction.logs.rows import read_rows
+from stiffcal.reduction.logs.log_rows import read_rows
 
 N = 40
 RNG = np.random.default_rng(7)

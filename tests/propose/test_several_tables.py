@@ -13,7 +13,7 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest_type import source_type
+from stiffcal.campaign.manifest.manifest_type import source_type
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.from_folder import draft_from_folder
@@ -21,7 +21,7 @@ from stiffcal.propose.lines import FrameNames
 from stiffcal.propose.log_kind import LogKind, log_kind
 from stiffcal.propose.other_tables import table_of
 from stiffcal.readers import WantedColumns, find_reader
-from stiffcal.reduction.logs.rows import read_rows
+from stiffcal.reduction.logs.log_rows import read_rows
 from tests.laboratory.bags import joint_state, pose, wrench, write_bag
 from tests.propose.test_instruments import readings
 

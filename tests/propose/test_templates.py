@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
-from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.errors import InputError
 from stiffcal.ingest.checks.loaded import check_campaign

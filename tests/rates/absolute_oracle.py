@@ -16,14 +16,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.diagnosis.heldout_error import fitted_rms
+from stiffcal.diagnosis.refits.heldout_error import fitted_rms
 from stiffcal.errors import no_progress
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.diagnosed import diagnose_states
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.laboratory.gauge_free import GaugeFree, compare_rigid, rigid_places
 from tests.rates.absolute_robots import draw_absolute, oracle_of
 from tests.rates.hiding import with_effects

@@ -18,16 +18,16 @@ from stiffcal.identification.derivatives.observation import observe
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.fitting.regressors import Linearised
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.drives import drive_torque
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import NoBalanceError, solve_balance
+from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Values
-from stiffcal.model.equilibrium import NoBalanceError, solve_balance
-from stiffcal.simulation.true_motion import observed_shift
+from stiffcal.model.laws.drives import drive_torque
+from stiffcal.simulation.played.true_motion import observed_shift
 from tests.rates.hiding import INSIDE, Draw, draw_inside, draw_outside, scaled, with_effects
 from tests.rates.playing import MOST_ABSORBED, Hidden, Ruler
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.improve import improve_campaign
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.model.summary import EffectAt
 from stiffcal.results.improve_results import ImproveResult
 from stiffcal.stages.steps import RunContext, up_to_date_states

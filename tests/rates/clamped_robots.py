@@ -14,9 +14,9 @@ from unittest import mock
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.kinds.clamped.chain import drive_weight
+from stiffcal.kinds.clamped.held.chain import drive_weight
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.clamped_inverse import clamped_inverse
 from stiffcal.simulation.settings import load_settings
@@ -72,7 +72,7 @@ def write_clamped_robot(folder: Path, kind: str, rng: np.random.Generator, playe
     plan = folder.parent / "plan"
     _write_plan(plan, stances, (compliance, amplitude, period), hidden)
     seed = int(rng.integers(1 << 30))
-    by_mujoco = mock.patch("stiffcal.kinds.clamped.simulation.simulate_clamped", clamped_by_mujoco)
+    by_mujoco = mock.patch("stiffcal.kinds.clamped.simulated.simulation.simulate_clamped", clamped_by_mujoco)
     with by_mujoco if player == "mujoco" else nullcontext():
         simulate_campaign(load_campaign(plan, check_files=False), load_settings(plan), folder, seed=seed)
     settings = f"joints {joints[0] + 1} and {joints[1] + 1}, {POSITIONS} positions each"

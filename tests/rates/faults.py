@@ -11,10 +11,10 @@ from stiffcal.identification.derivatives.observation import observe
 from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.measurements.load_states import LoadStates, RunInfo, Sigma
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import NoBalanceError
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import NoBalanceError
 from stiffcal.reduction.set_aside.outliers import reject_outliers
 from tests.laboratory.mujoco_robot import Spring
 from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.rates.faults import FAULTS, Faulty, draw_faulty
 from tests.rates.measuring import Player
 from tests.rates.scoring import Verdict, found_in_words, is_firm

@@ -9,11 +9,11 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.drives import drive_torque
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import NoBalanceError
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Effect, ParameterRole, Place
-from stiffcal.model.equilibrium import NoBalanceError
+from stiffcal.model.laws.drives import drive_torque
 from tests.rates.outside import OUTSIDE
 
 Values = dict[str, float]

@@ -13,8 +13,8 @@ from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 from tests.laboratory.random_robots import DrawnRobot
 from tests.rates.hiding import shift_of_places
 

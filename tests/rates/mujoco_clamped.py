@@ -19,9 +19,9 @@ from scipy.optimize import brentq
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.simulation.motion import MotionProgram
-from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.simulation.played.motion import MotionProgram
+from stiffcal.simulation.played.true_motion import PlannedRun, ToolWeight, TrueRun
 from tests.laboratory.mujoco_laws import DriveLaw, MujocoDrives
 from tests.laboratory.mujoco_path import MujocoPath
 from tests.laboratory.mujoco_robot import MujocoRobot, Spring
@@ -64,7 +64,7 @@ def bench_angle(torque: Floats, time: Floats, stiffness: float, hinges: Sequence
 def clamped_by_mujoco(
     robot: CompliantRobot, planned: PlannedRun, frames: Mapping[str, Attachment], tool: ToolWeight, fixture: Floats
 ) -> TrueRun:
-    """Play one clamped run of a robot of six joints, in the place of `stiffcal.kinds.clamped.simulation`.
+    """Play one clamped run of a robot of six joints, in the place of `stiffcal.kinds.clamped.simulated.simulation`.
 
     Parameters
     ----------

@@ -19,9 +19,9 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import NoBalanceError
 from stiffcal.model.effect import Inputs, Observed, StateOrder
-from stiffcal.model.equilibrium import NoBalanceError
 from tests.laboratory.mujoco_laws import CreepLaw, DriveLaw, MujocoDrives, PlayLaw, TorqueLaw
 from tests.laboratory.mujoco_robot import Cable, Spring
 from tests.rates.hiding import shift_of_places

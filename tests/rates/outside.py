@@ -9,7 +9,6 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import (
     Instrument,
     Law,
@@ -21,6 +20,7 @@ from stiffcal.model.effect import (
     Term,
     Values,
 )
+from stiffcal.model.laws.drives import drive_terms, drive_torque
 
 
 def amplitude() -> ParameterSpec:

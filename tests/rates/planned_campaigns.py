@@ -31,7 +31,7 @@ from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.planning.campaign.model import with_rotation
 from stiffcal.planning.expected import expected_fit
 from stiffcal.planning.information import information_of_runs

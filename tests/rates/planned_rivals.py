@@ -27,9 +27,9 @@ from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.planning.campaign.rivals import named_rival, rivals_of_diagnosis
 from stiffcal.planning.information import reads_along_lines
 from stiffcal.reduction.loads.motion import gauge_directions

@@ -17,11 +17,11 @@ from stiffcal.identification.noise.projection import Projection
 from stiffcal.identification.noise.reading_noise import Noise, whiten
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.drives import drive_torque
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import NoBalanceError
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import NoBalanceError
+from stiffcal.model.laws.drives import drive_torque
 from stiffcal.reduction.set_aside.outliers import reject_outliers
 from tests.laboratory.random_robots import DrawnRobot, draw_robot
 from tests.rates.hiding import (

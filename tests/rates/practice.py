@@ -18,11 +18,11 @@ from typing import Any
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.judgement.found import FoundEffect
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.rates.practice_joints import JOINTS, ask_joint, joint_table, read_truths
 from tests.rates.workers import one_thread_each

@@ -16,9 +16,9 @@ from scipy.special import chdtrc
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.ingest.reducing import reduce_campaign
-from stiffcal.model.assembly import compliant_robot
-from stiffcal.model.catalogue import find_effects
+from stiffcal.ingest.reading.reducing import reduce_campaign
+from stiffcal.model.assembled.assembly import compliant_robot
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
 

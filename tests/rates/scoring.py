@@ -10,8 +10,8 @@ import numpy as np
 
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
 from stiffcal.judgement.found import FoundEffect
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import ParameterRole
 from tests.rates.measuring import Player
 from tests.rates.playing import Hidden

@@ -12,7 +12,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.improve import improve_campaign
-from stiffcal.diagnosis.geometry_nuisance import USUAL_SAG, unknown_sag
+from stiffcal.diagnosis.scans.geometry_nuisance import USUAL_SAG, unknown_sag
 from stiffcal.stages.fit import fit_now
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.rates.bench_scoring import judge_bench

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.laboratory.practice_marks import with_practice
 from tests.rates.faults import draw_faulty

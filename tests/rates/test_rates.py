@@ -10,8 +10,8 @@ import pytest
 from stiffcal.identification.derivatives.observation import observe
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.judgement.document import explaining_run
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.rates.__main__ import table_of
 from tests.rates.intervals import clopper_pearson, highest
 from tests.rates.playing import CLASSES, Hidden, Ruler, simulate_runs

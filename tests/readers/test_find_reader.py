@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign import file_formats
-from stiffcal.campaign.file_formats import format_names
+from stiffcal.campaign.found import file_formats
+from stiffcal.campaign.found.file_formats import format_names
 from stiffcal.errors import InputError
 from stiffcal.measurements.timestamps import seconds_of_times
 from stiffcal.readers import WantedColumns, find_reader

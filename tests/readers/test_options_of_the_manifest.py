@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from stiffcal.campaign.file_formats import log_formats
-from stiffcal.campaign.manifest_type import source_type
+from stiffcal.campaign.found.file_formats import log_formats
+from stiffcal.campaign.manifest.manifest_type import source_type
 from stiffcal.readers import NoOptions
-from stiffcal.reduction.logs.rows import reader_options
+from stiffcal.reduction.logs.log_rows import reader_options
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.campaign.file_formats import format_names
+from stiffcal.campaign.found.file_formats import format_names
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import WantedColumns, find_reader

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.measurements.set_aside import IN_USE
 from stiffcal.reduction.states.approach import LEAST_MOTION, approach_of_drives, last_motion
 from stiffcal.reduction.states.raw_states import RawStates

@@ -10,9 +10,9 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.ingest.checks.loaded import check_campaign
-from stiffcal.ingest.data_quality import ReadLog
-from stiffcal.ingest.read_run import ReadRun
-from stiffcal.ingest.run_texts import stored_text, text_of
+from stiffcal.ingest.quality.data_quality import ReadLog
+from stiffcal.ingest.reading.read_run import ReadRun
+from stiffcal.ingest.reading.run_texts import stored_text, text_of
 from stiffcal.reduction.logs.copied_logs import CopiedRuns, copied_log_warnings, copied_runs
 from stiffcal.reduction.logs.plausibility import LogQuality
 from stiffcal.reduction.logs.sampled_readings import MOST_ROWS, ReadingSampler

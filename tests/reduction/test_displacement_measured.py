@@ -16,7 +16,7 @@ from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.loaded import check_campaign
-from stiffcal.ingest.data_quality import check_load_states
+from stiffcal.ingest.quality.data_quality import check_load_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure

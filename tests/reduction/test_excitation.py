@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
-from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.measurements.load_states import LoadStates, RunInfo
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.reduction.loads.excitation import joint_excitation
 from stiffcal.reduction.loads.motion import less_means_of_runs
 from tests.laboratory.absolute_places import place_setup

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.row_filter import parse_rows
+from stiffcal.campaign.signals.row_filter import parse_rows
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.quantities import unit

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.reduction.holds.unused import UnusedCode

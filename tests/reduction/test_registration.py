@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.campaign.frames import resolve_frames
+from stiffcal.campaign.frames.frames import resolve_frames
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.manifest import Frame, Manifest
+from stiffcal.campaign.manifest.manifest import Frame, Manifest
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import vector_from_rotation

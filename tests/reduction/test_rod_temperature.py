@@ -11,7 +11,7 @@ from stiffcal.identification.bodies.measured_links import measure_links
 from stiffcal.identification.readings.observations import observe
 from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mistakes.rods.faults import find_rod_faults
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.reduction.states.rod_temperature import grown_lengths, smooth_in_time, without_growth
 from tests.laboratory.robots import SIX_STIFFNESS
 from tests.laboratory.rod_states import bending_swing, five_rods, six_axes_with_beams, with_effect, with_rods

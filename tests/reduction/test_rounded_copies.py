@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.reduction.copies.rounded import RoundedCopies
 from tests.laboratory.displacement_table import (
     DISPLACEMENTS,

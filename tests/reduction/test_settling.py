@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.measurements.varying import varies
-from stiffcal.model import cubic_curve
-from stiffcal.model.cubic_curve import angle_of_torque, monotonic_range
+from stiffcal.model.laws import cubic_curve
+from stiffcal.model.laws.cubic_curve import angle_of_torque, monotonic_range
 from stiffcal.reduction.clocks import offsets as clocks
 from stiffcal.reduction.clocks.offsets import SharedSignal
 from stiffcal.reduction.loads.cycles import load_vector

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.reduction.loads.excitation import joint_excitation
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played

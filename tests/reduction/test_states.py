@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError, no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tables import states_from_table, states_table
 from stiffcal.mechanics.rotations import vector_from_rotation

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.reduction.holds.swept import find_sweeps, is_swept, turning_points
 from stiffcal.reduction.loads.cycles import LOADING, PEAK, UNLOADED, UNLOADING, find_load_cycles, repeat_groups

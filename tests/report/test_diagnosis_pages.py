@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.results import (
+from stiffcal.diagnosis.answers.results import (
     DiagnoseResult,
     EffectEvidenceSummary,
     ExcludedSizeAt,

@@ -9,7 +9,7 @@ import pytest
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.catalogue import find_effects
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.report.effect_pictures.drawing import draw_effect, effect_picture, sketch_effect
 from stiffcal.report.effect_pictures.sketch import sketch
 

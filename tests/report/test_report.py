@@ -11,7 +11,7 @@ import pytest
 from pypdf import PageObject, PdfReader
 from pypdf.generic import ArrayObject, DictionaryObject
 
-from stiffcal.campaign.report_settings import ReportSettings
+from stiffcal.campaign.manifest.report_settings import ReportSettings
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.report.building import build_report, lay_out
 from stiffcal.report.content import ReportContent

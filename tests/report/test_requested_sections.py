@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from stiffcal.campaign.report_settings import MOST_SIGNATURES, ReportSettings
+from stiffcal.campaign.manifest.report_settings import MOST_SIGNATURES, ReportSettings
 from stiffcal.report.blocks import LeftOut, Paragraph, ReportSection, TableBlock
 from stiffcal.report.content import PoseStiffness, ReportContent
 from stiffcal.report.sections import acceptance, cartesian, sign_off

@@ -12,8 +12,8 @@ from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.identification.readings.observations import observe
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from stiffcal.results.identify_answer import identify_result
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes

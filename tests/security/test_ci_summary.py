@@ -16,7 +16,7 @@ from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
 from stiffcal.batch.results import BatchTask, CampaignOutcome
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.thresholds import Thresholds, ThresholdsFile, load_thresholds, tighter
+from stiffcal.campaign.manifest.thresholds import Thresholds, ThresholdsFile, load_thresholds, tighter
 from stiffcal.cli.app import main
 from stiffcal.commands.export import export_campaign
 from stiffcal.commands.validate import validate_campaign

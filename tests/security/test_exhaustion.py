@@ -17,14 +17,14 @@ from typing import Any
 import pytest
 
 from stiffcal.campaign.loading import load_campaign, load_manifest
-from stiffcal.campaign.row_filter import parse_rows
-from stiffcal.campaign.typed import WrongValueError, expand_columns
+from stiffcal.campaign.signals.row_filter import parse_rows
+from stiffcal.campaign.toml.typed import WrongValueError, expand_columns
 from stiffcal.commands.plan import plan_campaign
 from stiffcal.compensation.load_table import read_load_table
 from stiffcal.errors import InputError
 from stiffcal.ingest.proposals import propose_sources
-from stiffcal.model.assembly import compliant_robot
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.assembled.assembly import compliant_robot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.processes import ChildEndedError, ChildProcess
 from stiffcal.propose.table_sniffing import sniff_table
 from stiffcal.simulation.extent import check_extent

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.sizes import gravity_mistake, implausible_length, mass_mistake
+from stiffcal.campaign.robot.sizes import gravity_mistake, implausible_length, mass_mistake
 from stiffcal.cli.app import main
 from stiffcal.commands.compare import compare_campaigns
 from stiffcal.commands.identify import identify_campaign

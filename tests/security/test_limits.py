@@ -16,9 +16,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from stiffcal import limits
-from stiffcal.campaign.model_editing import add_effect, editable_text, remove_effect
-from stiffcal.campaign.toml_reading import parse_for_editing, parse_toml, read_toml
-from stiffcal.campaign.urdf import read_urdf
+from stiffcal.campaign.model.model_editing import add_effect, editable_text, remove_effect
+from stiffcal.campaign.robot.urdf.chain import read_urdf
+from stiffcal.campaign.toml.toml_reading import parse_for_editing, parse_toml, read_toml
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.table_sniffing import sniff_table
@@ -264,7 +264,7 @@ class TestToml:
             for path in package.rglob("*.py")
             if parsing.search(path.read_text("utf-8"))
         ]
-        assert found == ["campaign/toml_reading.py"]
+        assert found == ["campaign/toml/toml_reading.py"]
 
 
 def rows(path: Path, log_format: str = "csv", column: str = "Fx") -> int:

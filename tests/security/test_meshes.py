@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.link_shapes import link_shapes
+from stiffcal.campaign.robot.link_shapes import link_shapes
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.meshes.client import PlacedShape, read_bodies

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from stiffcal.campaign.loading import load_campaign, load_robot
-from stiffcal.campaign.toml_reading import read_toml
-from stiffcal.campaign.urdf import read_urdf
+from stiffcal.campaign.robot.urdf.chain import read_urdf
+from stiffcal.campaign.toml.toml_reading import read_toml
 from stiffcal.cli.app import main
 from stiffcal.errors import InputError
 from stiffcal.escapes import escape_invisible

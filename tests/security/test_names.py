@@ -31,7 +31,7 @@ from stiffcal.cli.endings import report_fault
 from stiffcal.cli.progress import ProgressBar
 from stiffcal.escapes import csv_cell, hidden
 from stiffcal.escapes.file_name import with_short_name
-from stiffcal.ingest.recording_tables import recording_name
+from stiffcal.ingest.reading.recording_tables import recording_name
 from stiffcal.report import fonts
 from stiffcal.report.typesetting import set_pages
 from stiffcal.store.table_files import write_table

@@ -15,7 +15,7 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
 from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.errors import InputError
-from stiffcal.model.campaign_effects import model_effects
+from stiffcal.model.catalogue.campaign_effects import model_effects
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.motion import Motion
 from stiffcal.trust.record import open_record

@@ -14,7 +14,7 @@ import pytest
 
 from stiffcal.cli import supervision
 from stiffcal.commands.ingest import ingest_campaign
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.trust.record import open_record
 from tests.laboratory.plugin_campaigns import NAME, ran, stiffcal, stranger, write_plugin
 from tests.laboratory.small_campaign import write_small_campaign
@@ -185,7 +185,7 @@ def test_a_campaign_without_code_has_no_child_process(
     state: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from stiffcal.campaign.loading import load_campaign
-    from stiffcal.model.campaign_effects import all_effects, model_effects
+    from stiffcal.model.catalogue.campaign_effects import all_effects, model_effects
 
     folder = write_small_campaign(tmp_path / "own")
     with supervision.supervised(own_process=False, as_json=False) as command:

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from stiffcal.campaign.loading import load_manifest
-from stiffcal.campaign.queries import queries_of
+from stiffcal.campaign.manifest.queries import queries_of
 from stiffcal.errors import InputError
 from stiffcal.readers import WantedColumns, find_reader
 from stiffcal.readers.postgres.conninfo import conninfo_text, read_conninfo

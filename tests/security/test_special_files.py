@@ -15,7 +15,7 @@ from typing import ClassVar
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.thresholds import load_thresholds
+from stiffcal.campaign.manifest.thresholds import load_thresholds
 from stiffcal.cli.app import main
 from stiffcal.commands.init import init_campaign
 from stiffcal.compensation.load_table import read_load_table

@@ -14,9 +14,9 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError, no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.mechanics.low_pass import LowPass
-from stiffcal.model.catalogue import find_effects
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import EffectAtRest
 from stiffcal.reduction.states.commanded import without_commands
 from stiffcal.simulation.simulate import simulate_campaign

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stiffcal.errors import InputError
-from stiffcal.simulation.cycles import SETTLED_AFTER, LoadProgram, interpolate_between_holds, load_program
+from stiffcal.simulation.played.cycles import SETTLED_AFTER, LoadProgram, interpolate_between_holds, load_program
 from stiffcal.simulation.settings import Loads, parse_settings
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.simulate import simulate_campaign
 from tests.laboratory.simulation_folders import FRAMES, MODEL, POSES, SETTINGS, TABLE, write_folder

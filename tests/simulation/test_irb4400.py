@@ -13,16 +13,16 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
-from stiffcal.model.assembly import compliant_robot
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.assembly import compliant_robot
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
+from stiffcal.simulation.played.true_motion import solve_true_runs
 from stiffcal.simulation.scene import draw_acts, robot_with_values, tool_weight, true_frames
 from stiffcal.simulation.settings import load_settings
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.simulation.true_motion import solve_true_runs
 from stiffcal.validation.validate import validate_fit
 from tests.laboratory.simulation_folders import IRB4400
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.simulation.cycles import load_program
-from stiffcal.simulation.sensors import (
+from stiffcal.simulation.played.cycles import load_program
+from stiffcal.simulation.settings import Loads, Sensor
+from stiffcal.simulation.written.sensors import (
     Channels,
     HoldErrors,
     clock_of,
@@ -15,7 +16,6 @@ from stiffcal.simulation.sensors import (
     read_out,
     sample_times,
 )
-from stiffcal.simulation.settings import Loads, Sensor
 
 FORCE = Channels(("force_N",) * 3)
 

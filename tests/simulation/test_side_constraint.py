@@ -9,10 +9,15 @@ import pytest
 from numpy.typing import NDArray
 
 from stiffcal.errors import InputError
-from stiffcal.simulation import controller, side_constraint
-from stiffcal.simulation.places import Places
+from stiffcal.simulation.played import controller, side_constraint
+from stiffcal.simulation.played.places import Places
+from stiffcal.simulation.played.side_constraint import (
+    SETTLED,
+    SETTLED_M,
+    SideConstraintError,
+    balance_with_side_constraint,
+)
 from stiffcal.simulation.settings import Loads
-from stiffcal.simulation.side_constraint import SETTLED, SETTLED_M, SideConstraintError, balance_with_side_constraint
 from stiffcal.simulation.simulate import simulate_runs
 from tests.laboratory.simulation_folders import FRAMES, MODEL, SETTINGS, TABLE, write_folder
 from tests.simulation.test_controller import POSES, SAME, TWICE

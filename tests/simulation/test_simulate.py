@@ -10,19 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import temporary_name
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.rotations import rotation_from_rpy, rpy_from_rotation, vector_from_rotation
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.quaternions import rotation_from_quaternion
-from stiffcal.reduction.logs.rows import LogRows, read_rows
+from stiffcal.reduction.logs.log_rows import LogRows, read_rows
+from stiffcal.simulation.played.true_motion import PlannedRun, ToolWeight, solve_true_runs
 from stiffcal.simulation.scene import draw_acts, robot_with_values, tool_weight, true_frames
 from stiffcal.simulation.simulate import simulate_campaign
-from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, solve_true_runs
 from stiffcal.trust.record import open_record
 from tests.laboratory.simulation_folders import FRAMES, LOGS, MODEL, POSES, RUNS, SETTINGS, TABLE, write_folder
 

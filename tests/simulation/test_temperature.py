@@ -22,11 +22,11 @@ from stiffcal.effects_api import (
     drive_torque,
 )
 from stiffcal.errors import InputError
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.simulation.hidden import check_hidden
+from stiffcal.simulation.played.true_motion import TrueRun, solve_true_runs
 from stiffcal.simulation.scene import draw_acts, robot_with_values, tool_weight, true_frames
 from stiffcal.simulation.settings import load_settings
-from stiffcal.simulation.true_motion import TrueRun, solve_true_runs
 
 FOLDER = Path(__file__).parents[2] / "campaigns" / "irb4400"
 COLD, PER_HOUR, PER_KELVIN, JOINT = 288.15, 60.0, 5e-8, 2

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy, PatternPoint
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from stiffcal.diagnosis.answers.pattern_results import CompliancePattern, FollowedBy, PatternPoint
+from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
 from stiffcal.stages.diagnoses.followed import followed_residual

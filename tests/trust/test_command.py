@@ -12,7 +12,7 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.trust import code_line
 from stiffcal.commands.trust import allow_shown, read_campaign
-from stiffcal.model.campaign_effects import plugin_code
+from stiffcal.model.catalogue.campaign_effects import plugin_code
 from stiffcal.trust.queries import query_digest
 from stiffcal.trust.record import open_record
 from tests.laboratory.offers_of_tests import forget_offers

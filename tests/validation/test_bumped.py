@@ -10,8 +10,8 @@ import pytest
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.set_aside import SetAsideCode
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from stiffcal.validation.validate import validate_fit
 from tests.laboratory.robots import six_axes

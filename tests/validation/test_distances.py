@@ -10,8 +10,8 @@ import pytest
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.derivatives.observation import observe
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.measured_frames import placed_frame
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.assembled.measured_frames import placed_frame
 from stiffcal.validation.distances import NoiseDistance, distances_of, summary_of
 from stiffcal.validation.heldout import heldout_residuals
 from stiffcal.validation.region_folds import REGIONS, random_folds, region_folds

@@ -13,7 +13,7 @@ from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.kinematics import jacobians
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
 from stiffcal.validation.elasticity import (
     Elasticity,

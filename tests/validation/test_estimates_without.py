@@ -9,7 +9,7 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.validation.elasticity import errors_of_groups, group_jackknife
 from stiffcal.validation.heldout import estimates_without_each
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints

@@ -19,14 +19,14 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Settings, fit_rms, identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from stiffcal.validation.validate import validate_fit
 

@@ -17,11 +17,11 @@ from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.mechanics.rotations import rotation_from_vector, transform
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.laboratory.gauge_free import compare_rigid, rigid_places
 from tests.rates.practice import hidden_place
 

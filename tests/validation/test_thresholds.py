@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from stiffcal.campaign.thresholds import Thresholds
+from stiffcal.campaign.manifest.thresholds import Thresholds
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.validation.results import Verdict
 from stiffcal.validation.thresholds import Baseline, judge

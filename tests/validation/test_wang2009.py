@@ -19,17 +19,17 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import chain_of
-from stiffcal.campaign.robot_file import RobotFile
+from stiffcal.campaign.robot.geometry import chain_of
+from stiffcal.campaign.robot.robot_file import RobotFile
 from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.derivatives.observation import evaluate, observe
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.measurements.load_states import Attachment, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
-from stiffcal.model.equilibrium import solve_balance
 from tests.laboratory.pinocchio_robot import pinocchio_model, place_and_jacobian
 from tests.laboratory.robots import shifted, six_axes, six_axis_joints
 

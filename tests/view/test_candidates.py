@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from stiffcal.diagnosis.results import DiagnoseResult, LookAlike
+from stiffcal.diagnosis.answers.results import DiagnoseResult, LookAlike
 from stiffcal.model.summary import Where
 from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.fit import up_to_date_fit

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.campaign.transforms import translation
+from stiffcal.campaign.robot.transforms import translation
 from stiffcal.commands.view import view_campaign
 from stiffcal.measurements.load_states import Attachment
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.browser import colours_of, opened, settled

@@ -16,7 +16,7 @@ from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
 from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.benchmarks.absolute_and_loads import compare

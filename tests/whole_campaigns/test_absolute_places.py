@@ -14,7 +14,7 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
 from tests.laboratory.absolute_places import on_all_joints, place_setup
 from tests.laboratory.robots import SIX_STIFFNESS, six_axis_joints
 from tests.laboratory.small_campaign import robot_text
@@ -48,7 +48,7 @@ def campaign_folder(folder: Path, blunder: Floats | None = None) -> Path:
     """Write a campaign of a robot whose links are 0.3 mm and 0.5 mrad off, and whose joints give."""
     from stiffcal.effects.joint_compliance import JointCompliance
     from stiffcal.effects.link_geometry import LinkGeometry
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
 
     (folder / "raw").mkdir(parents=True)
     (folder / "robot.toml").write_text(robot_text(), encoding="utf-8")

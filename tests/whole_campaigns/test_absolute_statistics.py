@@ -8,7 +8,7 @@ import pytest
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 

@@ -10,10 +10,10 @@ import pytest
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.kinds.clamped import analysis, parts
-from stiffcal.kinds.clamped.branches import Branches
-from stiffcal.kinds.clamped.results import ClampedSection
-from stiffcal.kinds.clamped.torque_angle_fit import SeriesFit, fit_series
+from stiffcal.kinds.clamped.answers import analysis, parts
+from stiffcal.kinds.clamped.answers.results import ClampedSection
+from stiffcal.kinds.clamped.loops.branches import Branches
+from stiffcal.kinds.clamped.loops.torque_angle_fit import SeriesFit, fit_series
 from tests.rates.practice_joints import JOINTS
 
 REASON = "an opaque reason"

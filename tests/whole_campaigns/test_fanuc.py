@@ -15,13 +15,13 @@ from pypdf import PdfReader
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.errors import InputError, no_progress
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.mistakes.displacements.table import TablePlaces, check_other_readings
 from stiffcal.mistakes.displacements.unit_slips import angles_like_radians, check_displacement_unit
 from stiffcal.mistakes.stated_units import stated_units
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.whole_campaigns.conftest import Command
 
 PUBLISHED = (8.6158e5, 2.8560e6, 1.8483e6, 2.7935e5, 4.1867e5, 2.7772e5)  # N·m/rad, 38 of the 43 poses

@@ -18,7 +18,7 @@ from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.loaded import check_campaign
-from stiffcal.kinds.friction.identifiability import MotionLack, motion_lack
+from stiffcal.kinds.friction.fitting.identifiability import MotionLack, motion_lack
 from tests.laboratory.friction_campaigns import rehearsed
 
 JOINTS = Path(__file__).parents[2] / "campaigns" / "joints"

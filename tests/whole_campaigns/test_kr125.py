@@ -19,7 +19,7 @@ from stiffcal.commands.validate import validate_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.ingest.checks.loaded import check_campaign
-from stiffcal.kinds.clamped.page import LOW_SLOPE
+from stiffcal.kinds.clamped.answers.page import LOW_SLOPE
 from stiffcal.report.blocks import Items, PictureBlock
 from stiffcal.report.building import lay_out
 from stiffcal.report.content import ReportContent

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.estimation.parameters import Parameter
@@ -18,13 +18,13 @@ from stiffcal.identification.bodies.joint_lines import joint_compliance
 from stiffcal.identification.bodies.joint_motion import joint_motions
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.assembly import compliant_robot
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.assembly import compliant_robot
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.forms import curve_of
 from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.settings import load_settings

@@ -24,9 +24,9 @@ from stiffcal.identification.bodies.measured_links import measure_links
 from stiffcal.identification.readings.observations import observe
 from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.model.catalogue.catalogue import find_effects
 from tests.laboratory.named_effects import named, named_with_alike
 
 FOLDER = Path(__file__).parents[2] / "campaigns" / "max100"

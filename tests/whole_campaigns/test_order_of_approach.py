@@ -13,7 +13,7 @@ from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.edit_model import edit_model
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.ingest import ingest_campaign, stored_states
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import EffectAtRest
 from stiffcal.model.forms import added_forms
 from stiffcal.simulation.settings import load_settings

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.ingest.reducing import reduce_campaign
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.mechanics.kinematics import body_poses
-from stiffcal.model.assembly import compliant_robot
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.assembly import compliant_robot
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.simulation.scene import robot_with_values
 from stiffcal.simulation.settings import Sensor, TrueRobot, load_settings
 from stiffcal.simulation.simulate import simulate_campaign

@@ -14,8 +14,8 @@ from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.judgement.numbers import FIRM
-from stiffcal.kinds.clamped.faults import TOO_SHORT
-from stiffcal.kinds.clamped.parts import WITHOUT_STATES
+from stiffcal.kinds.clamped.answers.parts import WITHOUT_STATES
+from stiffcal.kinds.clamped.held.faults import TOO_SHORT
 from tests.rates.practice_joints import JOINTS
 
 STIFFNESS = "joint-compliance.j1.c"

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.geometry import chain_of
 from stiffcal.campaign.loading import load_campaign, load_robot
+from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.export import export_campaign, row_options
 from stiffcal.commands.identify import identify_campaign

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal import __version__
-from stiffcal.campaign.prismatic_checks import refuse_prismatic
+from stiffcal.campaign.checks.prismatic_checks import refuse_prismatic
 from stiffcal.compensation.fitted_robot import FittedRobot
 from stiffcal.compensation.path import pose_of_words, tool_of_words
 from stiffcal.errors import InputError

@@ -13,7 +13,7 @@ from stiffcal.compensation.exports.step import StepSettings
 from stiffcal.compensation.linear_nodes import linear_nodes, node_chain
 from stiffcal.compensation.tool_weight import reading_filter, tool_in_reading
 from stiffcal.measurements.load_states import MeasurementSetup
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw
 
 

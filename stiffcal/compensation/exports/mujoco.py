@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal import __version__
+from stiffcal.campaign.checks.prismatic_checks import refuse_prismatic
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.compensation.exports.controller import ModelVerdict
 from stiffcal.compensation.fitted_robot import FittedRobot
 from stiffcal.trust.output_kinds import EXPORT

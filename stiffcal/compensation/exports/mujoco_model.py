@@ -32,9 +32,9 @@ from stiffcal.compensation.linear_nodes import (
 from stiffcal.escapes import code_comment, xml_text
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.stated_spring import stated_spring
 from stiffcal.model.effect import RZ, Instrument, joint_node
-from stiffcal.model.stated_spring import stated_spring
 from stiffcal.quaternions import quaternion_from_rotation
 
 RIGID = 1e11

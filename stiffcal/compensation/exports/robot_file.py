@@ -15,10 +15,9 @@ import numpy as np
 import tomlkit
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.geometry import planned_rows
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.naming import body_number
-from stiffcal.campaign.robot_file import (
+from stiffcal.campaign.robot.geometry import planned_rows
+from stiffcal.campaign.robot.robot_file import (
     GeometryEntry,
     GravityCompensatorEntry,
     JointEntry,
@@ -26,14 +25,15 @@ from stiffcal.campaign.robot_file import (
     LinkMass,
     RobotFile,
 )
-from stiffcal.campaign.transforms import placement_matrix
-from stiffcal.campaign.typed import Placement
+from stiffcal.campaign.robot.transforms import placement_matrix
+from stiffcal.campaign.toml.naming import body_number
+from stiffcal.campaign.toml.typed import Placement
 from stiffcal.compensation.exports.urdf import fitted_frames
 from stiffcal.escapes import toml_text
 from stiffcal.identification.answers.stated_geometry import HeldEnds, calibrated_rows, held_ends
 from stiffcal.mechanics.joint_rows import Convention, RowsOfChain
 from stiffcal.mechanics.rotations import inverse_transform
-from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.quaternions import quaternion_from_rotation
 from stiffcal.wording import significant
 

@@ -21,7 +21,7 @@ from stiffcal.compensation.exports.chain_pair import ChainPair
 from stiffcal.compensation.linear_nodes import linear_nodes, node_chain
 from stiffcal.compensation.tool_weight import reading_filter, tool_in_reading
 from stiffcal.measurements.load_states import MeasurementSetup
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 FIRST_SWEEPS = 3
 

@@ -19,9 +19,9 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.rotations import rpy_from_rotation
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.measured_frames import FramePosition, with_found_frames
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.assembled.measured_frames import FramePosition, with_found_frames
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.model.summary import Where
 from stiffcal.results.identify_result import IdentifyResult
 

@@ -8,7 +8,7 @@ from math import log
 
 import numpy as np
 
-from stiffcal.diagnosis.suspects.bench import WhitenedRuns
+from stiffcal.diagnosis.suspects.whitened_runs import WhitenedRuns
 from stiffcal.identification.noise.projection import Projection
 from stiffcal.identification.readings.row_layout import TRANSLATION
 

@@ -15,13 +15,13 @@ from functools import partial
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked
 from stiffcal.diagnosis.suspects.additive import Offset, best_offset
-from stiffcal.diagnosis.suspects.bench import Bench, WhitenedRuns, first_order
 from stiffcal.diagnosis.suspects.influence import standing_apart
 from stiffcal.diagnosis.suspects.places import place_misses, place_scores
-from stiffcal.diagnosis.suspects.result import RunsNotChecked
 from stiffcal.diagnosis.suspects.rival_effects import RunFault, explaining_effect
 from stiffcal.diagnosis.suspects.selection import select_states
+from stiffcal.diagnosis.suspects.whitened_runs import Bench, WhitenedRuns, first_order
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
@@ -31,8 +31,8 @@ from stiffcal.mistakes.places.mistake import MovedRows, PlacesMistake
 from stiffcal.mistakes.runs.found import trial_states, variants_of
 from stiffcal.mistakes.runs.mistake import RunRead, Variant
 from stiffcal.mistakes.suspect_kinds import SuspectKind
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import NoBalanceError
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import NoBalanceError
 
 # Of a run whose readings are right the root mean square of the deleted residual is one; among fifty runs of three
 # readings one above three comes once in three thousand campaigns.

@@ -16,13 +16,13 @@ from math import log
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.diagnosis.candidates import Candidate, list_candidates, variants
-from stiffcal.diagnosis.slips import is_slip
+from stiffcal.diagnosis.scans.candidates import Candidate, list_candidates, variants
+from stiffcal.diagnosis.scans.slips import is_slip
 from stiffcal.diagnosis.suspects.additive import Offset
-from stiffcal.diagnosis.suspects.bench import Bench, WhitenedRuns
+from stiffcal.diagnosis.suspects.whitened_runs import Bench, WhitenedRuns
 from stiffcal.identification.fitting.regressors import Linearised, Regressor
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 
 # Two amplitudes explain most of what one row of three readings may show: an effect has fewer than half as many as the
 # runs in question have readings.

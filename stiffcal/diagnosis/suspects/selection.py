@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Integers
+from stiffcal.diagnosis.answers.suspect_results import NotCheckedReason, RunsNotChecked
 from stiffcal.diagnosis.suspects.influence import LEAST_RUNS, most_suspects
-from stiffcal.diagnosis.suspects.result import NotCheckedReason, RunsNotChecked
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mistakes.suspect_kinds import SuspectKind
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 # Columns of twelve thousand states with six readings and forty parameters take 25 MB; of longer logs every second,
 # third … state of a run is taken, which leaves the run's mean misfit as it is.

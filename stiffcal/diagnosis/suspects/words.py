@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from stiffcal.diagnosis.answers.suspect_results import FitWithout, Suspect, WithoutParameter
 from stiffcal.diagnosis.suspects.find import FoundSuspect, Suspicion
-from stiffcal.diagnosis.suspects.result import FitWithout, Suspect, WithoutParameter
 from stiffcal.diagnosis.thresholds import MOST_ALONG
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import fit_rms

@@ -26,7 +26,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RX, NodeLoads
 from stiffcal.reduction.loads.motion import gauge_directions
 

@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.row_layout import TRANSLATION
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ from stiffcal.identification.fitting.gauge import held_frames, included_in, redu
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.identification.readings.row_layout import ROTATION
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.stated_spring import is_spring_modelled, spring_joint, stated_rate
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.stated_spring import is_spring_modelled, spring_joint, stated_rate
 from stiffcal.model.summary import EffectInModel, ModelSummary, Where
 from stiffcal.quantity import is_drift
 from stiffcal.uncertainty import NORMAL_95

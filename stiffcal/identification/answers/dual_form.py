@@ -33,9 +33,9 @@ from stiffcal.mechanics.dual_quaternions import (
     dual_chain,
     dual_jacobian,
 )
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import NoBalanceError, displacements, find_rest, rest_under_weight
 from stiffcal.model.effect import RZ, Inputs, joint_node
-from stiffcal.model.equilibrium import NoBalanceError, displacements, find_rest, rest_under_weight
 from stiffcal.wording import significant
 
 NEEDS = "joint-compliance"

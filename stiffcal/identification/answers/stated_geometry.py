@@ -26,8 +26,8 @@ from stiffcal.identification.fitting.fit import Fit
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.joint_rows import JointRows, RowsOfChain, nearly_parallel, rows_of_chain
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.measured_frames import FramePosition
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.assembled.measured_frames import FramePosition
 
 # Steps of the differences, m and rad: rows bend on the scale of the lengths, a tenth of a metre.
 STEP = 1e-6
@@ -86,7 +86,7 @@ def geometry_found(fit: Fit, planned: RowsOfChain) -> GeometryFound | None:
 
     Parameters
     ----------
-    fit : the fit. planned : rows of the robot file, as `stiffcal.campaign.geometry.planned_rows` returns them.
+    fit : the fit. planned : rows of the robot file, as `stiffcal.campaign.robot.geometry.planned_rows` returns them.
     """
     names = _geometry_parameters(fit)
     if not names or not fit.data.absolute.any():

@@ -20,7 +20,7 @@ from stiffcal.links.compliance import LinkCompliance, carried_to_target, regress
 from stiffcal.links.rods import LinkEstimate, bounded_by_load, estimate_link
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mistakes.rods.faults import RodFault, find_rod_faults
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import link_node
 
 

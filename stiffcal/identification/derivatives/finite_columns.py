@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 
 def check_finite(derivatives: Floats, robot: CompliantRobot, parameters: Sequence[tuple[int, str]]) -> None:

@@ -10,7 +10,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.derivatives.observation_shift import STEP
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole, Term, joint_node
 
 

@@ -22,12 +22,12 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.estimation.triangular import triangular
 from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.derivatives.observation import Observations
-from stiffcal.model.base_tilt import BaseTilt
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
+from stiffcal.model.assembled.base_tilt import BaseTilt
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.deformed_chain import deformed_chain, node_wrenches
+from stiffcal.model.balance.equilibrium import add_side_torques
 from stiffcal.model.effect import Inputs, joint_nodes
-from stiffcal.model.equilibrium import add_side_torques
-from stiffcal.model.link_moments import LinkMoments
+from stiffcal.model.laws.link_moments import LinkMoments
 
 # Below this share of the largest weight's torque a motor holds nothing, and its log is friction.
 LEAST_HELD = 0.01

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import law_terms
 from stiffcal.model.effect import NodeLoads, joint_node
-from stiffcal.model.equilibrium import law_terms
 
 Component = tuple[int, int]
 """A node, and one of the six components of its displacement or its wrench."""

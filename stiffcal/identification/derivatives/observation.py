@@ -24,10 +24,10 @@ from stiffcal.identification.derivatives.weight_columns import weight_column
 from stiffcal.identification.readings.observations import Observations, observe
 from stiffcal.mechanics.kinematics import StackedFrame, cross
 from stiffcal.model.abilities import KnownSlopes
-from stiffcal.model.base_tilt import BaseTilt
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.effect import Inputs, ParameterRole
-from stiffcal.model.equilibrium import (
+from stiffcal.model.assembled.base_tilt import BaseTilt
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.measured_frames import FramePosition
+from stiffcal.model.balance.equilibrium import (
     NoBalanceError,
     Rest,
     WeightOnlyRest,
@@ -40,9 +40,9 @@ from stiffcal.model.equilibrium import (
     nominal_robot,
     rest_under_weight,
 )
-from stiffcal.model.held_at_rest import held_at_rest, second_order_turn
-from stiffcal.model.link_moments import LinkMoments
-from stiffcal.model.measured_frames import FramePosition
+from stiffcal.model.balance.held_at_rest import held_at_rest, second_order_turn
+from stiffcal.model.effect import Inputs, ParameterRole
+from stiffcal.model.laws.link_moments import LinkMoments
 
 __all__ = [
     "Evaluation",

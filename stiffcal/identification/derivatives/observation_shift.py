@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.model.abilities import FiniteShift
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Observed
 
 # Of a parameter's own size: the difference of both sides errs by the square of it.

@@ -22,11 +22,11 @@ from stiffcal.identification.derivatives.law_slopes import WRENCH_STEP, Componen
 from stiffcal.identification.derivatives.products import along, crossed
 from stiffcal.identification.readings.row_layout import RodRows
 from stiffcal.mechanics.kinematics import from_frame
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.deformed_chain import OutboardLoads, outboard_loads, unit_wrenches
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.deformed_chain import OutboardLoads, outboard_loads, unit_wrenches
+from stiffcal.model.balance.equilibrium import Rest, add_side_torques, last_node_inboard, law_terms, reported_turn
+from stiffcal.model.balance.no_balance import no_balance
 from stiffcal.model.effect import NodeLoads, joint_nodes
-from stiffcal.model.equilibrium import Rest, add_side_torques, last_node_inboard, law_terms, reported_turn
-from stiffcal.model.no_balance import no_balance
 
 Singles = NDArray[np.float32]
 Sums = tuple[Singles | None, Singles | None]

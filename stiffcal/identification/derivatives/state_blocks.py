@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stiffcal.identification.readings.observations import Observations
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import blocks
 from stiffcal.model.effect import Instrument
-from stiffcal.model.equilibrium import blocks
 
 
 def state_blocks(robot: CompliantRobot, data: Observations) -> Iterator[slice]:

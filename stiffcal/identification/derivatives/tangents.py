@@ -16,9 +16,9 @@ from stiffcal.identification.derivatives.rest_tangent import RestTangent
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.row_layout import ROTATION
 from stiffcal.mechanics.kinematics import turn_between
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import Rest, WeightOnlyRest, displacements
 from stiffcal.model.effect import NodeLoads, Term
-from stiffcal.model.equilibrium import Rest, WeightOnlyRest, displacements
 
 K = TypeVar("K", bound=Hashable)
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.derivatives.tangents import Tangents
-from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.deformed_chain import node_wrenches
-from stiffcal.model.equilibrium import Rest
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.balance.deformed_chain import node_wrenches
+from stiffcal.model.balance.equilibrium import Rest
 
 
 def weight_column(tangents: Tangents, placed: PlacedEffect, symbol: str) -> Floats:

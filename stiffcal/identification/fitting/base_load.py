@@ -13,8 +13,8 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.estimation.unknowns import ParameterColumn, free_columns
 from stiffcal.identification.derivatives.observation import Observations, derivatives
-from stiffcal.model.base_tilt import BaseTilt
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.base_tilt import BaseTilt
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
 
 # Regressors that are less than this share of the longest are rounding: nothing loads such a joint.

@@ -15,7 +15,7 @@ from stiffcal.identification.noise.projection import Projection
 from stiffcal.identification.noise.reading_noise import Noise, Whitening
 from stiffcal.identification.noise.weights import raw_whitening
 from stiffcal.identification.readings.observations import Observations
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,10 @@ from stiffcal.arrays import Floats
 from stiffcal.estimation.distinguish import SAME_REGRESSOR, distinguish
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.mechanics.kinematics import StackedFrame, cross, stacked_bodies
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.measured_frames import FramePosition
+from stiffcal.model.balance.equilibrium import displacement_between, last_node_inboard, reported_targets
 from stiffcal.model.effect import Inputs
-from stiffcal.model.equilibrium import displacement_between, last_node_inboard, reported_targets
-from stiffcal.model.measured_frames import FramePosition
 from stiffcal.natural_order import NameKey, natural_key
 
 # Poses at which the motions are compared: three times the numbers that a seven-axis arm can have.

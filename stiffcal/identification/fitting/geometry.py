@@ -32,8 +32,8 @@ from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.uncertainty import NORMAL_95
 
 # Steps of the differences, m and rad: the prediction is straight in them to a ten-thousandth.

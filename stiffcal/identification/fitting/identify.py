@@ -50,9 +50,9 @@ from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.identification.readings.starting import starting_runs, starting_states
 from stiffcal.identification.readings.undriven import undriven_parameters
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.assembled.measured_frames import FramePosition
 from stiffcal.model.effect import ParameterRole
-from stiffcal.model.measured_frames import FramePosition
 from stiffcal.reduction.loads.cycles import find_load_cycles, repeat_groups
 from stiffcal.uncertainty import NORMAL_95
 

@@ -14,7 +14,7 @@ from stiffcal.identification.fitting.priors import prior_rows
 from stiffcal.identification.noise.projection import Projection
 from stiffcal.identification.noise.reading_noise import Noise, Whitening, whiten
 from stiffcal.identification.noise.weights import along_the_sweep
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.estimation.unknowns import free_columns
 from stiffcal.identification.derivatives.observation import Observations, derivatives
 from stiffcal.identification.noise.weights import predict_observations
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Kind, ParameterRole
-from stiffcal.model.link_moments import LinkMoments
+from stiffcal.model.laws.link_moments import LinkMoments
 
 # A law that bends departs from proportion by a share of its displacement; rounding and the tolerance of the balance
 # make 1e-9 of it.

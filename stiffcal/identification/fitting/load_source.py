@@ -25,7 +25,7 @@ from stiffcal.identification.noise.weights import (
     weighed_alike,
     without_offsets,
 )
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from stiffcal.identification.fitting.load_rows import LoadRows
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.identification.noise.reading_noise import Whitening
 from stiffcal.identification.readings.observations import Observations
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import ParameterRole, Values
 
 

@@ -15,8 +15,8 @@ from stiffcal.estimation.prior import Prior
 from stiffcal.estimation.unknowns import ParameterColumn, Unknowns, amplitudes
 from stiffcal.identification.derivatives.holding_torques import moment_rows
 from stiffcal.identification.derivatives.observation import Observations
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.measured_frames import LoadPoint
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.assembled.measured_frames import LoadPoint
 
 
 def prior_rows(

@@ -24,9 +24,9 @@ from stiffcal.identification.derivatives.observation import (
 from stiffcal.identification.derivatives.tangents import loads_at_rest, loads_under_weight
 from stiffcal.identification.derivatives.weight_columns import weight_column
 from stiffcal.identification.fitting.load_scale import is_proportional
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Effect, EffectAtRest, NodeLoads, Observed, ParameterRole, Place
-from stiffcal.model.link_moments import LinkMoments
+from stiffcal.model.laws.link_moments import LinkMoments
 
 # Bytes of regressors that one source keeps: those of a hundred candidates for some 2500 full poses.
 MOST_KEPT = 1 << 25

@@ -8,7 +8,7 @@ from stiffcal.estimation.triangular import Reduced
 from stiffcal.identification.noise.weights import Weights, predict_observations, without_offsets
 from stiffcal.identification.noise.wrench_correction import step_of, with_curvature, wrench_correction
 from stiffcal.identification.readings.observations import Observations
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 # A model that leaves more than so many times the noise lacks something: its residual is not the wrench's.
 NEAR_NOISE = 2.0

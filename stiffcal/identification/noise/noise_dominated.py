@@ -19,7 +19,7 @@ from stiffcal.identification.derivatives.observation import Observations, deriva
 from stiffcal.identification.noise.projection import Projection
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.identification.noise.weights import raw_whitening
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import ParameterRole
 
 # The noise's share of a column's sum of squares at which the estimate is drawn half-way to zero.

@@ -20,7 +20,7 @@ from stiffcal.identification.noise.reading_noise import (
 )
 from stiffcal.identification.noise.wrench_correction import along_sweep
 from stiffcal.identification.readings.row_layout import MOTOR, N_KINDS
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 # Huber's k: beyond this multiple of the typical length a reading counts less.
 HUBER_LIMIT = 2.5

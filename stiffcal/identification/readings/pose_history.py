@@ -7,8 +7,8 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.model.state_order import PoseHistory
 
 

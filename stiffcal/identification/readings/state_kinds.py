@@ -13,7 +13,7 @@ from typing import ClassVar, cast
 import numpy as np
 
 from stiffcal.arrays import Booleans, Integers
-from stiffcal.campaign.experiment_kinds import KnownKind, experiment_kind, kind_names
+from stiffcal.campaign.found.experiment_kinds import KnownKind, experiment_kind, kind_names
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.measurements.load_states import LoadStates

@@ -12,7 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.reduction.loads.cycles import LOADING, PEAK, UNLOADING, LoadCycles, find_load_cycles
 
 BRANCH, LOAD, TORQUE = "branch", "load_N", "tau_{}_Nm"
@@ -47,7 +47,7 @@ def branch_words(cycles: LoadCycles) -> NDArray[np.str_]:
 
 def torques_about_joints(states: LoadStates, robot: CompliantRobot) -> Floats:
     """Return (n, J) N·m: the whole torque about each joint's axis, weight included, of a robot with values."""
-    from stiffcal.model.equilibrium import solve_balance
+    from stiffcal.model.balance.equilibrium import solve_balance
 
     wrench = np.nan_to_num(states.wrench)
     return solve_balance(robot, robot.chain.model_angles(states.joints), wrench, states.setup).joint_torque

@@ -6,7 +6,7 @@ import numpy as np
 
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.row_layout import MOTOR
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 
 def undriven_parameters(robot: CompliantRobot, data: Observations) -> frozenset[str]:

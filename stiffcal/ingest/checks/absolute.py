@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stiffcal.identification.answers.observability import ObservabilityIndices
     from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.load_states import LoadStates, MeasurementSetup
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
     from stiffcal.reduction.states.raw_states import RawStates
 
 MOST_NAMED = 6
@@ -61,8 +61,8 @@ def joints_from_places(campaign: Campaign, states: LoadStates) -> CheckedPlaces:
     from stiffcal.identification.answers.observability import observability_of
     from stiffcal.identification.fitting.identify import identify_parameters
     from stiffcal.identification.fitting.not_fitted import is_not_fitted
-    from stiffcal.model.campaign_effects import placed_robot
-    from stiffcal.model.equilibrium import solve_balance
+    from stiffcal.model.balance.equilibrium import solve_balance
+    from stiffcal.model.catalogue.campaign_effects import placed_robot
 
     robot = placed_robot(campaign)
     used = states.select(states.used)
@@ -116,7 +116,7 @@ def poses_still_needed(campaign: Campaign, gathered: RawStates, error: InputErro
     ----------
     gathered : the load states as they were read. error : what placing them was refused for.
     """
-    from stiffcal.model.campaign_effects import placed_robot
+    from stiffcal.model.catalogue.campaign_effects import placed_robot
 
     if error.code is not FaultCode.POSES_TOO_FEW:
         return None
@@ -131,7 +131,7 @@ def poses_still_needed(campaign: Campaign, gathered: RawStates, error: InputErro
 
 def poses_without_frames(campaign: Campaign, gathered: RawStates) -> LoadStates:
     """Return load states with the frames as the manifest has them, whether they are to be estimated or not."""
-    from stiffcal.campaign.frames import measurement_setup, resolve_frames
+    from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
     from stiffcal.reduction.states.load_states import load_states
 
     setup = measurement_setup(campaign.manifest, campaign.chain, resolve_frames(campaign.manifest, campaign.chain))

@@ -10,8 +10,8 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.campaign.found_runs import nothing_found, unpartnered_remarks
-from stiffcal.campaign.unused_settings import unused_settings
+from stiffcal.campaign.checks.unused_settings import unused_settings
+from stiffcal.campaign.manifest.found_runs import nothing_found, unpartnered_remarks
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.absolute import joints_from_places, poses_still_needed, poses_without_frames
@@ -28,10 +28,10 @@ from stiffcal.planning.rod_views import rod_views
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.campaign.source import Source
-    from stiffcal.ingest.data_quality import DataQuality
-    from stiffcal.ingest.non_load_runs import NonLoadRuns
-    from stiffcal.ingest.read_run import ReadRun
+    from stiffcal.campaign.manifest.source import Source
+    from stiffcal.ingest.quality.data_quality import DataQuality
+    from stiffcal.ingest.reading.non_load_runs import NonLoadRuns
+    from stiffcal.ingest.reading.read_run import ReadRun
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.reduction.logs.summary import LogSummary
     from stiffcal.store import Store
@@ -83,10 +83,10 @@ def check_loaded(
     ------
     InputError : as `check_campaign`.
     """
-    from stiffcal.ingest.data_quality import DataQuality, check_load_states
-    from stiffcal.ingest.non_load_runs import NonLoadRuns
-    from stiffcal.ingest.reducing import ReadingOptions, collect_raw_states, placed_states
-    from stiffcal.ingest.run_readings import earlier_readings
+    from stiffcal.ingest.quality.data_quality import DataQuality, check_load_states
+    from stiffcal.ingest.reading.non_load_runs import NonLoadRuns
+    from stiffcal.ingest.reading.reducing import ReadingOptions, collect_raw_states, placed_states
+    from stiffcal.ingest.reading.run_readings import earlier_readings
     from stiffcal.judgement.suspects import suspects_in
     from stiffcal.reduction.set_aside.outliers import reject_outliers
     from stiffcal.reduction.states.known_weights import weight_warnings
@@ -222,7 +222,7 @@ def _new_runs(campaign: Campaign) -> list[str]:
 
 def _read_in_full(campaign: Campaign) -> bool:
     """Return whether the campaign holds runs of which the first lines alone are not enough."""
-    from stiffcal.ingest.non_load_runs import NonLoadRuns
+    from stiffcal.ingest.reading.non_load_runs import NonLoadRuns
 
     non_load = NonLoadRuns(campaign)
     return any(non_load.of_kind(run.experiment) is not None for run in campaign.manifest.runs)
@@ -394,7 +394,7 @@ def _kinematics(campaign: Campaign, states: LoadStates) -> CheckedKinematics:
 
 def _joints(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint], list[str]]:
     """Return the torques of the loads on each joint, and what is missing to identify it."""
-    from stiffcal.campaign.signals import DeadWeight, Wrench
+    from stiffcal.campaign.signals.signals import DeadWeight, Wrench
     from stiffcal.reduction.loads.excitation import joint_excitation
 
     if states.clamped.all():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from stiffcal.diagnosis.suspects.result import RunsNotChecked, Suspect
+from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, Number, OrAbsent
 from stiffcal.identification.answers.observability import ObservabilityIndices
 from stiffcal.ingest.proposals import ProposedSource

@@ -12,15 +12,15 @@ from stiffcal.identification.readings.pose_history import rigid_drive_torques
 from stiffcal.kinds.absolute.simulation_settings import AbsolutePoses
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.rotations import rotation_from_vector, vector_from_rotation
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.effect import StateOrder
-from stiffcal.model.equilibrium import NoBalanceError, solve_balance
 from stiffcal.model.state_order import PoseHistory
 from stiffcal.reduction.states.approach import last_motion
 from stiffcal.simulation.kinds import RunSetup, RunSimulation
-from stiffcal.simulation.motion import PoseProgram, pose_program
+from stiffcal.simulation.played.motion import PoseProgram, pose_program
+from stiffcal.simulation.played.true_motion import PlannedRun, ToolWeight, TrueRun, observed_shift, refuse_setup_effects
 from stiffcal.simulation.settings import FILE_NAME
-from stiffcal.simulation.true_motion import PlannedRun, ToolWeight, TrueRun, observed_shift, refuse_setup_effects
 
 _BASE = Attachment(0, np.eye(4))
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from stiffcal.campaign.typed import NotNegative, Positive, TomlTable
+from stiffcal.campaign.toml.typed import NotNegative, Positive, TomlTable
 
 
 class AbsolutePoses(TomlTable):

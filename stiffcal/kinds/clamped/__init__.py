@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
     from stiffcal.campaign.loading import Campaign
     from stiffcal.identification.readings.state_kinds import StateKind
-    from stiffcal.kinds.clamped.results import ClampedSection
-    from stiffcal.kinds.clamped.simulation_settings import Clamping
+    from stiffcal.kinds.clamped.answers.results import ClampedSection
+    from stiffcal.kinds.clamped.simulated.simulation_settings import Clamping
     from stiffcal.kinds.measured import MeasuredRuns
     from stiffcal.kinds.presentation import Overview, Page, Plot, Table
     from stiffcal.kinds.reduction import RunsReduction
     from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
     from stiffcal.simulation.kinds import RunSimulation
 
 
@@ -33,70 +33,70 @@ class ClampedKind(ExperimentKind):
 
     def simulation(self) -> RunSimulation[Clamping]:
         """Simulate the runs of this kind."""
-        from stiffcal.kinds.clamped.simulation import ClampedSimulation
+        from stiffcal.kinds.clamped.simulated.simulation import ClampedSimulation
 
         return ClampedSimulation()
 
     def fit(self, data: MeasuredRuns) -> ExperimentFit | None:
         """Describe every joint that was driven against the fixture."""
-        from stiffcal.kinds.clamped.parts import clamped_experiment_fit
+        from stiffcal.kinds.clamped.answers.parts import clamped_experiment_fit
 
         return clamped_experiment_fit(data)
 
     def starting_values(self, data: MeasuredRuns, robot: CompliantRobot) -> Mapping[str, float]:
         """Return shapes of curves, from torque over angle."""
-        from stiffcal.kinds.clamped.parts import starting_values
+        from stiffcal.kinds.clamped.answers.parts import starting_values
 
         return starting_values(data, robot)
 
     def section_type(self) -> type[object]:
         """Return the type of the section in ``identify``."""
-        from stiffcal.kinds.clamped.results import ClampedSection
+        from stiffcal.kinds.clamped.answers.results import ClampedSection
 
         return ClampedSection
 
     def validate(self, data: MeasuredRuns) -> ExperimentValidation | None:
         """Return why nothing is judged, where nothing is."""
-        from stiffcal.kinds.clamped.parts import clamped_validation
+        from stiffcal.kinds.clamped.answers.parts import clamped_validation
 
         return clamped_validation(data)
 
     def state_kind(self) -> StateKind:
         """Return motor angles, left out by run or cycle."""
-        from stiffcal.kinds.clamped.state_kind import ClampedStateKind
+        from stiffcal.kinds.clamped.states.state_kind import ClampedStateKind
 
         return ClampedStateKind()
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return play, friction and reversal error joint by joint."""
-        from stiffcal.kinds.clamped.page import clamped_overview
+        from stiffcal.kinds.clamped.answers.page import clamped_overview
 
         section = _section(identified)
         return None if section is None else clamped_overview(section)
 
     def main_table(self, identified: IdentifiedModel) -> Table | None:
         """Return the leading table of the overview."""
-        from stiffcal.kinds.clamped.page import clamped_main_table
+        from stiffcal.kinds.clamped.answers.page import clamped_main_table
 
         section = _section(identified)
         return None if section is None else clamped_main_table(section)
 
     def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return definitions, tables and pictures."""
-        from stiffcal.kinds.clamped.page import clamped_page
+        from stiffcal.kinds.clamped.answers.page import clamped_page
 
         section = _section(identified)
         return None if section is None else clamped_page(data, section)
 
     def plot(self, data: MeasuredRuns, identified: IdentifiedModel, run: str | None, joint: str | None) -> Plot:
         """Return torque over angle."""
-        from stiffcal.kinds.clamped.page import clamped_plot
+        from stiffcal.kinds.clamped.answers.page import clamped_plot
 
         return clamped_plot(data, _section(identified), run)
 
 
 def _section(identified: IdentifiedModel) -> ClampedSection | None:
-    from stiffcal.kinds.clamped.results import ClampedSection
+    from stiffcal.kinds.clamped.answers.results import ClampedSection
 
     section = identified.section("clamped")
     return section if isinstance(section, ClampedSection) else None

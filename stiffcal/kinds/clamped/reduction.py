@@ -9,13 +9,13 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.documents import document_of
-from stiffcal.kinds.clamped.faults import run_quality
-from stiffcal.kinds.clamped.holding import held_wrench
-from stiffcal.kinds.clamped.readings import CLAMPED, ClampedReadings, readings_table, stacked_readings
-from stiffcal.kinds.clamped.states import clamped_states
-from stiffcal.kinds.clamped.sweeps import clamped_readings, moved_joint
+from stiffcal.kinds.clamped.held.faults import run_quality
+from stiffcal.kinds.clamped.held.holding import held_wrench
+from stiffcal.kinds.clamped.logs.readings import CLAMPED, ClampedReadings, readings_table, stacked_readings
+from stiffcal.kinds.clamped.logs.sweeps import clamped_readings, moved_joint
+from stiffcal.kinds.clamped.states.states import clamped_states
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.states.ingested_runs import IngestedRun
@@ -53,7 +53,7 @@ class ClampedReduction(RunsReduction):
         wrench = held_wrench(self.campaign, readings, run, joint)
         if wrench is None:
             return None
-        from stiffcal.kinds.clamped.parts import chain_of_run
+        from stiffcal.kinds.clamped.answers.parts import chain_of_run
 
         quality = run_quality(readings, chain_of_run(self.campaign, readings, run))
         return clamped_states(readings, joint, wrench, _temperature(logs, readings.time), quality)
@@ -70,6 +70,6 @@ class ClampedReduction(RunsReduction):
 
     def check(self) -> tuple[list[str], list[str]]:
         """Name the runs without a whole sweep, those whose torque is limited, and those that contradict themselves."""
-        from stiffcal.kinds.clamped.parts import check_clamped_runs
+        from stiffcal.kinds.clamped.answers.parts import check_clamped_runs
 
         return check_clamped_runs(self.campaign, self._readings)

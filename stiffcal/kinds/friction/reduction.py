@@ -9,14 +9,14 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Run
-from stiffcal.campaign.robot_checks import weight_faults
+from stiffcal.campaign.manifest.manifest import Run
+from stiffcal.campaign.robot.robot_checks import weight_faults
 from stiffcal.errors import raise_faults
-from stiffcal.kinds.friction.friction_run import FrictionRun
-from stiffcal.kinds.friction.identifiability import motion_lack
-from stiffcal.kinds.friction.readings import motion_table, steady_table
-from stiffcal.kinds.friction.runs import FrictionReduction, friction_run, reduce_friction
-from stiffcal.kinds.friction.samples import samples_table
+from stiffcal.kinds.friction.fitting.identifiability import motion_lack
+from stiffcal.kinds.friction.logs.friction_run import FrictionRun
+from stiffcal.kinds.friction.logs.readings import motion_table, steady_table
+from stiffcal.kinds.friction.logs.runs import FrictionReduction, friction_run, reduce_friction
+from stiffcal.kinds.friction.logs.samples import samples_table
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.states.ingested_runs import IngestedRun, UnusedData, sum_up_dropped
@@ -69,7 +69,7 @@ class FrictionRunsReduction(RunsReduction):
 
     def check(self) -> tuple[list[str], list[str]]:
         """Name every joint whose friction the model asks for and no run shows."""
-        from stiffcal.model.campaign_effects import moving_effects
+        from stiffcal.model.catalogue.campaign_effects import moving_effects
 
         if self._friction is None:
             return [], []

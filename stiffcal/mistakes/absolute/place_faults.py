@@ -16,7 +16,7 @@ from itertools import combinations
 import numpy as np
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import Fault
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode

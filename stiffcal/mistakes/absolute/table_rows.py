@@ -8,10 +8,10 @@ import numpy as np
 
 from stiffcal.arrays import Integers
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.escapes import toml_text
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.reduction.logs.rows import raw_rows_of
+from stiffcal.reduction.logs.log_rows import raw_rows_of
 
 # Stretches of rows that one line lists; the others are counted.
 MOST_LISTED = 6

@@ -81,7 +81,7 @@ def _wrench_per_radian(model: PlanModel, joints: Floats) -> tuple[Floats, Floats
     """
     from stiffcal.compensation.prediction import cartesian_compliance
     from stiffcal.mechanics.clamped_inverse import clamped_inverse
-    from stiffcal.model.equilibrium import solve_balance
+    from stiffcal.model.balance.equilibrium import solve_balance
 
     chain = model.robot.chain
     springs = tuple(

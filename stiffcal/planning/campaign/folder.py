@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.campaign.manifest_type import validate_manifest
-from stiffcal.campaign.model_file import MODEL_FILE
-from stiffcal.campaign.naming import MANIFEST_FILE
+from stiffcal.campaign.manifest.manifest_type import validate_manifest
+from stiffcal.campaign.model.model_file import MODEL_FILE
 from stiffcal.campaign.plan_file import PLAN_FILE, check_plan
-from stiffcal.campaign.toml_reading import parse_for_editing, toml_text
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.campaign.toml.toml_reading import parse_for_editing, toml_text
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell
 from stiffcal.fault_codes import FaultCode

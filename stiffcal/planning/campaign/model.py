@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.experiment_kinds import any_measures
+from stiffcal.campaign.checks.prismatic_checks import refuse_prismatic
+from stiffcal.campaign.found.experiment_kinds import any_measures
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
-from stiffcal.campaign.prismatic_checks import refuse_prismatic
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import HELD
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.model.campaign_effects import free_names
+from stiffcal.model.catalogue.campaign_effects import free_names
 from stiffcal.planning.measured import MeasuredSoFar
 from stiffcal.reduction.logs.reading_bounds import LARGEST_FORCE_N
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from stiffcal.identification.noise.reading_noise import Noise
     from stiffcal.identification.readings.observations import Observations
     from stiffcal.measurements.load_states import MeasurementSetup
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
     from stiffcal.planning.campaign.pairs import Candidates
     from stiffcal.planning.information import RunInformation, RunKind
 
@@ -138,7 +138,7 @@ def kind_of(campaign: Campaign, plan: PlanFile) -> RunKind:
 
 def as_planned(campaign: Campaign, plan: PlanFile) -> Campaign:
     """Return the campaign with a run of the planned kind, where it has none: frames to be found depend on it."""
-    from stiffcal.campaign.manifest import Run
+    from stiffcal.campaign.manifest.manifest import Run
 
     if kind_of(campaign, plan) != "absolute" or _has_places(campaign):
         return campaign
@@ -185,7 +185,7 @@ def with_force(campaign: Campaign, plan: PlanFile, force: float | None) -> PlanF
 
 def fixed_names(campaign: Campaign) -> frozenset[str]:
     """Return the full names of parameters that model.toml fixes."""
-    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.assembled.assembly import fixed_parameters
 
     return fixed_parameters(campaign.model)
 
@@ -197,7 +197,7 @@ def checked_balance(compute: Callable[[], Computed]) -> Computed:
     ------
     InputError : the load is more than the springs hold.
     """
-    from stiffcal.model.equilibrium import NoBalanceError
+    from stiffcal.model.balance.equilibrium import NoBalanceError
 
     try:
         return compute()
@@ -213,8 +213,8 @@ def robot_to_plan(campaign: Campaign) -> CompliantRobot:
     ------
     InputError : the model is empty, or a frame is not known.
     """
-    from stiffcal.campaign.frames import resolve_frames
-    from stiffcal.model.campaign_effects import placed_robot
+    from stiffcal.campaign.frames.frames import resolve_frames
+    from stiffcal.model.catalogue.campaign_effects import placed_robot
 
     robot = placed_robot(campaign)
     if not robot.placed:
@@ -238,7 +238,7 @@ def plan_model_of(
     ------
     InputError : the noise is not known, or a frame is not.
     """
-    from stiffcal.campaign.frames import measurement_setup, resolve_frames
+    from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
     from stiffcal.compensation.prediction import at_load_point
 
     chain = campaign.chain

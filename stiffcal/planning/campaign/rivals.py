@@ -12,7 +12,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.model.summary import Where
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
 
 # Of a diagnosis: the named effect and its foremost look-alikes.
 MOST_RIVALS = 4

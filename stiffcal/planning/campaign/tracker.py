@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.frames import resolve_frames
+from stiffcal.campaign.frames.frames import resolve_frames
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.campaign.plan_file import PLAN_FILE, PlanFile
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 

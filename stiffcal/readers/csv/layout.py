@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from stiffcal.campaign.typed import Name, TomlTable
+from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell, toml_text
 from stiffcal.fault_codes import FaultCode

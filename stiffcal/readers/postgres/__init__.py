@@ -28,7 +28,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from pydantic import Field
 
-from stiffcal.campaign.typed import Name, TomlTable
+from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.columns import values_of

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.campaign.typed import Name, TomlTable
+from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.log_options import check_options

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.campaign.manifest import Manifest
+from stiffcal.campaign.manifest.manifest import Manifest
 
 
 @dataclass(frozen=True)

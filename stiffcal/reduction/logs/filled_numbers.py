@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.campaign.row_filter import condition_text
+from stiffcal.campaign.signals.row_filter import condition_text
 from stiffcal.quantities import Unit
 from stiffcal.reduction.logs.frozen import RESTLESS
 

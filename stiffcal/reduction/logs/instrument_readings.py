@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.displacement_signals import WITHOUT_UNIT
-from stiffcal.campaign.signals import Deflection, Displacement, JointSignals, Pose, Wrench
-from stiffcal.campaign.source import Source
+from stiffcal.campaign.manifest.source import Source
+from stiffcal.campaign.signals.displacement_signals import WITHOUT_UNIT
+from stiffcal.campaign.signals.signals import Deflection, Displacement, JointSignals, Pose, Wrench
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.rotations import rotation_from_rpy, rotation_from_vector

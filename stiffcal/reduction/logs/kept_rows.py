@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.campaign.row_filter import condition_text
-from stiffcal.campaign.source import Source
-from stiffcal.campaign.toml_reading import LARGEST, SMALLEST
+from stiffcal.campaign.manifest.source import Source
+from stiffcal.campaign.signals.row_filter import condition_text
+from stiffcal.campaign.toml.toml_reading import LARGEST, SMALLEST
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

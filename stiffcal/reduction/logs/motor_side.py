@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.source import Source
+from stiffcal.campaign.manifest.source import Source
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.reduction.logs.rows import LogRows
+from stiffcal.reduction.logs.log_rows import LogRows
 
 TURN = 2.0 * np.pi
 # A resolver's angle jumps by a whole turn, less what the motor moves in one sampling interval.

@@ -10,7 +10,7 @@ import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from stiffcal.campaign.name_checks import wrong_name
+from stiffcal.campaign.toml.name_checks import wrong_name
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Batch, WantedColumns

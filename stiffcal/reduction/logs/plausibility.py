@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.row_filter import condition_text
+from stiffcal.campaign.signals.row_filter import condition_text
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

@@ -18,11 +18,11 @@ from typing import NoReturn
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.campaign.frames import measurement_setup, resolve_frames
-from stiffcal.campaign.manifest import Manifest
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.tracker_frames import tracker_frames
-from stiffcal.campaign.transforms import placement_matrix
+from stiffcal.campaign.frames.frames import measurement_setup, resolve_frames
+from stiffcal.campaign.manifest.manifest import Manifest
+from stiffcal.campaign.manifest.tracker_frames import tracker_frames
+from stiffcal.campaign.robot.transforms import placement_matrix
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import Fault, InputError
 from stiffcal.estimation.distinguish import distinguish, held_for
 from stiffcal.fault_codes import FaultCode

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.campaign.experiment_kinds import kinds_that_measure
+from stiffcal.campaign.found.experiment_kinds import kinds_that_measure
 from stiffcal.errors import Fault
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.states.raw_states import RawStates
 

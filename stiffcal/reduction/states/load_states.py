@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.campaign.experiment_kinds import measure_of
-from stiffcal.campaign.frames import sigma_of_places
-from stiffcal.campaign.manifest import Manifest, Run
-from stiffcal.campaign.signals import Pose
-from stiffcal.campaign.tracker_frames import trackers_of_runs
+from stiffcal.campaign.found.experiment_kinds import measure_of
+from stiffcal.campaign.frames.frames import sigma_of_places
+from stiffcal.campaign.manifest.manifest import Manifest, Run
+from stiffcal.campaign.manifest.tracker_frames import trackers_of_runs
+from stiffcal.campaign.signals.signals import Pose
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, MeasurementSetup, RunInfo

@@ -26,7 +26,7 @@ class RawStates:
     hold: Floats
     """(n,) s, NaN where not known."""
     signals: dict[str, Floats]
-    """Name to (n, c), as in `stiffcal.reduction.logs.rows.LogRows` but states first."""
+    """Name to (n, c), as in `stiffcal.reduction.logs.log_rows.LogRows` but states first."""
     scatter: dict[str, Floats]
     """Name to (n, c), standard deviation of single readings within the hold; signals without one are left out."""
     n_readings: Integers

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.experiment_kinds import measure_of
-from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.found.experiment_kinds import measure_of
+from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode

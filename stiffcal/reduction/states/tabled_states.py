@@ -10,16 +10,16 @@ from typing import Protocol
 
 import numpy as np
 
-from stiffcal.campaign.gauges import metres_of_rods
-from stiffcal.campaign.manifest import Manifest, Run
-from stiffcal.campaign.source import Source
+from stiffcal.campaign.frames.gauges import metres_of_rods
+from stiffcal.campaign.manifest.manifest import Manifest, Run
+from stiffcal.campaign.manifest.source import Source
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.logs.excluded_rows import RowExclusions
+from stiffcal.reduction.logs.log_rows import LogRows, place_of_row, read_rows
 from stiffcal.reduction.logs.motor_side import MotorSide
-from stiffcal.reduction.logs.rows import LogRows, place_of_row, read_rows
 from stiffcal.reduction.states.raw_states import RawStates, concatenated, joined_side_by_side, pick
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Effect, Observed, ParameterRole, Place, StateOrder
 from stiffcal.model.held_frame import HeldFrame
 from stiffcal.quantity import ANGLE, MOMENT

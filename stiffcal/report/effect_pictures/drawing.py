@@ -19,12 +19,12 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import BeamFrame, Chain
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import NoBalanceError, solve_balance
+from stiffcal.model.balance.stated_spring import parallel_spring
+from stiffcal.model.catalogue.catalogue import find_effects
+from stiffcal.model.catalogue.plugin_code import PluginCode
 from stiffcal.model.effect import Effect, EffectAtRest, NodeLoads, Observed, ParameterRole, Place, StateOrder
-from stiffcal.model.equilibrium import NoBalanceError, solve_balance
-from stiffcal.model.plugin_code import PluginCode
-from stiffcal.model.stated_spring import parallel_spring
 from stiffcal.quantity import LENGTH
 from stiffcal.report.content import EffectPicture
 from stiffcal.report.effect_pictures.clamped import clamped_picture
@@ -104,7 +104,7 @@ def effect_picture(effect: Effect) -> EffectPicture | None:
 
     Examples
     --------
-    >>> from stiffcal.model.catalogue import find_effects
+    >>> from stiffcal.model.catalogue.catalogue import find_effects
     >>> picture = effect_picture(find_effects()["backlash"])
     >>> picture.x_label, picture.y_label
     ('force along y [N]', 'deflection along y [mm]')

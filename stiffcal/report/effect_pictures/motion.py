@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.catalogue import built_in_effects
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Covariate, Effect, Place
 from stiffcal.model.motion import Motion, as_motion

@@ -8,9 +8,9 @@ import numpy as np
 
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.deformed_chain import deformed_chain, node_wrenches
+from stiffcal.model.balance.deformed_chain import deformed_chain, node_wrenches
 from stiffcal.model.effect import RZ, Effect, Inputs, joint_node
-from stiffcal.model.link_moments import LinkMoments
+from stiffcal.model.laws.link_moments import LinkMoments
 from stiffcal.report.content import EffectPicture
 
 # Links of the example's lever, and gravity across its axes.

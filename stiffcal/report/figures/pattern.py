@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
+from stiffcal.diagnosis.answers.pattern_results import CompliancePattern, FollowedBy
 from stiffcal.quantity import COMPLIANCE, FORCE, JOINT_ANGLE, MOMENT, ShownUnit
 from stiffcal.report.figures import canvas
 from stiffcal.uncertainty import NORMAL_95

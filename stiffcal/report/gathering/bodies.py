@@ -11,10 +11,10 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.bodies.body_results import JointByItself
 from stiffcal.identification.bodies.joint_lines import COMPONENTS
 from stiffcal.identification.bodies.joint_motion import JointMotion, joint_motions
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import law_terms, node_displacements
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.model.effect import Kind, NodeLoads, joint_node, tool_node
-from stiffcal.model.equilibrium import law_terms, node_displacements
 from stiffcal.report.joint_curves import JointCurve, JointPicture
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.steps import Ingested

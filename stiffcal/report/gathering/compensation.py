@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.files import read_regular
-from stiffcal.ingest.recording_tables import recording_name
+from stiffcal.ingest.reading.recording_tables import recording_name
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tables import states_from_table
 from stiffcal.mechanics.kinematics import attached_poses

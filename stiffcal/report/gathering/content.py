@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
-from stiffcal.campaign.experiment_kinds import measure_of
-from stiffcal.campaign.model_file import MODEL_FILE
-from stiffcal.campaign.naming import MANIFEST_FILE
-from stiffcal.campaign.signals import JointSignals, Wrench
+from stiffcal.campaign.found.experiment_kinds import measure_of
+from stiffcal.campaign.model.model_file import MODEL_FILE
+from stiffcal.campaign.signals.signals import JointSignals, Wrench
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.documents import Document, result_of
 from stiffcal.files import read_regular
@@ -28,13 +28,13 @@ from stiffcal.identification.readings.state_loads import (
     torques_about_joints,
 )
 from stiffcal.ingest.parts import PROVENANCE
-from stiffcal.ingest.recording_tables import recording_name
+from stiffcal.ingest.reading.recording_tables import recording_name
 from stiffcal.kinds import all_kinds
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
-from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.model.summary import EffectAt
 from stiffcal.quantity import FORCE, MOMENT
 from stiffcal.reduction.loads.cycles import LoadCycles, find_load_cycles

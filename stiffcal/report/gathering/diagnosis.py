@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, ProposedEffect
+from stiffcal.diagnosis.answers.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, ProposedEffect
 from stiffcal.model.effect import Law
 from stiffcal.model.summary import EffectAt
 from stiffcal.report.content import EvidenceFigure, ReportContent
@@ -61,7 +61,7 @@ def _earlier_diagnoses(data: Ingested, diagnosis: DiagnoseResult) -> tuple[Earli
 def _evidence(
     data: Ingested, diagnosis: DiagnoseResult, identified: IdentifyResult, earlier: tuple[EarlierDiagnosis, ...]
 ) -> list[EvidenceFigure]:
-    from stiffcal.model.campaign_effects import all_effects
+    from stiffcal.model.catalogue.campaign_effects import all_effects
     from stiffcal.report.effect_pictures.drawing import effect_picture
     from stiffcal.store import values_of
 

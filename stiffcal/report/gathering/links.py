@@ -15,8 +15,8 @@ from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.identification.readings.row_layout import LENGTH, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.beam import axis_displacement
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.reduction.loads.cycles import UNLOADING, find_load_cycles
 from stiffcal.report.link_pictures import BentLink, LinkPicture, LinkRun
 from stiffcal.results.identify_result import IdentifyResult

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.identification.answers.deflection_shares import deflection_shares
 from stiffcal.identification.readings.observations import observe
-from stiffcal.model.campaign_effects import placed_robot
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.report.content import PlaceShare
 
 if TYPE_CHECKING:

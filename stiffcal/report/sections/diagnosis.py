@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from stiffcal.diagnosis.pattern_results import CompliancePattern
-from stiffcal.diagnosis.results import (
+from stiffcal.diagnosis.answers.pattern_results import CompliancePattern
+from stiffcal.diagnosis.answers.results import (
     DiagnoseResult,
     ExcludedSizeAt,
     LawCurveAt,

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from stiffcal.diagnosis.results import DiagnoseResult, EffectEvidenceSummary
+from stiffcal.diagnosis.answers.results import DiagnoseResult, EffectEvidenceSummary
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, PictureBlock, ReportSection, SubheadingBlock

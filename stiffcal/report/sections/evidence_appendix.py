@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Paragraph, ReportSection, TableBlock, TableColumn
 from stiffcal.report.content import EvidenceFigure, ReportContent

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.diagnosis.results import DiagnoseResult, SeparatingMeasurement
+from stiffcal.diagnosis.answers.results import DiagnoseResult, SeparatingMeasurement
 from stiffcal.report import wording
 from stiffcal.report.blocks import Block, Facts, LeftOut, Paragraph, ReportSection
 from stiffcal.report.content import ReportContent

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, Finding, supported_but_not_named
+from stiffcal.diagnosis.answers.results import DiagnoseResult, EarlierDiagnosis, Finding, supported_but_not_named
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,

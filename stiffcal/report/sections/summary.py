@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Literal
 
-from stiffcal.diagnosis.results import ProposedEffect
+from stiffcal.diagnosis.answers.results import ProposedEffect
 from stiffcal.identification.answers.before_after import BeforeAfter
 from stiffcal.identification.readings.state_kinds import state_kinds
 from stiffcal.measurements.rms import Rms

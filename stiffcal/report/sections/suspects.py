@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.diagnosis.suspects.result import Suspect
+from stiffcal.diagnosis.answers.suspect_results import Suspect
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
+from stiffcal.diagnosis.answers.results import DiagnoseResult, SearchPace, UntestableEffect, WithSuspects
 from stiffcal.diagnosis.merging import PartialDiagnosis, merged_diagnosis
-from stiffcal.diagnosis.results import DiagnoseResult, SearchPace, UntestableEffect, WithSuspects
 from stiffcal.documents import Origin, document_of
 from stiffcal.errors import no_progress
 from stiffcal.judgement.suspects import described, described_doubts, misplaced_in
@@ -29,9 +29,9 @@ from stiffcal.store.document_shape import result_from
 from stiffcal.wording import listing
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.refits import StoredRefits
+    from stiffcal.diagnosis.answers.suspect_results import Suspect
+    from stiffcal.diagnosis.refits.refits import StoredRefits
     from stiffcal.diagnosis.suspects.find import Suspicion
-    from stiffcal.diagnosis.suspects.result import Suspect
     from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.results.identify_result import IdentifyResult
@@ -44,7 +44,7 @@ def diagnose_anew(data: Ingested, identified: IdentifyResult, context: RunContex
     """Diagnose the fit of the present model, and write the diagnosis into the store."""
     import numpy as np
 
-    from stiffcal.diagnosis.refits import StoredRefits, refits_of
+    from stiffcal.diagnosis.refits.refits import StoredRefits, refits_of
 
     fit_id, key = identified.fit_id, diagnosis_key(data, identified)
     rows, in_model = diagnoses_of_rows(data, context), _names_in_model(identified)
@@ -238,7 +238,7 @@ def keep_diagnosis(data: Ingested, identified: IdentifyResult, results: TrialRes
 
 def diagnosis_key(data: Ingested, identified: IdentifyResult) -> str:
     """Return the key of a diagnosis: of the fit, and of the campaign's own effects as far as they may be tried."""
-    from stiffcal.model.campaign_effects import key_of_plugins
+    from stiffcal.model.catalogue.campaign_effects import key_of_plugins
 
     plugins = key_of_plugins(data.campaign)
     return key_of(identified.key, DIAGNOSE, *([plugins] if plugins else []))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.diagnosis.pattern_results import CompliancePattern, FollowedBy
+from stiffcal.diagnosis.answers.pattern_results import CompliancePattern, FollowedBy
 from stiffcal.measurements.varying import varies
 from stiffcal.quantity import COMPLIANCE, FORCE, JOINT_ANGLE, MOMENT, of_measure
 from stiffcal.stages.diagnoses.stored_curves import EVIDENCE
@@ -17,7 +17,7 @@ from stiffcal.stages.steps import Ingested, RunContext, up_to_date_states
 from stiffcal.store import values_of
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+    from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 
 FEWEST_POINTS = 3
 """Of fewer no course can be seen: a line goes through two."""
@@ -89,7 +89,7 @@ def _of_states(data: Ingested, diagnosis: DiagnoseResult) -> FollowedResidual | 
 def _of_rows(data: Ingested, missing: ProposedEffect, context: RunContext) -> FollowedResidual | None:
     """Return what is left of the rows of another experiment over what drives an effect of its joint."""
     from stiffcal.kinds import all_kinds
-    from stiffcal.model.campaign_effects import effects_with
+    from stiffcal.model.catalogue.campaign_effects import effects_with
     from stiffcal.stages.experiments import runs_with_fits
     from stiffcal.stages.validation import up_to_date_results
 

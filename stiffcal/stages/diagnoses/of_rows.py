@@ -13,7 +13,7 @@ from stiffcal.stages.steps import Ingested, RunContext
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Integers
-    from stiffcal.diagnosis.refits import Refit, RefitSummary
+    from stiffcal.diagnosis.refits.refits import Refit, RefitSummary
     from stiffcal.stages.diagnoses.stored_curves import Columns
 
 
@@ -40,11 +40,11 @@ class RowDiagnoses:
 
 def diagnoses_of_rows(data: Ingested, context: RunContext) -> RowDiagnoses:
     """Return the answer of each problem of such readings."""
-    from stiffcal.diagnosis.row_refits import row_refits_of
+    from stiffcal.diagnosis.of_rows.row_refits import row_refits_of
     from stiffcal.judgement.diagnosed_rows import diagnose_rows
     from stiffcal.judgement.row_document import row_diagnosis, too_few_folds
     from stiffcal.kinds import all_kinds
-    from stiffcal.model.campaign_effects import all_effects
+    from stiffcal.model.catalogue.campaign_effects import all_effects
 
     measured = measured_runs(data)
     problems = [problem for kind in all_kinds() for problem in kind.problems(measured)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stiffcal.diagnosis.results import DiagnoseResult, SeparatingMeasurement, UntestableEffect
+from stiffcal.diagnosis.answers.results import DiagnoseResult, SeparatingMeasurement, UntestableEffect
 from stiffcal.stages.experiments import robot_to_fit
 from stiffcal.stages.steps import Ingested, RunContext
 
@@ -28,8 +28,8 @@ def diagnose_now(data: Ingested, loss: str, context: RunContext, doubt: bool = T
     """
     from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.diagnosed import diagnose_states
-    from stiffcal.model.assembly import fixed_parameters
-    from stiffcal.model.campaign_effects import all_effects
+    from stiffcal.model.assembled.assembly import fixed_parameters
+    from stiffcal.model.catalogue.campaign_effects import all_effects
 
     settings = Settings(loss=loss, fixed=fixed_parameters(data.campaign.model))
     catalogue, _ = all_effects(data.campaign)
@@ -39,7 +39,7 @@ def diagnose_now(data: Ingested, loss: str, context: RunContext, doubt: bool = T
 def diagnosis_of(data: Ingested, found: DiagnosedStates) -> DiagnoseResult:
     """Return the result of a judgement, with what the campaign's own effects need."""
     from stiffcal.judgement.document import diagnosis_result
-    from stiffcal.model.campaign_effects import all_effects
+    from stiffcal.model.catalogue.campaign_effects import all_effects
 
     _, untrusted = all_effects(data.campaign)
     diagnosis = diagnosis_result(found)
@@ -63,11 +63,11 @@ def _next_measurement(data: Ingested, found: DiagnosedStates) -> SeparatingMeasu
     if states.clamped.all() or not np.any(states.wrench):
         return None
 
-    from stiffcal.diagnosis.heldout_error import with_values_of
-    from stiffcal.diagnosis.ranking import effect_at
+    from stiffcal.diagnosis.refits.heldout_error import with_values_of
+    from stiffcal.diagnosis.scans.ranking import effect_at
     from stiffcal.identification.answers.document import finite
     from stiffcal.judgement.document import look_alike_pairs
-    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.model.assembled.assembly import fixed_parameters
     from stiffcal.planning.rivals import RivalModel
     from stiffcal.planning.separate import KnownPair, separating_measurement
 

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Integers
-from stiffcal.diagnosis.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, RunErrors
+from stiffcal.diagnosis.answers.results import DiagnoseResult, EarlierDiagnosis, EffectEvidenceSummary, RunErrors
 from stiffcal.documents import Document, document_of
 from stiffcal.model.summary import Where
 from stiffcal.stages.steps import Ingested, key_of_table
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.effect_curves import EffectEvidence
-    from stiffcal.diagnosis.refits import Refit
+    from stiffcal.diagnosis.refits.effect_curves import EffectEvidence
+    from stiffcal.diagnosis.refits.refits import Refit
     from stiffcal.identification.readings.observations import Observations
     from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.columns import Values
@@ -48,9 +48,9 @@ def evidence_of(data: Ingested, found: DiagnosedStates) -> tuple[Columns, list[E
     columns : of the table ``evidence``.
     summaries : one per effect.
     """
-    from stiffcal.campaign.model_file import default_model
-    from stiffcal.diagnosis.effect_curves import evidence_for
-    from stiffcal.model.campaign_effects import all_effects
+    from stiffcal.campaign.model.model_file import default_model
+    from stiffcal.diagnosis.refits.effect_curves import evidence_for
+    from stiffcal.model.catalogue.campaign_effects import all_effects
 
     campaign = data.campaign
     experiments = {run.experiment for run in campaign.manifest.runs}

@@ -14,7 +14,7 @@ from stiffcal.stages.steps import RunContext
 if TYPE_CHECKING:
     from stiffcal.identification.fitting.fit import Fit
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.model.composite import CompliantRobot
+    from stiffcal.model.assembled.composite import CompliantRobot
 
 
 def measured_so_far(campaign: Campaign, robot: CompliantRobot, context: RunContext) -> MeasuredSoFar | None:
@@ -86,8 +86,8 @@ def _of_first_runs(campaign: Campaign, robot: CompliantRobot, context: RunContex
         return None
     from stiffcal.identification.fitting.geometry import with_geometry
     from stiffcal.identification.fitting.identify import Settings, identify_parameters
-    from stiffcal.ingest.reducing import reduce_campaign
-    from stiffcal.model.assembly import fixed_parameters
+    from stiffcal.ingest.reading.reducing import reduce_campaign
+    from stiffcal.model.assembled.assembly import fixed_parameters
 
     manifest = campaign.manifest.model_copy(update={"runs": tuple(complete)})
     states = reduce_campaign(replace(campaign, manifest=manifest), context.progress).states

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.model_file import model_of_text
+from stiffcal.campaign.model.model_file import model_of_text
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.model.editing import model_with
 from stiffcal.planning.campaign.model import PlanModel, plan_model_of, robot_to_plan

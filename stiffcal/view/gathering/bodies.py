@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from stiffcal.campaign.link_shapes import link_shapes
 from stiffcal.campaign.loading import Campaign
+from stiffcal.campaign.robot.link_shapes import link_shapes
 from stiffcal.errors import InputError
 from stiffcal.meshes.client import read_bodies
 from stiffcal.view.content import ViewBody

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from stiffcal.diagnosis.results import DiagnoseResult, Finding, LookAlike, ProposedEffect, UndecidedEffect
+from stiffcal.diagnosis.answers.results import DiagnoseResult, Finding, LookAlike, ProposedEffect, UndecidedEffect
 from stiffcal.escapes import shell
 from stiffcal.model.summary import EffectAt
 from stiffcal.view.content import CandidateStanding, ViewCandidate

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.model.summary import ModelSummary, Where
 from stiffcal.stages.history import stored_fits
 from stiffcal.stages.steps import DIAGNOSE, Ingested, key_of_table, stored_result

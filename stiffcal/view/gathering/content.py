@@ -11,16 +11,16 @@ import numpy as np
 import pyarrow as pa
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.diagnosis.results import DiagnoseResult, ProposedEffect
+from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.identification.readings.state_loads import torques_about_joints
 from stiffcal.kinds import all_kinds
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.model.campaign_effects import placed_robot
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
+from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.quantity import FORCE, LENGTH, MOMENT, of_joint
 from stiffcal.report.content import ReportStates
 from stiffcal.report.gathering.content import report_states_of

@@ -12,7 +12,7 @@ from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.identification.readings.observations import Observations, observe
 from stiffcal.identification.readings.row_layout import GAUGE, MOTOR, ROTATION, TRANSLATION
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import RZ
 from stiffcal.view.content import ViewEffect
 

@@ -16,7 +16,7 @@ from stiffcal.view.content import ViewEvidence, ViewVariable
 from stiffcal.view.gathering.models import place_words
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.results import DiagnoseResult
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
 
 _AXES = ("along_x", "along_y", "along_z")
 _UNITS = {"rad": (180.0 / np.pi, "°"), "1": (1.0, "")}

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.diagnosis.refit_values import RefitValue
-from stiffcal.diagnosis.refits import StoredRefits
+from stiffcal.diagnosis.refits.refit_values import RefitValue
+from stiffcal.diagnosis.refits.refits import StoredRefits
 from stiffcal.estimate import Estimate
 from stiffcal.identification.answers.state_tables import component_block, gauge_block, motor_block
-from stiffcal.model.campaign_effects import all_effects
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.assembled.measured_frames import FRAME, FramePose
+from stiffcal.model.catalogue.campaign_effects import all_effects
 from stiffcal.model.effect import Effect
 from stiffcal.model.forms import form_of
-from stiffcal.model.measured_frames import FRAME, FramePose
 from stiffcal.model.summary import Where
 from stiffcal.quantity import Units, quantity_of
 from stiffcal.reduction.loads.motion import gauge_directions

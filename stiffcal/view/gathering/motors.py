@@ -9,7 +9,7 @@ from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.identification.readings.observations import observe
 from stiffcal.identification.readings.row_layout import MOTOR
 from stiffcal.measurements.load_states import LoadStates, members_of
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 
 
 def motor_states(robot: CompliantRobot, states: LoadStates) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.diagnosis.refits import LEADING
+from stiffcal.diagnosis.refits.refits import LEADING
 from stiffcal.measurements.rms import Rms
 from stiffcal.view.content import ViewModel, ViewShare, ViewValue
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.campaign.manifest import Run
-from stiffcal.ingest.recording_tables import recording_name
+from stiffcal.campaign.manifest.manifest import Run
+from stiffcal.ingest.reading.recording_tables import recording_name
 from stiffcal.mechanics.kinematics import body_poses
-from stiffcal.reduction.logs.rows import place_of_row, raw_rows_of
+from stiffcal.reduction.logs.log_rows import place_of_row, raw_rows_of
 from stiffcal.stages.steps import Ingested
 from stiffcal.store import values_of
 from stiffcal.view.content import ViewRun

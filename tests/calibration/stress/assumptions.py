@@ -9,7 +9,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
 from tests.calibration.stress.drawing import Hidden, Noise, nothing_or_one
 from tests.laboratory.random_robots import DrawnRobot, draw_robot
 from tests.rates.measuring import Motion, Player, move

@@ -18,10 +18,10 @@ from functools import partial
 
 import numpy as np
 
-from stiffcal.model.composite import PlacedEffect
-from stiffcal.model.drives import drive_torque
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.balance.equilibrium import NoBalanceError
 from stiffcal.model.effect import TX, TZ, Effect, Values, tool_node
-from stiffcal.model.equilibrium import NoBalanceError
+from stiffcal.model.laws.drives import drive_torque
 from tests.calibration.field_mix import FieldCampaign, draw_size
 from tests.calibration.stress import assumptions as broken
 from tests.calibration.stress import laws, mistakes

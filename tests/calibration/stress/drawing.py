@@ -10,8 +10,8 @@ import numpy as np
 from stiffcal.identification.derivatives.observation import observe
 from stiffcal.identification.fitting.identify import predict_observations
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.equilibrium import NoBalanceError
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.balance.equilibrium import NoBalanceError
 from stiffcal.reduction.set_aside.outliers import reject_outliers
 from tests.calibration.field_mix import (
     ENCODER_NOISE,

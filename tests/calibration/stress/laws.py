@@ -9,9 +9,9 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.drives import drive_terms, drive_torque
 from stiffcal.model.effect import RX, RY, TX, TY, TZ, NodeLoads, Place, Term, Values, joint_node, link_node, tool_node
-from stiffcal.model.memory import clamped_between, first_of_run
+from stiffcal.model.laws.drives import drive_terms, drive_torque
+from stiffcal.model.laws.memory import clamped_between, first_of_run
 from stiffcal.model.state_order import StateOrder
 from tests.rates.outside import InventedLaw, amplitude, number
 

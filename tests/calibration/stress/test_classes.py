@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Place
 from tests.calibration.__main__ import main
 from tests.calibration.answers import Answer, Named, is_good

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.campaign.frames import resolve_frames
+from stiffcal.campaign.frames.frames import resolve_frames
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.plan import PlanRequest, plan_campaign
 from stiffcal.errors import InputError
@@ -17,8 +17,8 @@ from stiffcal.identification.fitting.identify import Settings, identify_paramete
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import HELD
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.model.catalogue import find_effects
-from stiffcal.model.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
+from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from stiffcal.planning.information import information_of_runs
 from tests.laboratory.clamped_bench import CYCLE, clamped_bench

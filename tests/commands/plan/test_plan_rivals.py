@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stiffcal.commands.plan import PlanRequest, plan_campaign
-from stiffcal.diagnosis.results import DiagnoseResult
+from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.planning.campaign.rivals import named_rival

@@ -17,8 +17,8 @@ from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import identify_parameters, predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mistakes.runs.time_order import TimeOrder
-from stiffcal.model.catalogue import built_in_effects
-from stiffcal.model.composite import PlacedEffect
+from stiffcal.model.assembled.composite import PlacedEffect
+from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from tests.rates import faults
 from tests.rates.faults import Faulty, draw_faulty

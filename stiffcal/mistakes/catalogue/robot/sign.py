@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from stiffcal.campaign.geometry import chain_of
+from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way

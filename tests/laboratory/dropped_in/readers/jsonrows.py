@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stiffcal.campaign.typed import Name, TomlTable
+from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.readers import Batch, FuzzInput, Header, Options, Reader, WantedColumns, check_columns, check_options

@@ -11,8 +11,8 @@ import pyarrow as pa
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Run
-from stiffcal.campaign.typed import Name, TomlTable
+from stiffcal.campaign.manifest.manifest import Run
+from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.kinds import ExperimentKind
 from stiffcal.kinds.measured import MeasuredRuns
 from stiffcal.kinds.presentation import (

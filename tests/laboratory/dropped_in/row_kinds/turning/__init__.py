@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.loading import Campaign
-from stiffcal.campaign.manifest import Run
+from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.estimation.groups import GroupNoise
 from stiffcal.estimation.parameters import reported_parameters
 from stiffcal.estimation.rows import Rows
@@ -28,8 +28,8 @@ from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
 from stiffcal.kinds.row_search import RowCourse, RowCovariate, RowFit, RowNoise, RowProblem, UsualMotion
 from stiffcal.mechanics.chain import Chain
-from stiffcal.model.campaign_effects import moving_effects
-from stiffcal.model.composite import CompliantRobot
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.catalogue.campaign_effects import moving_effects
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Effect, Place
 from stiffcal.model.motion import Motion, as_motion

@@ -8,7 +8,7 @@ from stiffcal.campaign.loading import Campaign
 from stiffcal.identification.readings.state_kinds import StateKind
 from stiffcal.kinds import ExperimentKind
 from stiffcal.kinds.clamped.reduction import ClampedReduction
-from stiffcal.kinds.clamped.state_kind import ClampedStateKind
+from stiffcal.kinds.clamped.states.state_kind import ClampedStateKind
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.store.provenance import IngestSettings

@@ -1,0 +1,1 @@
+"""What names of columns say: quantity, axis, unit, joint."""

@@ -1,0 +1,1 @@
+"""Formats of logs and kinds of experiment: found by walking their folders, never by import of one."""

@@ -1,0 +1,1 @@
+"""Where instruments, markers and rods sit on the robot."""

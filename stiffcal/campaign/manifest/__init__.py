@@ -1,0 +1,1 @@
+"""campaign.toml: sources, runs, frames by place, settings."""

@@ -1,0 +1,1 @@
+"""The signals that a source can hold, and the rows of it that they keep."""

@@ -1,0 +1,1 @@
+"""The same for rows that are no load states: torque over motion."""

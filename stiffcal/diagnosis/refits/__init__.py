@@ -1,0 +1,1 @@
+"""What a model would leave with one more effect or one fewer."""

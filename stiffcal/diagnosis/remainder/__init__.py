@@ -1,0 +1,1 @@
+"""What a remainder follows when no effect accounts for it."""

@@ -1,0 +1,1 @@
+"""The catalogue as additions to a model, scored on held-out poses."""

@@ -1,0 +1,1 @@
+"""Runs read once: their readings, tables, texts and keys in the store."""

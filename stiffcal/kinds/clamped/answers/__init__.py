@@ -1,0 +1,1 @@
+"""What is answered and shown of clamped runs: each joint, documents, curves, pictures."""

@@ -1,0 +1,1 @@
+"""Clamped runs as `simulate` writes them."""

@@ -1,0 +1,1 @@
+"""Clamped runs as load states: their noise, what is left out together."""

@@ -1,0 +1,1 @@
+"""What is answered and shown of friction: documents, tables, curves, pictures."""

@@ -1,0 +1,1 @@
+"""From logs of friction runs to readings on one clock."""

@@ -1,0 +1,1 @@
+"""Friction runs as `simulate` writes them."""

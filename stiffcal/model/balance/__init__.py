@@ -1,0 +1,1 @@
+"""Where the loaded chain comes to rest, and why it may find no rest."""

@@ -1,0 +1,1 @@
+"""What laws of several effects are made of: curves, memories, drives."""

@@ -1,0 +1,1 @@
+"""Where the robot really is along each run: loads, motors, controllers."""

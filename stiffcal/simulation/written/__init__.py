@@ -1,0 +1,1 @@
+"""What instruments make of the truth, as they log it."""
