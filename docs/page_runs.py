@@ -26,7 +26,10 @@ ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "build" / "docs" / "runs"
 PLACE = "STIFFCAL_DOCS_RUNS"
 """Environment variable with the folder in which runs are kept, in place of build/docs/runs."""
+AS_SHOWN = "STIFFCAL_DOCS_AS_SHOWN"
+"""Environment variable: where it is set, no command runs; a page has printed what it shows, its pictures are blank."""
 PIXELS_PER_POINT = 1.6
+BLANK_SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="1600" height="900"/>'
 MADE_BY_STIFFCAL = shutil.ignore_patterns("store", "report.pdf", "view.html", "__pycache__")
 
 
@@ -54,6 +57,8 @@ def run_page(page: str) -> PageRun:
     place = Path(os.environ.get(PLACE) or KEPT)
     folder = place / page.removesuffix(".md").replace("/", "-")
     folder.mkdir(parents=True, exist_ok=True)
+    if os.environ.get(AS_SHOWN):
+        return _as_shown(page, folder)
     key = _key(page)
     with _locked(folder):
         record = folder / "printed.json"
@@ -64,6 +69,26 @@ def run_page(page: str) -> PageRun:
         stored = json.loads(record.read_text(encoding="utf-8"))["printed"]
     pictures = {wanted: folder / picture_name(*wanted) for wanted in pictures_of(page)}
     return PageRun({int(line): text for line, text in stored.items()}, pictures)
+
+
+def _as_shown(page: str, folder: Path) -> PageRun:
+    """Return a run that printed what the page shows and drew blank pictures, which stand in `folder`."""
+    printed, last = {}, 0
+    for block in blocks_of(page):
+        if block.tag == "run":
+            last = block.line
+            printed[last] = ""
+        elif block.tag == "output":
+            printed[last] = block.text
+    pictures = {wanted: folder / f"blank-{picture_name(*wanted)}" for wanted in pictures_of(page)}
+    for place in pictures.values():
+        if place.suffix == ".svg":
+            place.write_text(BLANK_SVG, encoding="utf-8")
+        else:
+            from PIL import Image
+
+            Image.new("1", (1600, 900), 1).save(place)
+    return PageRun(printed, pictures)
 
 
 def picture_name(file: str, page: int) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.page_runs import PLACE, ROOT
+from docs.page_runs import AS_SHOWN, PLACE, ROOT
 
 
 @pytest.fixture(scope="session")
@@ -33,13 +33,17 @@ def runs_of_this_session(shared: Path) -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def built(shared: Path, runs_of_this_session: None) -> Path:
-    """The pages, built once without a warning."""
+def built(request: pytest.FixtureRequest, shared: Path, runs_of_this_session: None) -> Path:
+    """The pages, built once without a warning; with the pictures of their commands where the session runs them all."""
+    whole = any("practice" in item.keywords for item in request.session.items)
+    settings = {} if whole else {AS_SHOWN: "1"}
     html = shared / "html"
     with (shared / "html.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (html / "index.html").exists():
             words = [sys.executable, "-P", "-m", "sphinx", "-W", "--keep-going", "-q", "-d", str(shared / "trees")]
-            done = subprocess.run([*words, "docs", str(html)], cwd=ROOT, capture_output=True, text=True)
+            done = subprocess.run(
+                [*words, "docs", str(html)], cwd=ROOT, env={**os.environ, **settings}, capture_output=True, text=True
+            )
             assert done.returncode == 0, done.stdout + done.stderr
     return html

@@ -27,8 +27,9 @@ def test_the_demo_finds_what_is_hidden(tmp_path: Path, monkeypatch: pytest.Monke
     assert lines[0].startswith("PASS  Nothing is missing")
     assert lines[-1] == "next: stiffcal view demo"
     ladder = [line for line in lines if line.startswith(("1  ", "2  "))]
-    assert "backlash" not in ladder[0]
-    assert "backlash" in ladder[1]
+    assert "joint-compliance (joints 1–6)" in ladder[0]
+    assert "+ backlash (joint 1)" in ladder[1]
+    assert max(map(len, ladder)) <= 80
     assert (tmp_path / "demo" / "report.pdf").read_bytes().startswith(b"%PDF")
     assert (tmp_path / "demo" / "view.html").is_file()
     main_document = json.loads((tmp_path / "demo" / "store" / "current" / "validate.json").read_text())
