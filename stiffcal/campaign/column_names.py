@@ -23,7 +23,7 @@ JOINT_STEMS = (
     *("gelenkwinkel", "gelenkposition", "achsposition", "eixo", "junta"),
     *("rax", "robax", "jt"),  # ABB's jointtarget, Kawasaki's axes
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
-    *("aiposa", "fieldposition", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
+    *("jointa", "aiposa", "fieldposition", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
     *("軸", "関節", "関節角", "関節角度", "角度", "轴", "关节", "关节角", "关节角度"),
     *("jointpositions", "jointangles", "jointpos", "actualjointpositions", "joints", "axes"),
 )

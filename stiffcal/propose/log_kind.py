@@ -108,6 +108,8 @@ class LogKind:
     """The condition on rows, where not every row has a reading."""
     further: tuple[LogKind, ...] = ()
     """Other sources in the same log: signals in rows of their own, and its further tables."""
+    not_understood: tuple[str, ...] = ()
+    """Tables of the same log in which no signal is recognised, each with its first columns."""
 
     @property
     def options_line(self) -> list[ProposedLine]:
@@ -155,9 +157,10 @@ def log_kind(
         reader = find_reader(path, found_format, display_name)
         tables = tables_of(reader, path, display_name)
         shown = text if reader.name == TEXT else ""
-        found = []
+        found, unclear = [], []
         for table in tables:
             kinds = _kinds(table, reader.name, device, names, joints_of, chain, shown)
+            unclear += [_table_in_words(table)] if all(kind.why_not for kind in kinds) else []
             found += [_even(reader, path, display_name, kind) for kind in kinds] if table.uneven else kinds
     except InputError as error:
         fault = error.faults[0]
@@ -168,7 +171,20 @@ def log_kind(
     apart = [
         replace(kind, name=name if name and len(understood) == 1 else source_name(kind.roles)) for kind in understood
     ]
-    return replace(apart[0], further=tuple(apart[1:]))
+    return replace(apart[0], further=tuple(apart[1:]), not_understood=tuple(unclear))
+
+
+_MOST_COLUMNS = 4
+_OF_ALL_MESSAGES = ("header.", "name[")
+"""Of messages of ROS: when they were sent, and the names that their other columns are called by."""
+
+
+def _table_in_words(table: SniffedTable) -> str:
+    """Return a table by the option that chooses it, with the first of its columns that hold numbers."""
+    headers = [column.header for column in table.columns if column.values]
+    columns = [header for header in headers if header != "time" and not header.startswith(_OF_ALL_MESSAGES)]
+    more = ", …" if len(columns) > _MOST_COLUMNS else ""
+    return f"{next(iter(table.options.values()), '')} ({', '.join(columns[:_MOST_COLUMNS])}{more})"
 
 
 def _even(reader: Reader, path: Path, display_name: str, kind: LogKind) -> LogKind:
