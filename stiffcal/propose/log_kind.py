@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from stiffcal.campaign.column_names import is_unit_of
+from stiffcal.campaign.column_names import is_unit_of, words_of
 from stiffcal.campaign.file_formats import format_of
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
@@ -164,7 +164,8 @@ def log_kind(
             found += [_even(reader, path, display_name, kind) for kind in kinds] if table.uneven else kinds
     except InputError as error:
         fault = error.faults[0]
-        return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
+        why = _written_otherwise((), text) or f"{fault.reason}: {fault.mend}"
+        return LogKind(device, name, found_format or "", why_not=why)
     understood = [kind for kind in found if not kind.why_not]
     if not understood:
         return found[0]
@@ -236,6 +237,7 @@ def _kinds(
             why = (
                 f"it has no line of names: write one at its top, {missing_names(table.columns, roles)} (each ? is open)"
             )
+        why = _written_otherwise(headers, text) or why
         return [LogKind(device, "", log_format, headers=headers, columns=tuple(explained([table], roles)), why_not=why)]
     return [
         LogKind(
@@ -252,6 +254,33 @@ def _kinds(
         )
         for part in parts
     ]
+
+
+_STRUCTURES = re.compile(r"\{\s{0,9}(?:E6AXIS|AXIS)?\s{0,9}:?\s{0,9}A1\s{1,9}-?[0-9]")
+_DIRECTIONS = frozenset(("azimuth", "azimut", "zenith", "zenit", "zenithal", "elevation", "hz", "vz"))
+_DISTANCES = frozenset(("distance", "dist", "range", "radius", "d", "distanz", "schragstrecke", "sd"))
+
+
+def _written_otherwise(headers: Sequence[str], text: str) -> str:
+    """Return why readings that are there are not taken, with what to do; "" where none are known to be there.
+
+    Parameters
+    ----------
+    text : as in `_kinds`.
+    """
+    if _STRUCTURES.search(text):
+        return (
+            "angles stand in structures of KRL ({E6AXIS: A1 …, A2 …}): write each into a column of its own, "
+            "A1 to A6, as $AXIS_ACT.A1 and so on in the trace or in CWRITE"
+        )
+    words = {header: set(words_of(header)[0]) for header in headers}
+    polar = [header for header, own in words.items() if own & (_DIRECTIONS | _DISTANCES)]
+    if any(own & _DIRECTIONS for own in words.values()) and any(own & _DISTANCES for own in words.values()):
+        return (
+            f"directions and a distance ({', '.join(polar)}) are not read, as programs count them from different axes: "
+            "have the instrument's program write X, Y, Z"
+        )
+    return ""
 
 
 def source_name(roles: Roles) -> str:
