@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from stiffcal.campaign.frames import measurement_setup, resolve_frames
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.model.composite import CompliantRobot
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.assembled.composite import CompliantRobot
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.simulation.scene import robot_with_values
 
 Floats = NDArray[np.float64]

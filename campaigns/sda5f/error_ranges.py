@@ -14,7 +14,7 @@ import numpy as np
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.dual_quaternions import displacement_of_duals, dual_from_pose
-from stiffcal.model.equilibrium import solve_balance
+from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.simulation.scene import robot_with_values
 
 HERE = Path(__file__).parent

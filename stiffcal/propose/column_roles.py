@@ -331,6 +331,8 @@ _FROM_ONE = ("q1", "q2", "q3", "q4")
 _UNIT_LENGTH = 0.1  # four numbers of one decimal, each off by half a digit
 _MATRIX = re.compile(r"r(?:ot|otation|matrix)?([0-3])([0-3])")
 _TRANSFORM = re.compile(r"([a-z]{1,16})([0-4])([0-4])")
+_NUMBERED_ELEMENT = re.compile(r"([A-Za-z][A-Za-z_ .]{0,60}?)[ _.]?\[?(\d{1,2})\]?")
+_COMPUTED = re.compile(r"(?:actual|target)_TCP_(?:pose|speed)|(?:O|F|EE|NE)_T_[A-Z]{1,2}(?:_[a-z])?", re.IGNORECASE)
 _ORTHONORMAL = 0.02  # elements of two decimals, each off by half a digit
 # Qualisys, as IMUSim's reader takes its 6D exports: Rot[0], [1], [2] are the first column.
 _BY_COLUMN = re.compile(r"(.{0,200})Rot\[0\]")
@@ -358,14 +360,22 @@ def _matrix(columns: list[SniffedColumn], plain: dict[str, str]) -> Role | None:
 
 
 def _transform(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[Role, Role] | None:
-    """Find twelve elements of a homogeneous transformation, numbered from 0 or 1: its rotation and its position.
+    """Find twelve elements of a homogeneous transformation: its rotation and its position.
+
+    Its elements are numbered from 0 or 1, by row and column (T03) or all sixteen one after another (M3).
 
     The position stands in the last column, or in the last row of one that is written for rows as vectors.
     """
     by_stem: dict[str, dict[str, SniffedColumn]] = {}
+    numbered: dict[str, dict[int, SniffedColumn]] = {}
     for column in columns:
         if column.values and (match := _TRANSFORM.fullmatch(plain[column.header])) is not None:
             by_stem.setdefault(match[1], {})[match[2] + match[3]] = column
+        if column.values and (match := _NUMBERED_ELEMENT.fullmatch(column.header)) is not None:
+            numbered.setdefault(match[1], {})[int(match[2])] = column
+    for stem, own in numbered.items():
+        if sorted(own) in (list(range(16)), list(range(1, 17))) and not is_computed(stem):
+            by_stem[f"{stem} "] = {f"{k // 4}{k % 4}": own[number] for k, number in enumerate(sorted(own))}
     for elements in by_stem.values():
         for numbers in ("0123", "1234"):
             three, last = numbers[:3], numbers[3]
@@ -378,6 +388,19 @@ def _transform(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[Rol
                 if any(any(column.values) for column in position.columns) and _is_rotation(rotation):
                     return rotation, position
     return None
+
+
+def is_computed(name: str) -> bool:
+    """Return whether a column of a controller's log holds what it computes of the joints' angles, which is no reading.
+
+    Of Universal Robots the pose of the tool (RTDE), of Franka the transformations between its frames (libfranka).
+
+    Examples
+    --------
+    >>> is_computed("actual_TCP_pose_0"), is_computed("O_T_EE[12]"), is_computed("actual_q_0")
+    (True, True, False)
+    """
+    return _COMPUTED.match(name) is not None
 
 
 def _is_rotation(role: Role) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from stiffcal.propose.column_roles import Role, Roles
+from stiffcal.propose.column_roles import Role, Roles, is_computed
 from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.unnamed_columns import are_numbered
@@ -12,15 +12,21 @@ from stiffcal.quantities import is_known
 from stiffcal.wording import unused_columns
 
 _OF_RODS = "where each is fixed is in no table, stiffcal init DIR --kind ids shows what to write"
+_COMPUTED = "the controller computes that from its joints' angles, it is no measurement"
 _SIGNALS = ("joints", "force", "moment", "mass", "deflection", "rotation", "position", "quaternion", "matrix")
 
 
 def unused_in_words(columns: Iterable[SniffedColumn]) -> list[str]:
     """Return sentences that name the columns which are not used, of strains with the reason."""
-    headers = {column.header: is_strain(column) for column in columns}
-    strains = unused_columns([header for header, strain in headers.items() if strain])
-    others = unused_columns([header for header, strain in headers.items() if not strain])
-    return [*others, *(f"{words}: strains are read of rods, and {_OF_RODS}" for words in strains)]
+    columns = list(columns)
+    strains = [column.header for column in columns if is_strain(column)]
+    computed = [column.header for column in columns if is_computed(column.header)]
+    others = [column.header for column in columns if column.header not in (*strains, *computed)]
+    return [
+        *unused_columns(others),
+        *(f"{words}: strains are read of rods, and {_OF_RODS}" for words in unused_columns(strains)),
+        *(f"{words}: {_COMPUTED}" for words in unused_columns(computed)),
+    ]
 
 
 def is_strain(column: SniffedColumn) -> bool:
@@ -59,6 +65,7 @@ def explained(tables: Sequence[SniffedTable], roles: Roles) -> list[ExplainedCol
             signal = taken.get(column.header, "")
             by_name = (column.doubt or "it holds words") if not column.values else "its name is that of no signal"
             by_name = f"a strain is read of a rod: {_OF_RODS}" if is_strain(column) else by_name
+            by_name = _COMPUTED if is_computed(column.header) else by_name
             by_name = "its name" if signal else by_name
             why = reason_of.get(column.header, by_name)
             why = "an orientation that never changes is not measured" if column in still else why

@@ -106,6 +106,9 @@ def sorted_files(
             if kind.why_not:
                 not_read.setdefault(kind.why_not, []).append(file)
                 continue
+            if kind.not_understood:
+                unclear = f"no signal recognised in {', '.join(kind.not_understood)}: not used"
+                not_read.setdefault(unclear, []).append(file)
             for part in _parts(kind):
                 device = devices.setdefault(_layout(part), LoggingDevice(part))
                 device.files.append(file)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from stiffcal.campaign.columns.column_names import is_unit_of
+from stiffcal.campaign.columns.column_names import is_unit_of, words_of
 from stiffcal.campaign.found.file_formats import format_of
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
@@ -108,6 +108,8 @@ class LogKind:
     """The condition on rows, where not every row has a reading."""
     further: tuple[LogKind, ...] = ()
     """Other sources in the same log: signals in rows of their own, and its further tables."""
+    not_understood: tuple[str, ...] = ()
+    """Tables of the same log in which no signal is recognised, each with its first columns."""
 
     @property
     def options_line(self) -> list[ProposedLine]:
@@ -155,20 +157,35 @@ def log_kind(
         reader = find_reader(path, found_format, display_name)
         tables = tables_of(reader, path, display_name)
         shown = text if reader.name == TEXT else ""
-        found = []
+        found, unclear = [], []
         for table in tables:
             kinds = _kinds(table, reader.name, device, names, joints_of, chain, shown)
+            unclear += [_table_in_words(table)] if all(kind.why_not for kind in kinds) else []
             found += [_even(reader, path, display_name, kind) for kind in kinds] if table.uneven else kinds
     except InputError as error:
         fault = error.faults[0]
-        return LogKind(device, name, found_format or "", why_not=f"{fault.reason}: {fault.mend}")
+        why = _written_otherwise((), text) or f"{fault.reason}: {fault.mend}"
+        return LogKind(device, name, found_format or "", why_not=why)
     understood = [kind for kind in found if not kind.why_not]
     if not understood:
         return found[0]
     apart = [
         replace(kind, name=name if name and len(understood) == 1 else source_name(kind.roles)) for kind in understood
     ]
-    return replace(apart[0], further=tuple(apart[1:]))
+    return replace(apart[0], further=tuple(apart[1:]), not_understood=tuple(unclear))
+
+
+_MOST_COLUMNS = 4
+_OF_ALL_MESSAGES = ("header.", "name[")
+"""Of messages of ROS: when they were sent, and the names that their other columns are called by."""
+
+
+def _table_in_words(table: SniffedTable) -> str:
+    """Return a table by the option that chooses it, with the first of its columns that hold numbers."""
+    headers = [column.header for column in table.columns if column.values]
+    columns = [header for header in headers if header != "time" and not header.startswith(_OF_ALL_MESSAGES)]
+    more = ", …" if len(columns) > _MOST_COLUMNS else ""
+    return f"{next(iter(table.options.values()), '')} ({', '.join(columns[:_MOST_COLUMNS])}{more})"
 
 
 def _even(reader: Reader, path: Path, display_name: str, kind: LogKind) -> LogKind:
@@ -220,6 +237,7 @@ def _kinds(
             why = (
                 f"it has no line of names: write one at its top, {missing_names(table.columns, roles)} (each ? is open)"
             )
+        why = _written_otherwise(headers, text) or why
         return [LogKind(device, "", log_format, headers=headers, columns=tuple(explained([table], roles)), why_not=why)]
     return [
         LogKind(
@@ -236,6 +254,33 @@ def _kinds(
         )
         for part in parts
     ]
+
+
+_STRUCTURES = re.compile(r"\{\s{0,9}(?:E6AXIS|AXIS)?\s{0,9}:?\s{0,9}A1\s{1,9}-?[0-9]")
+_DIRECTIONS = frozenset(("azimuth", "azimut", "zenith", "zenit", "zenithal", "elevation", "hz", "vz"))
+_DISTANCES = frozenset(("distance", "dist", "range", "radius", "d", "distanz", "schragstrecke", "sd"))
+
+
+def _written_otherwise(headers: Sequence[str], text: str) -> str:
+    """Return why readings that are there are not taken, with what to do; "" where none are known to be there.
+
+    Parameters
+    ----------
+    text : as in `_kinds`.
+    """
+    if _STRUCTURES.search(text):
+        return (
+            "angles stand in structures of KRL ({E6AXIS: A1 …, A2 …}): write each into a column of its own, "
+            "A1 to A6, as $AXIS_ACT.A1 and so on in the trace or in CWRITE"
+        )
+    words = {header: set(words_of(header)[0]) for header in headers}
+    polar = [header for header, own in words.items() if own & (_DIRECTIONS | _DISTANCES)]
+    if any(own & _DIRECTIONS for own in words.values()) and any(own & _DISTANCES for own in words.values()):
+        return (
+            f"directions and a distance ({', '.join(polar)}) are not read, as programs count them from different axes: "
+            "have the instrument's program write X, Y, Z"
+        )
+    return ""
 
 
 def source_name(roles: Roles) -> str:

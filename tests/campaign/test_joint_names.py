@@ -9,6 +9,17 @@ from stiffcal.campaign.columns.joint_names import numbered_joints
 LETTERS = ("S", "L", "U", "R", "B", "T")
 SMALL = tuple(letter.lower() for letter in LETTERS)
 
+OF_ROBOTS = ("position.joint_a{}", "position.panda_joint{}", "/joint_states/fr3_joint{}/position")
+
+
+@pytest.mark.parametrize("name", OF_ROBOTS)
+def test_joints_of_messages_by_the_names_of_a_robot(name: str) -> None:
+    """Where the field is that of angles; its speeds and torques have the same names."""
+    joints = tuple(name.format(k) for k in range(1, 8))
+    others = tuple(name.replace("position", other).format(k) for other in ("velocity", "effort") for k in range(1, 8))
+    assert numbered_joints(("header.stamp", *others, *joints)) == joints
+    assert numbered_joints(("header.stamp", *others)) == ()
+
 
 @pytest.mark.parametrize(
     ("names", "joints"),

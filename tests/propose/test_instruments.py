@@ -211,10 +211,11 @@ def rostopic() -> str:
     return ",".join(head) + "\n" + lines_of(rows, ",")
 
 
-def transforms(first: int, by_rows: bool = False) -> str:
+def transforms(first: int, by_rows: bool = False, numbered: bool = False) -> str:
     whole = np.tile(np.eye(4), (N, 1, 1))
     whole[:, :3, :3], whole[:, :3, 3] = R.reshape(N, 3, 3), PLACE
     names = [f"T{row}{column}" for row in range(first, first + 4) for column in range(first, first + 4)]
+    names = [f"M{k}" for k in range(first, first + 16)] if numbered else names
     cells = (whole.transpose(0, 2, 1) if by_rows else whole).reshape(N, 16)
     return ",".join(["t [s]", *names]) + "\n" + lines_of(next_to(TIME, cells), ",")
 
@@ -382,6 +383,17 @@ LOGS: dict[str, tuple[Callable[[], str], str, str, str]] = {
     ),
     "homogeneous transformations": (lambda: transforms(0), "log.csv", "utf-8", POSITION),
     "homogeneous transformations for rows": (lambda: transforms(1, by_rows=True), "log.csv", "utf-8", POSITION),
+    "a vector of six": (
+        lambda: (
+            ",".join(["t", *(f"probe_pose_{k}" for k in range(6))])
+            + "\n"
+            + lines_of(next_to(TIME, PLACE / 1e3, R[:, :3]), ",")
+        ),
+        "log.csv",
+        "utf-8",
+        POSITION,
+    ),
+    "elements numbered to 15": (lambda: transforms(0, True, True), "log.csv", "utf-8", POSITION),
     "a quaternion from 1": (
         lambda: "t,x,y,z,q1,q2,q3,q4,cf1\n" + lines_of(next_to(TIME, PLACE, Q, np.zeros(N)), ","),
         "log.csv",
@@ -487,7 +499,8 @@ def test_what_is_proposed_reads_every_value(tmp_path: Path, instrument: str) -> 
 
 
 def test_orientations_come_along(tmp_path: Path) -> None:
-    for write in (motive, polaris, ndi, lambda: transforms(1), LOGS["a quaternion from 1"][0]):
+    numbered = (lambda: transforms(1, numbered=True), LOGS["elements numbered to 15"][0])
+    for write in (motive, polaris, ndi, lambda: transforms(1), *numbered, LOGS["a quaternion from 1"][0]):
         _, signals = readings(tmp_path, "log.csv", proposed(tmp_path, "log.csv", write()))
         assert np.allclose(signals["quaternion.tool"], Q.T)
 
@@ -597,10 +610,23 @@ def test_no_reading_by_ndi_is_a_gap(tmp_path: Path) -> None:
         ("t,P 1,Tx,Ty,Tz,P 2,Tx,Ty,Tz\n" + "0.1,a,1,2,3,b,1,2,3\n" * 3, '"Tx"'),
         ("t,Stab 1 [µε],Stab 2 [µε]\n" + "0.1,1,2\n" * 3, "--kind ids"),
         ("t,Fx 1,Fy 1,Fz 1,Fx 2,Fy 2,Fz 2\n" + "0.1,1,2,3,1,2,3\n" * 3, "no signal"),
+        ("Time [s];$AXIS_ACT\n" + "0.012;{E6AXIS: A1 1.0, A2 -90.0, A3 95.0}\n" * 3, "$AXIS_ACT.A1"),
+        ("DEFDAT P\n" + "DECL E6AXIS XP1={A1 1.0,A2 -90.0,A3 95.0}\n" * 3, "$AXIS_ACT.A1"),
+        ("Time (s),Azimuth (deg),Zenith (deg),Distance (mm)\n" + "0.1,10,20,1500\n" * 3, "write X, Y, Z"),
     ],
 )
 def test_what_cannot_be_read_is_quoted(tmp_path: Path, text: str, named: str) -> None:
     assert named in proposed(tmp_path, "log.csv", text).why_not
+
+
+@pytest.mark.parametrize("name", ["actual_TCP_pose_{}", "O_T_EE[{}]"])
+def test_what_a_controller_computes_of_its_angles_is_no_place(tmp_path: Path, name: str) -> None:
+    n = 16 if "[" in name else 6
+    names = ["t", *(f"actual_q_{k}" for k in range(6)), *(name.format(k) for k in range(n))]
+    cells = np.tile(np.eye(4).ravel(), (N, 1)) + 0.1 if n == 16 else np.hstack([PLACE / 1e3, PLACE / 1e3])
+    kind = proposed(tmp_path, "log.csv", ",".join(names) + "\n" + lines_of(next_to(TIME, JOINTS / 60.0, cells), ","))
+    assert kind.roles.position is None
+    assert {c.column for c in kind.columns if "controller computes" in c.why} == set(names[7:])
 
 
 def test_units_in_cells_are_named(tmp_path: Path) -> None:

@@ -126,6 +126,14 @@ def test_a_folder_of_such_files_is_a_campaign(tmp_path: Path) -> None:
     assert draft.runs == ("pose1", "pose2", "pose3")
     assert draft.manifest.count('file = "raw/{run}.bag"') == 3
     assert draft.manifest.count("header.stamp") == 3
+    assert draft.remarks == ()
+    for k in range(1, 4):
+        unclear = [(moment, joint_state(moment, ["alpha", "beta"], np.zeros(2))) for moment in MOMENTS]
+        forces = [(moment, wrench(moment, [1.0] * 6)) for moment in MOMENTS]
+        (tmp_path / f"pose{k}.bag").unlink()
+        write_bag(tmp_path / f"pose{k}.bag", {"/arm": unclear, "/ft": forces})
+    (remark,) = draft_from_folder(tmp_path).remarks
+    assert "/arm (position.alpha, position.beta)" in remark
 
 
 def test_a_run_without_one_of_the_tables_is_named(tmp_path: Path) -> None:

@@ -155,6 +155,7 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
         (PLAIN.replace(b"1.5", b"1e999"), {}, "line 2, column Fx: '1e999' is too large"),
         (PLAIN.replace(b"1.5,", b""), {}, "line 2: 2 cells, the header has 3"),
         (PLAIN.replace(b"4\n", b"4,5\n"), {}, "line 3: 4 cells, the header has 3; log again"),
+        (PLAIN + b"Channels,3,\nSamples,2,2\n" + PLAIN, {}, "line 4: a second segment"),
         (PLAIN.replace(b".", b","), {}, "decimal commas need another delimiter"),
         (
             PLAIN.replace(b",", b";").replace(b".", b","),

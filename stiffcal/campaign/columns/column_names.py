@@ -23,7 +23,7 @@ JOINT_STEMS = (
     *("gelenkwinkel", "gelenkposition", "achsposition", "eixo", "junta"),
     *("rax", "robax", "jt"),  # ABB's jointtarget, Kawasaki's axes
     *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
-    *("aiposa", "fieldposition", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
+    *("jointa", "aiposa", "fieldposition", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
     *("軸", "関節", "関節角", "関節角度", "角度", "轴", "关节", "关节角", "关节角度"),
     *("jointpositions", "jointangles", "jointpos", "actualjointpositions", "joints", "axes"),
 )
@@ -339,14 +339,15 @@ def component_of(name: str, written: str | None) -> Component | None:
     return None
 
 
-_ELEMENT = re.compile(r"(.{1,200})\[([0-9])\]")
+_ELEMENT = re.compile(r"(.{1,200})\[([0-9])\]|(.{0,200}pose)_([0-9])")
+_OF_TOOL_CENTRE = frozenset(("tcp", "tool"))  # which a controller computes of its joints' angles
 _WRENCHES = ("wrench", "ft", "forcetorque", "force")
 
 
 def components_of_arrays(names: Iterable[str]) -> dict[str, str]:
     """Return of elements of arrays, numbered from 0 or from 1 (MATLAB), the names with x, y, z that they stand for.
 
-    They are three of one kind, or three forces before three moments.
+    They are three of one kind, three forces before three moments, or of a pose the place before three that turn it.
 
     Examples
     --------
@@ -356,7 +357,7 @@ def components_of_arrays(names: Iterable[str]) -> dict[str, str]:
     elements: dict[str, dict[int, str]] = {}
     for name in names:
         if (match := _ELEMENT.fullmatch(name)) is not None:
-            elements.setdefault(match[1], {})[int(match[2])] = name
+            elements.setdefault(match[1] or match[3], {})[int(match[2] or match[4])] = name
     meant: dict[str, str] = {}
     for stem, numbered in elements.items():
         if sorted(numbered) not in (list(range(len(numbered))), list(range(1, len(numbered) + 1))):
@@ -367,6 +368,8 @@ def components_of_arrays(names: Iterable[str]) -> dict[str, str]:
         elif len(array) == 6 and "".join(re.split(r"[\W_]+", stem.lower())).endswith(_WRENCHES):
             kinds = ("force", "torque")
             meant |= {name: f"{kinds[k // 3]} {XYZ[k % 3]}" for k, name in enumerate(array)}
+        elif len(array) == 6 and words_of(stem)[0][-1:] == ["pose"] and not _OF_TOOL_CENTRE & words_of(stem)[1]:
+            meant |= {name: f"position {axis}" for name, axis in zip(array, XYZ, strict=False)}
     return meant
 
 

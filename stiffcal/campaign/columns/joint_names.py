@@ -15,6 +15,7 @@ _ANGLES = (
 """What may stand before a joint's name or behind its number ("Joint 1 angle")."""
 _WORDS = f"(?:の?(?:{'|'.join(sorted(_ANGLES, key=len, reverse=True))}))+"
 _ALONE, _AT_ITS_BEGIN, _AT_ITS_END = re.compile(_WORDS), re.compile(f"^{_WORDS}"), re.compile(f"{_WORDS}$")
+_OF_ROBOT = re.compile(r"(?:jointstates?)?[a-z][a-z0-9]*joint|(?:[a-z][a-z0-9]*)?joint[a-z]")
 _LONGEST_NAME = 300  # characters; a longer one is taken apart in the square of its length
 
 
@@ -42,7 +43,7 @@ def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
             continue
         bare = _AT_ITS_END.sub("", _AT_ITS_BEGIN.sub("", _joint_name(name)))
         named.setdefault(bare.replace("joint", ""), []).append(name)
-        match = re.fullmatch(r"(\D*)0*(\d+)(\D*)", _joint_name(name))
+        match = re.fullmatch(r"(|.*\D)0*(\d+)(\D*)", _joint_name(name))
         if match is not None:
             groups.setdefault((match[1], match[3]), {})[int(match[2])] = name
     for arm in _NAMED:
@@ -91,7 +92,10 @@ def _rank_of_joints(before: str, behind: str) -> int | None:
         before, behind = behind, ""
     if behind and _ALONE.fullmatch(behind) is None:
         return None
-    for stem in (before, _AT_ITS_BEGIN.sub("", before), _AT_ITS_END.sub("", before)):
+    bare = _AT_ITS_BEGIN.sub("", before)
+    for stem in (before, bare, _AT_ITS_END.sub("", before)):
         if stem in JOINT_STEMS:
             return JOINT_STEMS.index(stem) + len(JOINT_STEMS) * (bool(behind) or stem != before)
-    return None
+    # of messages, whose fields say that they are angles, the joint of a robot by its name: panda_joint1, joint_a1
+    of_robot = _OF_ROBOT.fullmatch(bare)
+    return 2 * len(JOINT_STEMS) if of_robot is not None and (behind or bare != before) else None

@@ -22,6 +22,7 @@ from stiffcal.table_layout.cells import is_gap, number
 from stiffcal.table_layout.sections import GAP_LINE
 from stiffcal.table_layout.text import TextLayout
 
+_OF_A_SEGMENT = ("Channels", "***Start_Special***", "***End_of_Header***")
 CUT_OFF = "log again, or delete the last line in a copy of the file"
 
 
@@ -137,6 +138,10 @@ def _line_fault(
         return InputError.at(
             FaultCode.SYNTAX_INVALID, display_name, place, reason, "correct the line in a copy of the file"
         )
+    if cells and cells[0] in _OF_A_SEGMENT:  # its values look like rows of data
+        reason = "a second segment of LabVIEW begins, with a head of its own"
+        mend = 'log with "Segment Headers: One header only", or put each segment into a file of its own'
+        return InputError.at(FaultCode.SHAPE_MISMATCH, display_name, place, reason, mend)
     if len(cells) != len(layout.columns):
         return _count_fault(cells, line, layout, display_name, place, cut_off, row)
     for name in wanted.names:
