@@ -329,7 +329,7 @@ class LiveModels:
         if judged is not None:
             earlier = EarlierVerdict(diagnosis=judged, of=OF_FILE, same_states=not choice.excluded)
         drawn = None if base.states is None or choice.excluded else base.states.index
-        content, _ = self._content_of(replace(context, trial=tried.trial), earlier, drawn)
+        content, _ = self._content_of(replace(context, trial=tried.trial), earlier, drawn, base)
         present, label = next(model for model in content.models if model.present), f"tried: {choice.label}"
         is_candidate = not choice.removed and not choice.excluded
         effect = ", ".join(choice.added) if is_candidate else ""
@@ -345,7 +345,9 @@ class LiveModels:
         """Return what the page shows of model.toml; made again where the store has changed."""
         known = self._base
         if known is None or known[0] != open_store(self._folder, context).generation:
-            made = self._content_of(context, self._earlier)
+            # other readings may have come: of the page before only the robot is the same
+            alike = None if known is None else replace(known[1][0], runs=[])
+            made = self._content_of(context, self._earlier, None, alike)
             self._base = known = (open_store(self._folder, context).generation, made)
         return known[1]
 
@@ -362,13 +364,12 @@ class LiveModels:
         ]
 
     def _content_of(
-        self, context: RunContext, earlier: EarlierVerdict | None, drawn: Integers | None = None
+        self, context: RunContext, earlier: EarlierVerdict | None, drawn: Integers | None, alike: ViewContent | None
     ) -> tuple[ViewContent, DiagnoseResult | None]:
         """Return what the page shows of the context's model, and the diagnosis of it that is stored."""
         data: Ingested = up_to_date_states(self._folder, context)
         identified, validation = up_to_date_results(data, context)
-        shapes = None if self._base is None else self._base[1][0]
-        content = view_content(data, identified, validation, self._raw, earlier, drawn, shapes)
+        content = view_content(data, identified, validation, self._raw, earlier, drawn, alike)
         return content, current_diagnosis(data, identified)[0]
 
 

@@ -52,7 +52,7 @@ def live_server(folder: Path, context: RunContext, raw: bool = True, watch: bool
     answers: dict[str, Callable[[Document], str]] = {
         "content": lambda asked: pack(models.content(_choice(asked), _page(asked))),
         "prepare": lambda asked: document_text({"forecasts": models.prepare(_page(asked))}),
-        "forecast": lambda asked: _forecast(models, _choice(asked)),
+        "forecast": lambda asked: _forecast(models, _choice(asked), _page(asked)),
         "diagnose": lambda asked: pack(models.diagnose(_choice(asked), _page(asked))),
         "write": lambda asked: _written(models, asked),
         "reload": lambda asked: _reloaded(models, asked),
@@ -107,7 +107,9 @@ def _choice(asked: Document) -> ModelChoice:
     return choice
 
 
-def _forecast(models: LiveModels, choice: ModelChoice) -> str:
+def _forecast(models: LiveModels, choice: ModelChoice, page: str) -> str:
+    """Return a forecast, packed, "" where there is none; what the page asked for before ends, as the refit follows."""
+    models.leave(page)
     model = models.forecast(choice)
     return "" if model is None else pack(model)
 

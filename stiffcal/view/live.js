@@ -45,9 +45,10 @@
   /**
    * Ask for new contents of the page, show what the server is doing meanwhile, and show them.
    * @param {string} name @param {string} words @param {Object<string, any>} [more]
+   * @param {() => Promise<void>} [first] is asked for before, so that the server does not compute two things at once
    * @returns {Promise<boolean>} whether it was answered, and nothing else was asked for meanwhile
    */
-  async function askForContent(name, words, more = {}) {
+  async function askForContent(name, words, more = {}, first = undefined) {
     const mine = ++asked;
     stopAsking.abort();
     stopAsking = new AbortController();
@@ -63,6 +64,8 @@
       S.showTryout();
     }, 400);
     try {
+      await first?.();
+      if (mine !== asked) return false;
       const data = await S.unpacked(await ask(name, more, stopAsking.signal));
       if (mine !== asked) return false;
       S.waitsFor = "";
@@ -87,31 +90,28 @@
   /** What the page waits for while a model is fitted that has no forecast. */
   const NO_FORECAST = "fitting, without a forecast for these readings";
 
-  /** A linear forecast of what is ticked, drawn hollow until the refit is there. @returns {Promise<boolean>} whether there is one */
+  /** A linear forecast of what is ticked, drawn hollow until the refit is there. */
   async function forecast() {
     const mine = asked;
     const text = await ask("forecast").catch(() => "");
-    if (mine !== asked || !S.waitsFor) return true;
-    if (!text) return false;
+    if (mine !== asked) return;
+    if (!text) {
+      if (prepared) askedFor.words = NO_FORECAST;
+      return;
+    }
     const { models } = await S.unpacked(text);
-    if (mine !== asked || !S.waitsFor) return true;
     const model = models[S.part];
-    if (!model) return true;
+    if (mine !== asked || !model) return;
     S.hollow = { model, move: model.residual_heldout[0], turn: S.data.rotation ? model.residual_heldout[1] : null, heldout: true };
     S.frame++;
     S.showTryout();
     S.redraw();
-    return true;
   }
 
   async function fitted() {
     const shown = JSON.stringify(S.parts[0].live);
-    const done = askForContent("content", "fitting");
-    if (!S.wanted.excluded.length)
-      forecast().then((known) => {
-        if (!known && prepared) askedFor.words = NO_FORECAST;
-      });
-    if (!(await done) && S.fault) {
+    const done = await askForContent("content", "fitting", {}, S.wanted.excluded.length ? undefined : forecast);
+    if (!done && S.fault) {
       // what cannot be fitted is not ticked
       const { added, removed } = JSON.parse(shown);
       S.wanted = { ...S.wanted, added, removed, excluded: S.shownExcluded };

@@ -88,18 +88,33 @@
   /** Axes that were chosen and that what is shown has not (where rows are left out): they come back when it has them. */
   let lost = null;
   const axesOf = ({ x, y }) => ({ x, y });
+  const heightOf = (element) => element.getBoundingClientRect().height;
+  /** The panel that most of the window shows; the function that is returned scrolls to where it stands then. @returns {() => void} */
+  function inView() {
+    const sheet = document.getElementById("page"),
+      window = sheet.getBoundingClientRect();
+    if (!sheet.scrollTop) return () => {};
+    const shown = [...document.querySelectorAll("#panels > section")].map((panel) => {
+      const { top, bottom, width } = panel.getBoundingClientRect();
+      return { id: panel.id, top, area: width * (Math.min(bottom, window.bottom) - Math.max(top, window.top)) };
+    });
+    const { id, top } = shown.reduce((most, one) => (one.area > most.area ? one : most), { id: "", top: 0, area: 0 });
+    return () => {
+      const now = document.getElementById(id);
+      if (now) sheet.scrollTop += now.getBoundingClientRect().top - top;
+    };
+  }
   /** Show new data of the same campaign: what was shown stays as a ghost, and points move. @param {any} data */
   S.showContent = function (data) {
     const before = { ...S.state },
       old = S.data,
       earlier = S.ghost,
       shown = S.asGhost();
-    const sheet = document.getElementById("page"),
-      panels = document.getElementById("panels"),
-      { scrollTop } = sheet;
+    const panels = document.getElementById("panels"),
+      anchor = inView();
     const open = [...panels.querySelectorAll("details[open]")].map((entry) => entry.closest("section").id + entry.className);
     // a shorter verdict leaves its room: what stands below stays where it was
-    summary.style.minHeight = `${summary.offsetHeight}px`;
+    summary.style.minHeight = `${heightOf(summary)}px`;
     S.take(data);
     build(before.part);
     const present = S.data.models.find((entry) => entry.present);
@@ -120,8 +135,9 @@
       if (isSame) S.ghost = placed;
       else S.moveFrom(placed);
     }
-    S.redraw();
-    sheet.scrollTop = scrollTop;
+    // drawn before the next picture, those outside the window too: no panel changes its height later
+    S.drawNow();
+    anchor();
   };
   /** A live page has a button for what the verdict of a page by itself names a command for. */
   function showVerdict(data) {

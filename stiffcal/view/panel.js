@@ -3,12 +3,13 @@
     GAP = 12,
     sheet = document.getElementById("page");
   // a panel takes as many rows of the grid as it is high, so that panels of a column close up
-  const heights = new ResizeObserver((entries) => {
-    for (const { target } of entries) {
-      target.style.gridRowEnd = `span ${Math.ceil((target.offsetHeight + GAP) / ROW)}`;
-      leaveRoom(target);
-    }
-  });
+  function fitRows(section) {
+    section.style.gridRowEnd = `span ${Math.ceil((section.offsetHeight + GAP) / ROW)}`;
+    leaveRoom(section);
+  }
+  const heights = new ResizeObserver((entries) => entries.forEach(({ target }) => fitRows(target)));
+  /** Have panels that were put on the page stand where they will, before a picture of the page is made. */
+  S.settlePanels = () => document.querySelectorAll(".panel").forEach(fitRows);
   /** What stands above a panel's picture in the window: of a panel that is there without scrolling also what is above the panel. */
   function leaveRoom(section) {
     const canvas = section.querySelector("canvas.large");

@@ -55,6 +55,18 @@
     }
   }
 
+  /** Draw all panels at once, outside the window too, each as high as it will be. */
+  S.drawNow = function () {
+    S.drawsAll = true;
+    // what is drawn fills the lines above a picture, which leave it the rest of the window
+    for (let round = 0; round < 2; round++) {
+      drawThem();
+      S.settlePanels();
+    }
+    S.drawsAll = false;
+    S.redraw();
+  };
+
   /** Draw the panels in the window before the next picture; the others, and the address, when changes have paused. */
   S.redraw = function () {
     S.pending = true;

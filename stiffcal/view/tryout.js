@@ -225,7 +225,8 @@
   /** Offer what a line has no room for; what is missing is shown in as many lines as it needs. */
   function fit() {
     const last = [...candidates.chips.querySelectorAll(".missing, .undecided")].pop();
-    const lines = last && !candidates.isOpen() ? last.offsetTop + last.offsetHeight - candidates.chips.offsetTop : 0;
+    const { top } = candidates.chips.getBoundingClientRect(),
+      lines = last && !candidates.isOpen() ? last.getBoundingClientRect().bottom - top : 0;
     candidates.chips.style.minHeight = `${Math.min(lines, 0.26 * innerHeight)}px`;
     for (const { chips, more, isOpen } of [candidates, model]) {
       more.hidden = !isOpen() && !more.dataset.always && chips.scrollHeight <= chips.clientHeight + 4;

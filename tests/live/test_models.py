@@ -83,6 +83,13 @@ def test_a_choice_that_comes_back_is_not_fitted_again(models: LiveModels, monkey
     assert again.heldout_rms == first.heldout_rms
 
 
+def test_a_model_that_is_tried_has_no_log_looked_at(models: LiveModels, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = models.content(ModelChoice())
+    monkeypatch.setattr("stiffcal.view.gathering.runs.place_of_row", lambda *given: pytest.fail("looked at"))
+    assert first.runs[0].first_row
+    assert [run.first_row for run in models.content(CHOICES["removed"]).runs] == [run.first_row for run in first.runs]
+
+
 def test_the_ladder_holds_what_was_tried(models: LiveModels) -> None:
     models.content(CHOICES["added"])
     content = models.content(CHOICES["removed"])

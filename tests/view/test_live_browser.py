@@ -20,14 +20,23 @@ pytestmark = pytest.mark.browser
 EFFECT = "joint-compliance j6"
 SCALE = "stiffcal.locked(`y ${stiffcal.state.x} ${stiffcal.state.y}`, [0, 0])"
 TOP_OF_PICTURE = "document.querySelector('#against canvas').offsetTop - document.getElementById('against').offsetTop"
-WATCH_FORECASTS = """(() => {
-  const show = stiffcal.showTryout;
+TOPS = "[...document.querySelectorAll('#panels > section')].map((panel) => panel.getBoundingClientRect().top)"
+WATCH_FORECASTS = (
+    """(() => {
+  const show = stiffcal.showTryout, content = stiffcal.showContent;
   window.forecasts = [];
   stiffcal.showTryout = () => {
     if (stiffcal.hollow) window.forecasts.push(stiffcal.hollow.model.heldout_rms.translation);
     show();
   };
+  stiffcal.showContent = (data) => {
+    content(data);
+    window.tops = """
+    + TOPS
+    + """;
+  };
 })()"""
+)
 
 
 @pytest.fixture
@@ -82,8 +91,13 @@ def test_an_effect_is_ticked_and_the_error_falls(live_page: tuple[Any, Path]) ->
     rungs = shown.evaluate("stiffcal.data.models.length")
     top = shown.evaluate(TOP_OF_PICTURE)
     shown.evaluate(WATCH_FORECASTS)
+    asked: list[str] = []
+    shown.on("request", lambda request: asked.append(request.url.rsplit("/", 1)[-1]))
     shown.locator(f"#candidates input[data-effect='{EFFECT}']").check()
     _waited(shown)
+    # the server computes one thing at a time: first what is drawn first
+    assert [name for name in asked if name in ("forecast", "content")] == ["forecast", "content"]
+    assert shown.evaluate("window.tops") == shown.evaluate(TOPS)  # nothing moves once it is drawn
     refit = shown.evaluate("stiffcal.data.models.find((model) => model.present).heldout_rms.translation")
     forecasts = shown.evaluate("window.forecasts")
     assert forecasts  # it was there before the refit
@@ -151,8 +165,12 @@ def test_states_are_left_out_and_taken_back(live_page: tuple[Any, Path]) -> None
     count, manifest = shown.evaluate(used), (folder / "campaign.toml").read_bytes()
     axes = shown.evaluate("[stiffcal.state.x, stiffcal.state.y]")
     shown.evaluate("stiffcal.select([3, 4, 8])")
-    shown.locator("#leave-out").click()
+    robot = "document.getElementById('robot').getBoundingClientRect().top"
+    shown.evaluate("document.getElementById('robot').scrollIntoView()")
+    looked_at = shown.evaluate(robot)
+    shown.evaluate("document.getElementById('leave-out').click()")  # from where the page is
     _waited(shown)
+    assert shown.evaluate(robot) == pytest.approx(looked_at, abs=1.0)
     assert shown.evaluate(used) == count - 3
     assert (folder / "campaign.toml").read_bytes() == manifest
     shown.locator("#take-back").click()

@@ -77,7 +77,7 @@ def view_content(
     raw: bool,
     earlier: EarlierVerdict | None = None,
     drawn: Integers | None = None,
-    shapes: ViewContent | None = None,
+    alike: ViewContent | None = None,
 ) -> ViewContent:
     """Gather everything that the page shows.
 
@@ -88,7 +88,8 @@ def view_content(
     raw : whether readings and names of logs are shown.
     earlier : a diagnosis to show where the store has none of the present fit.
     drawn : which states are drawn, ascending; None: all, or of many a sample.
-    shapes : another page of the same robot, whose bodies are taken; None: the meshes are read.
+    alike : another page of the same readings and robot: its bodies and what it knows of the logs are taken; None: the
+        meshes and logs are read.
     """
     campaign = data.campaign
     diagnosis, reason = current_diagnosis(data, identified)
@@ -104,7 +105,7 @@ def view_content(
     bodies: list[ViewBody] = []
     meshes_fault = ""
     if len(data.states) and _measure(identified) != "motor_angle":  # else no robot is drawn
-        bodies, meshes_fault = view_bodies(campaign) if shapes is None else (shapes.bodies, shapes.meshes_fault)
+        bodies, meshes_fault = view_bodies(campaign) if alike is None else (alike.bodies, alike.meshes_fault)
     content = ViewContent(
         campaign=campaign.name,
         robot=campaign.robot.name or campaign.chain.name or "robot",
@@ -121,7 +122,9 @@ def view_content(
         one_direction=False,
         measure=_measure(identified),
         direction="direction",
-        runs=view_runs(data, raw, bool(bodies)),
+        runs=view_runs(
+            data, raw, bool(bodies), {} if alike is None else {run.name: run.first_row for run in alike.runs}
+        ),
         states=None,
         variables=[],
         models=[],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,8 +17,14 @@ from stiffcal.store import values_of
 from stiffcal.view.content import ViewRun
 
 
-def view_runs(data: Ingested, raw: bool, with_frames: bool) -> list[ViewRun]:
-    """Return the runs of load states, with their logs where ``raw`` is set, and whole frames for bodies to lie in."""
+def view_runs(data: Ingested, raw: bool, with_frames: bool, known: Mapping[str, str]) -> list[ViewRun]:
+    """Return the runs of load states.
+
+    Parameters
+    ----------
+    data : the campaign. raw : whether with their logs. with_frames : whether with whole frames for bodies to lie in.
+    known : where the first data row of a run's log stands, in words, by the run; of others the log is looked at.
+    """
     states, chain, manifest = data.states, data.campaign.chain, data.campaign.manifest
     described = {run.id: run for run in manifest.runs}
     tables = [name for name, source in manifest.sources.items() if source.is_states]
@@ -41,14 +48,16 @@ def view_runs(data: Ingested, raw: bool, with_frames: bool) -> list[ViewRun]:
                 files=list(dict.fromkeys(files)),
                 source=table,
                 own_file=bool(table) and run is not None and table in run.files,
-                first_row=_first_row(data, table, run) if table else "",
+                first_row=_first_row(data, table, run, info.name, known) if table else "",
             )
         )
     return rows
 
 
-def _first_row(data: Ingested, source: str, run: Run | None) -> str:
+def _first_row(data: Ingested, source: str, run: Run | None, name: str, known: Mapping[str, str]) -> str:
     """Return where the first data row of a source's file stands, in words; "" where the file cannot be looked at."""
+    if name in known:
+        return known[name]
     settings = data.campaign.manifest.sources[source]
     file = data.campaign.manifest.files_of(source, run).get("")
     if file is None or not settings.in_files or not (data.campaign.folder / file).is_file():
