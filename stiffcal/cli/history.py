@@ -11,18 +11,10 @@ from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, Overwrite, StoreAt
-from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import deviation, places
 from stiffcal.errors import one_line
-from stiffcal.validation.schemes import held_out
-
-NOT_YOURS = {"foreign": "not computed by you", "trusted place": "trusted place"}
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stiffcal.model.summary import ModelSummary
-    from stiffcal.results.history_results import HistoryResult, StoredFit
+    from stiffcal.results.history_results import StoredFit
 
 
 def history(
@@ -52,7 +44,7 @@ def history(
         if restore is not None:
             answer.notify(restore_model(folder, context, restore, lambda fit: agrees(answer, fit, yes)))
         result = read_history(folder, context)
-        answer.give(result, show_history, following(folder, store))
+        answer.show(result, following(folder, store))
     return OK
 
 
@@ -67,39 +59,3 @@ def agrees(answer: Answer, fit: StoredFit, yes: bool) -> bool:
     if yes or answer.as_json or not sys.stdin.isatty():
         return yes
     return typer.confirm("write it to model.toml?", default=False, err=True)
-
-
-def show_history(console: Console, result: HistoryResult) -> None:
-    """Draw the ladder of fits."""
-    if not result.fits:
-        console.print("no fit yet")
-        return
-    schemes = {fit.scheme for fit in result.fits if fit.heldout_rms is not None}
-    left_out = held_out(schemes.pop() if len(schemes) == 1 else None)
-    table = plain_table("fit", "time", "model", f"{left_out}, rms>", "fitted, rms>", "noise>")
-    for fit in result.fits:
-        table.add_row(
-            fit.id + ("" if fit.origin in (None, "own") else f" ({NOT_YOURS[fit.origin]})"),
-            fit.time.replace("T", " ")[:16],
-            model_in_words(fit.model),
-            deviation(fit.heldout_rms) if fit.heldout_rms is not None else "not validated",
-            deviation(fit.fit_rms),
-            deviation(fit.noise),
-        )
-    if result.not_fitted_yet is not None:
-        table.add_row("now", "", model_in_words(result.not_fitted_yet), "not fitted yet", "", "")
-    console.print(table)
-
-
-def model_in_words(model: ModelSummary) -> str:
-    """Return a model as one phrase.
-
-    Examples
-    --------
-    >>> from stiffcal.model.summary import EffectInModel, ModelSummary
-    >>> model_in_words(ModelSummary("deformed", [EffectInModel("backlash", joints=[4])]))
-    'backlash (joint 4)'
-    """
-    effects = [f"{effect.type} ({places(effect.where)})" for effect in model.effects]
-    first_order = ", first-order balance" if model.balance == "first-order" else ""
-    return " + ".join(effects) + first_order

@@ -13,7 +13,7 @@ from stiffcal.kinds.clamped.curves import ClampedCurve, clamped_curves
 from stiffcal.kinds.clamped.pictures import branches_picture, curves_picture, low_slope_picture, tangents_picture
 from stiffcal.kinds.clamped.results import ClampedSection, Definition, JointResult
 from stiffcal.kinds.measured import MeasuredRuns
-from stiffcal.kinds.presentation import (
+from stiffcal.presentation.values import (
     Block,
     Column,
     Digits,
