@@ -11,8 +11,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.kinds.presentation import Page
 from stiffcal.measurements.rms import Rms
+from stiffcal.presentation.values import Page
 from stiffcal.quantity import ANGLE, LENGTH, ShownUnit, Units, of_measure
 
 

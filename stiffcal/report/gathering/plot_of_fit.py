@@ -13,8 +13,8 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.profiles import profiled, profiles
 from stiffcal.identification.readings.row_layout import MEASURES
-from stiffcal.kinds.presentation import Page, Picture
 from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.presentation.values import Page, Picture
 from stiffcal.quantity import of_measure
 from stiffcal.results.fit_pictures import (
     correlation_picture,
