@@ -7,8 +7,9 @@ from pathlib import Path
 
 from stiffcal.commands.history import read_history
 from stiffcal.results.command_results import ReportResult
+from stiffcal.stages.fit import up_to_date_fit_at_hand
 from stiffcal.stages.steps import IDENTIFY, RunContext, up_to_date_states
-from stiffcal.stages.validation import up_to_date_results
+from stiffcal.stages.validation import up_to_date_validation
 from stiffcal.trust.output_kinds import REPORT
 from stiffcal.trust.outputs import chosen_output, written
 
@@ -39,7 +40,8 @@ def report_campaign(
     context = context or RunContext()
     file = chosen_output(output, Path(folder) / REPORT_FILE, REPORT, context.overwrite)
     data = up_to_date_states(folder, context)
-    identified, validation = up_to_date_results(data, context)
+    identified, fit = up_to_date_fit_at_hand(data, context)
+    validation = up_to_date_validation(data, identified, context, fit)
 
     from stiffcal.commands.report_requests import with_requests
     from stiffcal.report.building import build_report
@@ -51,7 +53,7 @@ def report_campaign(
     identified = replace(identified, origin=data.store.origin_of(IDENTIFY))
     content = report_content(data, identified, validation, read_history(folder, context))
     content = with_requests(content, data, context)
-    pictures = pictures_of_fit(data, identified, context)
+    pictures = pictures_of_fit(data, identified, context, fit)
     statistics = [PictureOfFit(of, identified.key, CAPTIONS[of], make) for of, make in pictures.items()]
     content = replace(content, statistics=tuple(statistics))
     with written(file, REPORT, context.overwrite) as temporary:

@@ -33,8 +33,10 @@ MOST_PROFILES = 6
 """Parameters that bend their law first, then those closest to a bound."""
 NEAR_BOUND = 3.0
 """Standard uncertainties from a bound within which a parabola reaches beyond what is possible."""
-REACH, STEPS = 3.6, 6
-"""How far a profile goes to each side, in standard uncertainties, and in how many values."""
+REACH, STEPS = 3.6, 3
+"""How far a profile goes to each side, in standard uncertainties, and in how many values it is computed."""
+BETWEEN = 12
+"""Values to each side that are stated, between those that are computed too."""
 
 
 @dataclass(frozen=True)
@@ -117,15 +119,18 @@ def _profile(fit: Fit, column: ParameterColumn, bends: bool, std: float, scale: 
     spec, others = _spec(fit.robot, column), [one for one in fit.columns if one != column]
     estimate = float(amplitudes(fit.robot, [column])[0])
     low, high = amplitude_bounds(spec)
-    sums = {estimate: least}
+    parts = [(np.array([estimate]), np.zeros(1))]
     for end in (max(low, estimate - REACH * std), min(high, estimate + REACH * std)):
-        robot = fit.robot
-        for value in np.linspace(estimate, end, STEPS + 1)[1:].tolist():
+        nodes, sums, robot = np.linspace(estimate, end, STEPS + 1)[1:], [], fit.robot
+        if end == estimate:
+            continue
+        for value in nodes.tolist():
             # the others go on from where they were at the value before
             held = with_estimates(robot, [column], np.array([value]))
-            sums[value], robot = _least(fit, held, others)
-    grid = np.array(sorted(sums))
-    rise = np.maximum(np.array([sums[value] for value in grid.tolist()]) - least, 0.0) / variance
+            found, robot = _least(fit, held, others)
+            sums.append(found)
+        parts.append(_between(estimate, nodes, np.maximum(np.array(sums) - least, 0.0) / variance))
+    grid, rise = (np.concatenate(both) for both in zip(*parts, strict=True))
     values = np.array([spec.value_of(value) if value or not spec.inverse else np.inf for value in grid.tolist()])
     parabola = ((grid - estimate) / std) ** 2
     order = np.argsort(values)
@@ -135,6 +140,23 @@ def _profile(fit: Fit, column: ParameterColumn, bends: bool, std: float, scale: 
         _name(fit.robot, column), spec, bends, values, rise, parabola, level, float(values[middle]),
         _reached(values[middle::-1], rise[middle::-1], level), _reached(values[middle:], rise[middle:], level),
     )  # fmt: skip
+
+
+def _between(estimate: float, nodes: Floats, rise: Floats) -> tuple[Floats, Floats]:
+    """Return `BETWEEN` values from the estimate to the last node, and the rise at each; infinite where there is none.
+
+    The rise over the distance is interpolated: it is straight for every parabola, also for one whose least lies beyond
+    a bound.
+    """
+    values = np.linspace(estimate, nodes[-1], BETWEEN + 1)[1:]
+    away, computed = np.abs(nodes - estimate), np.isfinite(rise)
+    away, slope = away[computed], (rise / away)[computed]
+    if not away.size:
+        return values, np.full(BETWEEN, np.inf)
+    at_estimate = max(2.0 * slope[0] - slope[1], 0.0) if away.size > 1 else 0.0
+    far = np.abs(values - estimate)
+    risen = far * np.interp(far, np.append(0.0, away), np.append(at_estimate, slope))
+    return values, np.where(far <= away[-1] * (1.0 + 1e-9), risen, np.inf)
 
 
 def _least(fit: Fit, robot: CompliantRobot, columns: Sequence[ParameterColumn]) -> tuple[float, CompliantRobot]:

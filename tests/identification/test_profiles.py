@@ -6,18 +6,23 @@ import numpy as np
 import pytest
 
 from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.identification.fitting.load_rows import LoadRows
 from stiffcal.identification.profiles import MOST_PROFILES, profiled, profiles
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.uncertainty import NORMAL_95
 from tests.laboratory.simulated_states import medium_robot, played
 
 
-def test_a_compliance_of_nothing_has_an_interval_that_begins_at_its_bound() -> None:
+def test_a_compliance_of_nothing_has_an_interval_that_begins_at_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = medium_robot()
     (name, *_) = [placed.parameter_name("c") for placed in truth.placed]
     stiff = truth.with_values({name: 1e-12})
     fit = identify_parameters(played(stiff, noise=Sigma(15e-6, 2e-5), seed=3), truth)
+    linearised = []
+    monkeypatch.setattr(LoadRows, "about", lambda *given, about=LoadRows.about: linearised.append(1) or about(*given))
     (found,) = [one for one in profiles(fit) if one.name == name]
+    # the fit itself, and three values to the side that is possible
+    assert len(linearised) == 1 + 3
     assert not found.bends
     assert found.level == pytest.approx(NORMAL_95**2)
     assert found.low is None

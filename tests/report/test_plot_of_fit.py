@@ -11,9 +11,10 @@ import pytest
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.presentation.values import Picture
-from stiffcal.report.gathering.plot_of_fit import picture_of_fit, residuals_in_noises, statistics_page
+from stiffcal.report.gathering import plot_of_fit
+from stiffcal.report.gathering.plot_of_fit import picture_of_fit, pictures_of_fit, residuals_in_noises, statistics_page
 from stiffcal.report.pictures_of_fit import PictureOfFit
-from stiffcal.stages.fit import up_to_date_fit_at_hand
+from stiffcal.stages.fit import fit_now, up_to_date_fit_at_hand
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.simulated_states import medium_robot, played
 
@@ -50,6 +51,15 @@ def test_a_picture_in_the_report_is_known_by_the_key_of_its_fit_and_computed_whe
 
     same = [pickle.dumps(PictureOfFit("normal", key, "", never)) for key in ("a", "a", "b")]
     assert same[0] == same[1] != same[2]
+
+
+def test_a_fit_that_was_made_now_is_not_made_again(campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    context = RunContext()
+    data = up_to_date_states(campaign, context)
+    identified = up_to_date_fit_at_hand(data, context)[0]
+    fit = fit_now(data, identified.loss, context)
+    monkeypatch.setattr(plot_of_fit, "fit_now", None)
+    assert pictures_of_fit(data, identified, context, fit)["normal"]().panels[0].series
 
 
 def test_the_statistics_of_a_fit_are_a_page_of_pictures(campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -110,20 +110,21 @@ def _of_fit(of: str, fit: Fit) -> Picture:
 
 
 def pictures_of_fit(
-    data: Ingested, identified: IdentifyResult, context: RunContext
+    data: Ingested, identified: IdentifyResult, context: RunContext, at_hand: Fit | None = None
 ) -> dict[str, Callable[[], Picture]]:
     """Return what makes each picture of the present fit that has something to show; the fit is made once, if at all.
 
     Parameters
     ----------
     data : the campaign with its states. identified : the stored fit of them. context : store, progress and so on.
+    at_hand : the fit itself where it was made now.
     """
     if len(data.states) == 0 or not identified.free_parameters:
         return {}
 
     @cache
     def fit() -> Fit:
-        made = fit_now(data, identified.loss, context)
+        made = at_hand or fit_now(data, identified.loss, context)
         assert made is not None, "a campaign with load states has a fit"
         return made
 
