@@ -45,6 +45,8 @@ LEAST_DONE = 0.03
 _LOPSIDED = 0.1
 """Share of an interval's width by which its halves may differ and still be printed as one ±."""
 _NARROW_SPACE = "\u202f"
+_PREFIXES = {"m": 1e3, "µ": 1e6}
+"""Of units that are a part of the SI unit: of these its billionth has a name."""
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -170,10 +172,13 @@ def in_unit(value: float | None, unit: ShownUnit, digits: int = 3) -> str:
     --------
     >>> in_unit(3.08e-5, LENGTH.usual), in_unit(2e-13, ANGLE.usual), in_unit(None, LENGTH.usual)
     ('0.0308 mm', 'below 1 nrad', '–')
+    >>> from stiffcal.quantity import quantity_of
+    >>> in_unit(2e-6 / 3600.0, quantity_of("m/s or m/K", "time").usual)  # 1 nm/s is no nanometre an hour
+    '2.00 µm/h'
     """
     if value is None or not math.isfinite(value):
         return DASH
-    if unit.factor > 1.0 and unit.name[:1] in "mµ" and 0.0 < abs(value) < 1e-9:
+    if unit.factor == _PREFIXES.get(unit.name[:1]) and 0.0 < abs(value) < 1e-9:
         return f"below 1 n{unit.name[1:]}"
     return significant(value * unit.factor, digits) + unit.mark
 

@@ -10,7 +10,7 @@ from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.estimation.identifiability import check_identifiability
 from stiffcal.estimation.unknowns import Unknowns
 from stiffcal.planning.criterion import Criterion, inverse, losses_after
-from stiffcal.planning.design import VAGUE, Design, best_design, compressed, information, loss_of, start_of, sum_of
+from stiffcal.planning.design import Design, best_design, compressed, start_of, sum_of
 from stiffcal.planning.goals import Goal
 from stiffcal.planning.repeats import Repeats
 
@@ -166,20 +166,6 @@ def further_runs(factors: Floats, chosen: Integers, count: int, known: Floats | 
         further.append(int(np.argmin(losses_after(factors, inverse(matrix), Criterion.WORST, rows))))
         matrix = matrix + factors[further[-1]].T @ factors[further[-1]]
     return np.array(further, dtype=np.int64)
-
-
-def efficiency_of(factors: Floats, chosen: Integers, criterion: Criterion, other: Design) -> float:
-    """Return the ratio of variances of a design to those of some other choice of candidates: above 1 it is better.
-
-    Parameters
-    ----------
-    factors : (N, r, p) of the candidates.
-    chosen : indices of the other choice.
-    criterion : what is compared.
-    other : the design.
-    """
-    matrix = np.sum(information(factors[chosen]), axis=0) + np.eye(factors.shape[2]) / VAGUE**2
-    return float((loss_of(np.linalg.inv(matrix), criterion) / other.loss) ** 2)
 
 
 def short_order(joints: Floats) -> Integers:

@@ -178,10 +178,6 @@ def _observable(view: RodObservability) -> tuple[str, ...]:
     )
 
 
-def _two_digits(value: float) -> str:
-    return f"{value:.0f}" if value >= 10.0 else significant(value, 2)
-
-
 def _unmeasured(view: RodObservability) -> tuple[str, ...]:
     sentences = []
     if "torsion" in view.blind:

@@ -1,8 +1,8 @@
 """Pictures of a report kept by their content: one whose content has been drawn before is not drawn again.
 
-The key is the SHA-256 of what draws a picture (the function and all its arguments) and of the code that may change how
-it looks. Pictures lie in the user's state folder, which nobody else can write to, and not in the campaign: a folder
-from somebody else cannot bring pictures with it.
+The key is the SHA-256 of what draws a picture (the function and all its arguments) and of the code: units, curves and
+poses that are drawn come from all over the package. Pictures lie in the user's state folder, which nobody else can
+write to, and not in the campaign: a folder from somebody else cannot bring pictures with it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from stiffcal import kinds, wording
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular, replacing
 from stiffcal.report.fonts import is_in_own_letters
@@ -26,6 +25,7 @@ from stiffcal.trust.record import RECORD, open_record
 from stiffcal.trust.state import fault_of_owner, make_private
 
 FOLDER = "pictures"
+PACKAGE = Path(__file__).parents[1]
 MOST_KEPT = 2000
 """About 20 kB each."""
 _MOST_BYTES = 64 << 20
@@ -89,9 +89,8 @@ class KeptPictures:
 
 @lru_cache(maxsize=1)
 def _code() -> bytes:
-    """Return what the looks of a picture rest on: matplotlib, this folder, words and numbers."""
+    """Return what the looks of a picture rest on: matplotlib and this package."""
     digest = hashlib.sha256(version("matplotlib").encode())
-    folders = [Path(__file__).parent, *map(Path, kinds.__path__)]
-    for file in sorted([Path(str(wording.__file__)), *(file for folder in folders for file in folder.rglob("*.py"))]):
+    for file in sorted(PACKAGE.rglob("*.py")):
         digest.update(file.read_bytes())
     return digest.digest()

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.identification.profiles import Profile
+from stiffcal.identification.profiles import REACH, Profile
 from stiffcal.presentation.values import Band, Line, Marks, Panel, Picture, Series, Span
 from stiffcal.quantity import quantity_of
-from stiffcal.wording import estimate
+from stiffcal.wording import estimate, significant
 
 MOST_POINTS = 300
 """Points of a sample that are drawn: those at both ends all, between them evenly spread ones."""
@@ -183,7 +183,7 @@ def _profile_panel(profile: Profile, stated: tuple[float, float] | None) -> Pane
     low, high = (None if end is None else factor * end for end in (profile.low, profile.high))
     span = Span(x[0] if low is None else low, x[-1] if high is None else high, label="95 % interval by the profile")
     series.insert(0, span)
-    title = f"{profile.name}\nby the profile: {estimate(factor * profile.estimate, [low, high])} {unit}".rstrip()
+    title = f"{profile.name}\nby the profile: {_by_the_profile(profile, factor)} {unit}".rstrip()
     if stated is not None:
         ends = [factor * end if math.isfinite(end) else None for end in stated]
         title += f"\nstated, by the parabola: {estimate(factor * profile.estimate, ends)} {unit}".rstrip()
@@ -191,6 +191,22 @@ def _profile_panel(profile: Profile, stated: tuple[float, float] | None) -> Pane
         title, f"value [{unit}]" if unit else "value", "rise [variances of the noise]", tuple(series),
         x_limits=(float(x[0]), float(x[-1])), y_limits=(0.0, 3.0 * profile.level), x_ticks=5,
     )  # fmt: skip
+
+
+def _by_the_profile(profile: Profile, factor: float) -> str:
+    """Return the estimate with its interval; an end that lies beyond what was computed is no open end."""
+    low, high = (None if end is None else factor * end for end in (profile.low, profile.high))
+    # a profile that ends nearer than its reach ends at a bound
+    beyond = [
+        end is None and profile.parabola[k] > 0.99 * REACH**2 for k, end in ((0, profile.low), (-1, profile.high))
+    ]
+    if not any(beyond):
+        return estimate(factor * profile.estimate, [low, high])
+    ends = [
+        f"beyond {significant(factor * profile.values[k])}" if out else "its limit" if end is None else significant(end)
+        for k, end, out in zip((0, -1), (low, high), beyond, strict=True)
+    ]
+    return f"{significant(factor * profile.estimate)} ({' … '.join(ends)})"
 
 
 def in_standard_uncertainties(steps: Floats, covariance: Floats) -> Floats:

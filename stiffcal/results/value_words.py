@@ -50,13 +50,17 @@ def value_text(estimate: Estimate, unit: ShownUnit) -> str:
     '2.00 ± 0.10'
     >>> value_text(Estimate(value=0.002, interval=None, is_fixed=True), unit)
     '2.00 (fixed)'
+    >>> value_text(Estimate(value=0.0, interval=None, is_fixed=True).reciprocal(), unit)
+    'rigid (fixed)'
     >>> value_text(Estimate(value=None, interval=None, is_identifiable=False), unit)
     'not identifiable'
     """
     if not estimate.is_identifiable:
         return "not identifiable"
     if estimate.is_fixed:
-        return f"{wording.estimate(estimate.value, None, unit.factor)} (fixed)"
+        # what is fixed has a value: the stiffness of a compliance of zero has none
+        value = "rigid" if estimate.value is None else wording.estimate(estimate.value, None, unit.factor)
+        return f"{value} (fixed)"
     text = wording.estimate(estimate.value, estimate.interval, unit.factor)
     return "not identified" if text == DASH else text
 

@@ -221,25 +221,6 @@ def squared_distances(residual: Floats, data: Observations) -> Floats:
     return np.asarray(np.sum(np.where(rows, residual, 0.0) ** 2, axis=0))
 
 
-def standard_errors_of_fall(before: Floats, after: Floats, poses: Integers) -> float:
-    """Return by how many standard errors over poses squared errors (n,) fall; 0 of a single pose.
-
-    The standard error of a total by ratio to the number of rows (Cochran, Sampling Techniques, 1977, section 6.4).
-
-    Parameters
-    ----------
-    before, after : (n,) of two models. poses : (n,) number of each row's pose.
-    """
-    falls, rows = np.bincount(poses, weights=before - after), np.bincount(poses)
-    if len(falls) < 2:
-        return 0.0
-    away = falls - rows * (falls.sum() / rows.sum())
-    error = float(np.sqrt(float(np.sum(away**2)) * len(falls) / (len(falls) - 1)))
-    if error == 0.0:
-        return np.inf if falls.sum() > 0.0 else 0.0
-    return float(falls.sum()) / error
-
-
 def _lengths(residual: Floats, data: Observations, target: int) -> Floats:
     """Return the distances of one target in the rows in which it was measured in all three components, m."""
     rows = np.flatnonzero((data.kind == TRANSLATION) & (data.body == target))

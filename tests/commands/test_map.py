@@ -18,6 +18,7 @@ from stiffcal.compensation.workspace import longest_reach
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.report.figures.workspace import _title
 from stiffcal.stages.fitted_robot import fitted_robot
 from stiffcal.stages.steps import RunContext
 from tests.commands.test_predict import poses_file
@@ -88,14 +89,18 @@ def test_reach_and_limits(campaign: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("request_", "panels"),
-    [(MapRequest("0,0,-200", stiffness="0,1,1", points=4), 3), (MapRequest(mass=20.0, slices=2, points=4), 2)],
+    ("request_", "panels", "load"),
+    [
+        (MapRequest("0,0,-1962", stiffness="0,1,1", points=4), 3, "(0, 0, −1962) N"),
+        (MapRequest(mass=20.0, slices=2, points=4), 2, "(0, 0, −196."),
+    ],
 )
-def test_pictures_of_a_plane_and_of_a_volume(campaign: Path, request_: MapRequest, panels: int) -> None:
+def test_pictures_of_a_plane_and_of_a_volume(campaign: Path, request_: MapRequest, panels: int, load: str) -> None:
     picture = campaign / "map.svg"
     result = map_campaign(campaign, request_, picture=picture)
     assert picture.stat().st_size > 5000
     assert len(result.levels) == request_.slices
+    assert load in _title(result)
     # a label under each colour bar
     assert picture.read_text().count("<image") >= panels
 

@@ -9,8 +9,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PACKAGE, DOCS = ROOT / "stiffcal", ROOT / "docs"
-SHOWING = ("cli", "kinds", "report", "results", "workflow")
-"""The rooms that write headings."""
 HEADED = {
     "TableColumn",
     "Column",
@@ -36,8 +34,10 @@ def not_called() -> dict[str, str]:
 
 def headings() -> Iterator[tuple[str, str]]:
     """Yield place and text of each heading and column."""
-    for file in sorted(file for room in SHOWING for file in (PACKAGE / room).rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    may_head = re.compile(rf"\b(?:{'|'.join(sorted(HEADED))})\(|_TITLE")
+    for file in sorted(PACKAGE.rglob("*.py")):
+        source = file.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(source)) if may_head.search(source) else ():
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in HEADED:
                 texts = node.args if node.func.id == "plain_table" else node.args[:1]
             elif isinstance(node, ast.Assign) and any(

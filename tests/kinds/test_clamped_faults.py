@@ -69,11 +69,11 @@ def swept(clip: float, step: float = 0.0, noise: float = 0.3) -> tuple[ClampedRe
 
 def test_a_sensor_at_its_limit_for_a_few_readings_is_named() -> None:
     chain, _ = driven(POSE, 3)
-    readings, angle = swept(clip=380.0)
+    readings, angle = swept(clip=380.4)
     found = find_saturation(readings, angle, 400.0 * angle / 1e-3, chain)
     assert found is not None
-    assert found.limit == 380.0
-    assert "Fx stays at its limit of 380 N" in found.sentence
+    assert found.limit == 380.4
+    assert "Fx stays at its limit of 380.4 N" in found.sentence
 
 
 @pytest.mark.parametrize(("step", "noise"), [(0.0, 0.3), (1.0, 0.3), (5.0, 0.0), (25.0, 0.0)])

@@ -18,6 +18,7 @@ import pytest
 from stiffcal.compensation.predict_result import LoadPath
 from stiffcal.errors import no_progress
 from stiffcal.measurements.rms import Rms
+from stiffcal.report import kept_pictures
 from stiffcal.report.content import ResidualCovariate
 from stiffcal.report.drawing import draw_pictures
 from stiffcal.report.figures import canvas
@@ -262,3 +263,18 @@ def test_a_picture_whose_content_was_drawn_before_is_not_drawn_again(
         kept.write_bytes(kept.read_bytes()[:-8])
     draw_pictures([("", partial(_counted, "c"), tmp_path / "other.svg")], no_progress)
     assert DRAWN[-2:] == ["c", "c"]
+
+
+@pytest.mark.parametrize("module", ["quantity.py", "results/fit_pictures.py"])
+def test_a_picture_by_other_code_is_another_one(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The units are of the one, what a picture of the fit holds of the other; neither is in `report`."""
+    monkeypatch.setenv("STIFFCAL_STATE", str(tmp_path / "state"))
+    monkeypatch.setattr(kept_pictures, "PACKAGE", tmp_path)
+    (tmp_path / module).parent.mkdir(exist_ok=True)
+    keys = []
+    for text in ("one", "two"):
+        (tmp_path / module).write_text(text, encoding="utf-8")
+        kept_pictures._code.cache_clear()
+        keys.append(kept_pictures.KeptPictures().key(partial(_counted, "a")))
+    kept_pictures._code.cache_clear()
+    assert keys[0] != keys[1]

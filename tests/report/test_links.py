@@ -38,7 +38,7 @@ def picture_of(with_model: bool = True) -> LinkPicture:
     bent = BentLink(x1, moved, START, END, runs[0].lengths[6], 900.0, "pose2")
     said = ("torsion is not known: rods along the fibre are blind to it",)
     return LinkPicture(
-        "swing", ("ids1", "ids2", "ids3"), np.array([0.8, 0.8, 0.4]), ((0, 1),), runs, (0, 1, 2), bent, said
+        "swing", ("ids1", "ids2", "ids3"), np.array([0.8, 0.8, 1.2344]), ((0, 1),), runs, (0, 1, 2), bent, said
     )
 
 
@@ -123,6 +123,8 @@ def test_no_picture_leaves_a_panel_without_units(name: str) -> None:
     for axes in figure.axes:
         if axes.axison:
             assert "[" in axes.get_ylabel()
+    if name == "draw_rods":
+        assert "ids3, 1234 mm" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def test_coupling_errors_stand_in_a_table_of_their_own() -> None:

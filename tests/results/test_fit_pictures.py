@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stiffcal.identification.profiles import REACH, Profile
+from stiffcal.model.parameters import ParameterSpec
 from stiffcal.presentation.values import Band, Marks
 from stiffcal.results.fit_pictures import (
     MOST_PARAMETERS,
@@ -12,6 +14,7 @@ from stiffcal.results.fit_pictures import (
     history_picture,
     influence_picture,
     normal_picture,
+    profile_picture,
 )
 
 
@@ -64,3 +67,33 @@ def test_a_history_without_validation_says_so() -> None:
     none = np.full(2, np.nan)
     assert history_picture(["1", "2"], none, none, "error [mm]").panels[0].empty
     assert not history_picture(["1", "2"], np.array([np.nan, 0.1]), none, "error [mm]").panels[0].empty
+
+
+@pytest.mark.parametrize(
+    ("reach", "low", "high", "interval"),
+    [
+        (REACH, 1.0, 3.0, "2.0 ± 1.0"),
+        (REACH, 1.0, None, "2.00 (1.00 … beyond 5.60)"),
+        (REACH, None, None, "2.00 (beyond −1.60 … beyond 5.60)"),
+        (1.0, 1.5, None, "2.00 (above 1.50)"),
+    ],
+)
+def test_an_end_beyond_what_was_computed_is_no_open_end(
+    reach: float, low: float | None, high: float | None, interval: str
+) -> None:
+    """A profile that ends at a bound, nearer than its reach, has an end that is open."""
+    away = np.linspace(-reach, reach, 5)
+    profile = Profile(
+        "a.j1.x",
+        ParameterSpec("x", "1", "", -9.0, 9.0, 1.0, ""),
+        True,
+        2.0 + away,
+        0.2 * away**2,
+        away**2,
+        3.84,
+        2.0,
+        low,
+        high,
+    )
+    (panel,) = profile_picture([profile], {}).panels
+    assert panel.title == f"a.j1.x\nby the profile: {interval}"

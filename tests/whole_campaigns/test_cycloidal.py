@@ -71,8 +71,8 @@ def test_compliance_and_friction(reported: dict[str, dict[str, Any]], name: str)
 def test_the_torque_that_saturates_is_named(reported: dict[str, dict[str, Any]]) -> None:
     limits = [run["saturated"] for name in PUBLISHED for run in reported[name]["clamped"]["runs"] if run["saturated"]]
     assert len(limits) == 1
-    assert "stays at its limit of 25.3" in limits[0]
-    assert any("run ramp" in words and "25.3" in words for words in reported["base"]["warnings"])
+    assert "stays at its limit of 25.2" in limits[0]
+    assert any("run ramp" in words and "25.2" in words for words in reported["base"]["warnings"])
 
 
 def test_base_with_friction_in_the_torque_is_as_published(reported: dict[str, dict[str, Any]]) -> None:

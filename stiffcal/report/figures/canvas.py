@@ -36,7 +36,6 @@ ARROW = "#a33b00"
 COLOURS = ("#00457a", "#D55E00", "#57b8a5", "#7a3e8e", "#E69F00", "#0072B2", "#CC79A7", "#8fa6b8")
 BRANCH_COLOURS = {"loading": COLOURS[0], "unloading": COLOURS[1], "": "#4d4d4d"}
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">", "p", "h")
-HATCHES = ("////", "", "....", "xxxx", "\\\\\\\\", "oo")
 PAGE_WIDTH_MM = 170.0
 AXES_NAMES = ("x", "y", "z")
 

@@ -34,7 +34,7 @@ def draw_rods(picture: LinkPicture) -> Figure:
     for panel, number in zip(panels, picture.large_runs, strict=False):
         run = picture.runs[number]
         for rod, name in enumerate(picture.rods):
-            label = f"{name}, {wording.length(picture.rod_lengths[rod])}"
+            label = f"{name}, {wording.length(picture.rod_lengths[rod], digits=4)}"
             colour = canvas.COLOURS[rod % len(canvas.COLOURS)]
             _marks(
                 panel, run, unit.factor * run.lengths[:, rod], colour, canvas.MARKERS[rod % len(canvas.MARKERS)], label

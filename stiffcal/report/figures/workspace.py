@@ -60,7 +60,7 @@ def _title(result: MapResult) -> str:
     load = "no load"
     if wrench.any():
         force, moment = (
-            ", ".join(wording.significant(value) for value in components) for components in (wrench[:3], wrench[3:])
+            ", ".join(wording.significant(value, 4) for value in components) for components in (wrench[:3], wrench[3:])
         )
         load = f"load ({force}) N" + (f", ({moment}) N·m" if wrench[3:].any() else "")
     kept = "orientation as in the pose drawn"

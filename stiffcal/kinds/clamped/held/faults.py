@@ -105,7 +105,7 @@ def why_no_sweep(angle: Floats, torque: Floats, saturation: Saturation | None) -
     angle, torque : (n,) of the moved joint, rad, N·m. saturation : the limit that the torque ran into, or None.
     """
     if saturation is not None:
-        limit = f"{significant(saturation.limit)} {saturation.unit}"
+        limit = f"{significant(saturation.limit, 4)} {saturation.unit}"
         return f"{saturation.what} stays at its limit of {limit}, and no complete sweep remains"
     together = float(np.corrcoef(angle, torque)[0, 1]) if varies(angle) and varies(torque) else 0.0
     if together < -FOLLOWS:

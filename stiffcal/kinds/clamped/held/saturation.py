@@ -43,9 +43,9 @@ class Saturation:
         """What was measured, in words."""
         share = 100.0 * float(self.beyond.mean())
         return (
-            f"{self.what} stays at its limit of {significant(self.limit)} {self.unit} in "
+            f"{self.what} stays at its limit of {significant(self.limit, 4)} {self.unit} in "
             f"{share:.0f} % of the readings: these "
-            f"are excluded, and the joint is not identified beyond {significant(self.torque)} N·m"
+            f"are excluded, and the joint is not identified beyond {significant(self.torque, 4)} N·m"
         )
 
 

@@ -179,7 +179,7 @@ def _set_aside(stretches: list[_Stretch], quality: RunQuality | None) -> list[Se
         return [IN_USE] * len(stretches)
     cut_off = SetAside(
         SetAsideCode.CUT_OFF,
-        f"{saturation.what} is at its limit of {significant(saturation.limit)} {saturation.unit}",
+        f"{saturation.what} is at its limit of {significant(saturation.limit, 4)} {saturation.unit}",
     )
     return [cut_off if saturation.beyond[piece.start : piece.end].any() else IN_USE for piece in stretches]
 
