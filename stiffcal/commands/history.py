@@ -46,17 +46,15 @@ def read_history(folder: Path, context: RunContext | None = None) -> HistoryResu
 
 
 def diagnosis_of_fit(folder: Path, context: RunContext, fit_id: str) -> DiagnoseResult | None:
-    """Return the stored diagnosis where it is of that fit, else None.
-
-    Raises
-    ------
-    InputError : the folder holds no campaign.
-    """
-    from stiffcal.diagnosis.results import DiagnoseResult
+    """Return the stored diagnosis where it is of that fit, else None."""
     from stiffcal.stages.steps import DIAGNOSE
 
-    campaign = load_campaign(Path(folder), check_files=False)
-    diagnosis = stored_result(open_store(campaign.folder, context), DIAGNOSE, DiagnoseResult)
+    store = open_store(Path(folder), context)
+    if DIAGNOSE not in store.documents:
+        return None
+    from stiffcal.diagnosis.results import DiagnoseResult
+
+    diagnosis = stored_result(store, DIAGNOSE, DiagnoseResult)
     return diagnosis if diagnosis is not None and diagnosis.fit_id == fit_id else None
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stiffcal.presentation.values import Band, Marks
+from stiffcal.presentation.pictures import Band, Marks
 from stiffcal.results.fit_pictures import (
     MOST_PARAMETERS,
     correlation_picture,
