@@ -216,6 +216,32 @@ def is_known(name: str, quantity: str) -> bool:
     return _canonical(name, table) in table
 
 
+def si_unit(name: str) -> str:
+    """Return the SI unit of what a unit measures; "" of a name that is no unit of any quantity.
+
+    Examples
+    --------
+    >>> si_unit("deg"), si_unit("kNm"), si_unit("degF"), si_unit("m/A")
+    ('rad', 'N*m', 'K', '')
+    """
+    return next((next(iter(table)) for table in _TABLES.values() if _canonical(name, table) in table), "")
+
+
+def factor_between(name: str, other: str) -> float | None:
+    """Return the factor from one unit to another of the same quantity; None where they have none in common.
+
+    Examples
+    --------
+    >>> factor_between("m", "mm"), factor_between("s", "min"), factor_between("m", "N")
+    (1000.0, 0.016666666666666666, None)
+    """
+    for table in _TABLES.values():
+        first, second = _canonical(name, table), _canonical(other, table)
+        if first in table and second in table:
+            return table[first] / table[second]
+    return None
+
+
 def _table(quantity: str) -> dict[str, float]:
     if quantity not in _TABLES:
         raise UnknownUnitError(f'"{quantity}" is not a known quantity', "use one of " + ", ".join(_TABLES))

@@ -32,6 +32,8 @@ class ShownUnit:
     """From SI to it."""
     least: float = 0.0
     """SI: the largest number of a column from which on the unit is taken."""
+    zero: float = 0.0
+    """SI: where the unit is 0."""
 
     @property
     def mark(self) -> str:
@@ -108,6 +110,7 @@ FORCE: Final = Quantity("N", (ShownUnit("N"),))
 MOMENT: Final = Quantity("N·m", (ShownUnit("N·m"),))
 DELAY: Final = Quantity("s", (ShownUnit("ms", 1e3),))
 """Offsets of clocks, delays of filters."""
+TEMPERATURE: Final = Quantity("K", (ShownUnit("°C", zero=273.15),))
 SHARE: Final = Quantity("1", (ShownUnit("%", 1e2),))
 RATE: Final = Quantity("1", (ShownUnit("ppm", 1e6),))
 """How much a clock gains."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -12,11 +12,6 @@ from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import AsJson, Joints, Links, Pairs
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stiffcal.results.command_results import EditResult
 
 Model = Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.")]
 EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Name of the effect, see `stiffcal effects`.")]
@@ -71,14 +66,5 @@ def edit(
 
         values = start_values(start)
         result = edit_model(folder, action, effect, where=where, everywhere=everywhere, curved=curved, start=values)
-        answer.give(result, show_edit, following(folder, None))
+        answer.show(result, following(folder, None))
     return OK
-
-
-def show_edit(console: Console, result: EditResult) -> None:
-    """Write what changed and what the model holds now."""
-    from stiffcal.results.model_words import model_words
-
-    for line in result.changes:
-        console.print(line, soft_wrap=True)
-    console.print(f"model now: {model_words(result.model)}, not fitted yet", soft_wrap=True)

@@ -45,6 +45,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)
         # pyarrow's own allocator keeps what the tables of a store took, of three thousand runs 50 MB
         os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
+        # pydantic looks through all installed packages for plugins: of no use here, a twentieth of a short command
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     given = list(sys.argv[1:] if arguments is None else arguments)
     if arguments is None and not _has(given, "--debug"):
         quiet_libraries()

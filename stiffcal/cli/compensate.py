@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
-from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import angle, deviation, length, share
 from stiffcal.escapes.shell import command_line
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stiffcal.compensation.compensate_result import CompensateResult
-
 
 # Options of the path, its forces, and the goal.
 PathFile = Annotated[
@@ -143,49 +135,5 @@ def compensate(
         request = CompensateRequest(path, forces, target, start, not position_only, sag, normal, judge)
         result = compensate_campaign(folder, request, context, output=output, picture=picture)
         then = NextLine(command_line("export", folder, "-o", "model.json", store=store))
-        answer.give(result, show_compensation, then)
+        answer.show(result, then)
     return OK
-
-
-_WANTED = {
-    "path": "wanted: the poses of the path, in base axes",
-    "nominal robot": (
-        "wanted: where robot.toml's rigid robot has {target} at the path's joint angles, in base axes; for angles that "
-        "were taught on the robot itself: --no-sag"
-    ),
-    "unloaded robot": (
-        "wanted: where the robot itself has {target} at the path's joint angles without the load, its sag and geometry "
-        "errors included; to correct those too: --sag"
-    ),
-}
-"""Which poses the errors count from."""
-
-
-def show_compensation(console: Console, result: CompensateResult) -> None:
-    """Draw the error along the path before and after, and the largest corrections."""
-    console.print(f"{len(result.rows)} poses of {result.target}; values from {result.values_from}")
-    console.print(_WANTED[result.wanted].format(target=result.target))
-    table = plain_table("", "rms error>", "largest>")
-    before, after = (
-        max(sum(x * x for x in error[:3].tolist()) ** 0.5 for error in errors)
-        for errors in ([row.error_before for row in result.rows], [row.error_after for row in result.rows])
-    )
-    table.add_row("without compensation", deviation(result.rms_before), length(before))
-    table.add_row("with compensation, predicted by the model itself", deviation(result.rms_after), length(after))
-    judged = result.judged
-    if judged is not None:
-        table.add_row(f"without compensation, predicted by {judged.by}", deviation(judged.rms_before), "")
-        table.add_row(f"with compensation, predicted by {judged.by}", deviation(judged.rms_after), "")
-    console.print(table)
-    if result.residual_95 is not None:
-        console.print(f"uncertainty of the correction: up to {length(result.residual_95)} (95 %)")
-    if judged is not None and judged.gone is not None:
-        console.print(f"{share(judged.gone)} of the deflection is compensated, predicted by {judged.by}")
-    corrections = list(zip(result.largest_correction.tolist(), result.joint_units, strict=True))
-    turns = [correction for correction, unit in corrections if unit == "deg"]
-    moves = [correction for correction, unit in corrections if unit == "mm"]
-    largest = [*([angle(max(turns))] if turns else []), *([length(max(moves))] if moves else [])]
-    console.print("largest joint correction " + " and ".join(largest))
-    for file in (result.file, result.picture):
-        if file is not None:
-            console.print(f"wrote {file}", soft_wrap=True)

@@ -12,8 +12,7 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.ladder_bars import bar
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, StoreAt
-from stiffcal.cli.registration import show_registration
-from stiffcal.cli.suspects import show_suspects
+from stiffcal.cli.pages import draw_blocks
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, short_places, significant
@@ -21,6 +20,7 @@ from stiffcal.escapes.shell import command_line
 from stiffcal.quantity import JOINT_ANGLE, quantity_of
 from stiffcal.results.next_step import Step
 from stiffcal.results.value_words import value_in_model
+from stiffcal.show import parts
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
 from stiffcal.wording import count, explained_in_words, listing, probability_in_words, variable
 
@@ -120,8 +120,8 @@ def show_diagnosis(
     show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
     _show_with_all_missing(console, result)
     console.show_warnings(result.warnings)
-    show_registration(console, result.registration)
-    show_suspects(console, result.suspects, result.suspects_not_checked)
+    draw_blocks(console, parts.registration(result.registration))
+    draw_blocks(console, parts.suspects(result.suspects, result.suspects_not_checked))
     if result.with_suspects is not None:
         effect_names = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
         unexplained = "; part of the error is unexplained" if result.with_suspects.unexplained else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -11,11 +11,6 @@ from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import after_export
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Overwrite, StoreAt
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stiffcal.results.command_results import ExportResult
 
 
 def export(
@@ -122,10 +117,5 @@ def export(
         options = ControllerOptions(cycle_ms, filter_hz, tool, zeroed_at, sensor, target, tuple(leave_out or ()))
         rows = row_options(convention, strict=strict)
         result = export_campaign(folder, context, output, raw_text=raw_text, loop=options, rows=rows)
-        answer.give(result, show_export, after_export(folder, store))
+        answer.show(result, after_export(folder, store))
     return OK
-
-
-def show_export(console: Console, result: ExportResult) -> None:
-    """Name the file and what is in it."""
-    console.print(f"wrote {result.file}: {result.holds}", soft_wrap=True)

@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import following
+from stiffcal.cli.next_step import line_of
 from stiffcal.cli.options import HERE, AsJson, Folder, Overwrite, StoreAt
 from stiffcal.errors import one_line
 
@@ -36,6 +36,7 @@ def history(
     """
     with answering(as_json) as answer:
         from stiffcal.commands.history import read_history, restore_model
+        from stiffcal.commands.standing import standing_of
         from stiffcal.stages.steps import RunContext
 
         context = RunContext(
@@ -44,7 +45,7 @@ def history(
         if restore is not None:
             answer.notify(restore_model(folder, context, restore, lambda fit: agrees(answer, fit, yes)))
         result = read_history(folder, context)
-        answer.show(result, following(folder, store))
+        answer.show(result, line_of(folder, standing_of(folder, context, result), store))
     return OK
 
 

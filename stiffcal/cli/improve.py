@@ -17,12 +17,12 @@ from stiffcal.cli.improve_dialog import ImproveDialog
 from stiffcal.cli.ladder_bars import WIDEST_LADDER, LiveLadder, drawn_measure, ladder_lines, rungs_of, step_words
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Overwrite, StoreAt
-from stiffcal.cli.registration import show_registration
-from stiffcal.cli.suspects import show_suspects
+from stiffcal.cli.pages import draw_blocks
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import deviation, places
 from stiffcal.escapes.shell import command_line
 from stiffcal.results.next_step import Step
+from stiffcal.show import parts
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import listing, variable
 
@@ -146,7 +146,7 @@ def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
         show_verdict(console, "pass", gain)
     show_verdict(console, diagnosis_level(result.adequate, bool(result.missing)), result.summary)
     console.show_warnings(result.warnings)
-    show_registration(console, result.registration)
+    draw_blocks(console, parts.registration(result.registration))
     scheme, width = result.steps[0].scheme, min(console.width, WIDEST_LADDER)
     for line in ladder_lines(rungs_of(result.steps, result.noise), scheme, width):
         console.print(line, no_wrap=True, overflow="ignore", crop=False)
@@ -161,7 +161,7 @@ def show_ladder(console: AnswerConsole, result: ImproveResult) -> None:
             else ("changes of the parameters if the missing effects are added")
         )
         show_moved(console, result.before_after, title)
-    show_suspects(console, result.suspects, result.suspects_not_checked)
+    draw_blocks(console, parts.suspects(result.suspects, result.suspects_not_checked))
     for dependence in result.structure:
         text = f"the remaining error depends on {variable(dependence.follows)}: {dependence.seen}"
         console.print(f"  {text}", soft_wrap=True)

@@ -14,16 +14,9 @@ from stiffcal.cli.options import AsJson, Overwrite
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.propose.templates import template_kinds
-from stiffcal.wording import count, listing
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from stiffcal.propose.lines import Question
-    from stiffcal.results.command_results import InitResult
-
-MOST_GUESSES = 10
-MOST_FILES = 10
 
 
 def init(
@@ -93,7 +86,7 @@ def init(
             overwrite=overwrite,
         )
         once = "they are written" if result.to_write else ""
-        answer.give(result, show_init, NextLine(command_line("check", folder), once))
+        answer.show(result, NextLine(command_line("check", folder), once))
     return OK
 
 
@@ -108,24 +101,3 @@ def _ask(question: Question) -> str:
         except InputError as error:
             typer.echo(f"{error.faults[0].reason}; {error.faults[0].mend}", err=True)
     return answer
-
-
-def show_init(console: Console, result: InitResult) -> None:
-    """Name the files that were written, the lines that were guessed, and those that are left to be written."""
-    for file in result.files[:MOST_FILES]:
-        console.print(f"wrote {file}", soft_wrap=True)
-    if len(result.files) > MOST_FILES:
-        console.print(f"wrote {len(result.files) - MOST_FILES} more files")
-    if result.runs:
-        console.print(f"{count(len(result.runs), 'run')}: {listing(result.runs)}", soft_wrap=True)
-    guessed = result.guessed
-    if guessed:
-        console.print("guessed, please check these lines (`# ?`):")
-        for line in guessed[:MOST_GUESSES]:
-            console.print(f"  {line}", soft_wrap=True)
-        if len(guessed) > MOST_GUESSES:
-            console.print(f"  and {len(guessed) - MOST_GUESSES} more lines with `# ?` (all in --json)")
-    if result.to_write:
-        console.print("to be written, as no log states it:")
-        for line in result.to_write:
-            console.print(f"  {line}", soft_wrap=True, markup=False)

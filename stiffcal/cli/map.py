@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
-from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import significant
 from stiffcal.escapes.shell import command_line
-from stiffcal.quantity import ANGLE, LENGTH, LINEAR_STIFFNESS
-from stiffcal.wording import in_unit
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stiffcal.compensation.map_result import MapResult
 
 
 def map(  # noqa: A001  (the command's name)
@@ -85,34 +75,5 @@ def map(  # noqa: A001  (the command's name)
         request = MapRequest(load, mass, stiffness, plane, at, slices, points, pose, target)
         result = map_campaign(folder, request, context, picture=output or folder / "map.svg", table=table)
         line = command_line("compensate", folder, "--path", "path.csv", store=store)
-        answer.give(result, show_map, NextLine(line, once="a path with its forces is in path.csv"))
+        answer.show(result, NextLine(line, once="a path with its forces is in path.csv"))
     return OK
-
-
-def show_map(console: Console, result: MapResult) -> None:
-    """Name how much was reached, the ranges of what was mapped, and where the worst point is."""
-    levels = ", ".join(significant(level) for level in result.levels)
-    console.print(
-        f"{result.target} in the {result.plane} plane at {levels} m: {result.reached} of {len(result.points)} points "
-        f"reached, {result.beyond_limits} only beyond joint limits; values from {result.values_from}"
-    )
-    rows = (
-        ("position error", result.position_error, LENGTH),
-        ("orientation error", result.orientation_error, ANGLE),
-        ("stiffness", result.stiffness, LINEAR_STIFFNESS),
-    )
-    table = plain_table("", "smallest>", "largest>")
-    for name, ends, quantity in rows:
-        if ends is not None and ends[1] > 0.0:
-            table.add_row(name, *(in_unit(end, quantity.unit_for(ends)) for end in ends))
-    console.print(table)
-    worst = result.worst
-    if worst is not None:
-        place = ", ".join(f"{LENGTH.usual.factor * value:.0f}" for value in worst.position)
-        angles = [] if worst.joints is None else [round(math.degrees(turn), 1) + 0.0 for turn in worst.joints]
-        joints = f", joints ({', '.join(f'{value:.1f}' for value in angles)})°" if angles else ""
-        name = "largest position error" if any(result.wrench) else "softest point"
-        console.print(f"{name} at ({place}) {LENGTH.usual.name} in base axes{joints}", soft_wrap=True)
-    for file in (result.file, result.picture):
-        if file is not None:
-            console.print(f"wrote {file}", soft_wrap=True)

@@ -68,6 +68,8 @@ def after_check(folder: Path, result: CheckResult, store: str | None) -> NextLin
         from stiffcal.commands.standing import has_effects
 
         return NextLine(command_line("run", folder, store=store), once="" if has_effects(folder) else NO_EFFECT)
+    from stiffcal.show.answers.check import lacks_load
+
     if not lacks_load(result):
         return NextLine(command_line("check", folder, store=store), once="that is done")
     from stiffcal.stages.plans.plannable import plannable_words
@@ -76,15 +78,6 @@ def after_check(folder: Path, result: CheckResult, store: str | None) -> NextLin
     force = max((run.largest_force_N or 0.0 for run in result.runs), default=0.0)
     words = plannable_words(folder, force, RunContext(store=store))
     return NextLine(command_line("run" if words is None else "plan", folder, *(words or ()), store=store))
-
-
-def lacks_load(result: CheckResult) -> bool:
-    """Return whether nothing is missing but loads that identify some joints."""
-    from stiffcal.reduction.loads.excitation import NOT_KNOWN
-
-    spreads = [joint.expected_relative_std for joint in result.joints or []]
-    lacking = [spread for spread in spreads if spread is None or spread > NOT_KNOWN]
-    return bool(lacking) and len(result.missing) == len(lacking)
 
 
 def after_export(folder: Path, store: str | None) -> NextLine:

@@ -39,6 +39,8 @@ def draw_blocks(console: AnswerConsole, blocks: Iterable[Block]) -> None:
         match block:
             case Sentence(level="pass" | "warn" | "fail" as level):
                 show_verdict(console, level, text_of(block.words))
+            case Sentence(level="question") if not console.is_terminal:
+                continue
             case Sentence():
                 console.print(text_of(block.words), soft_wrap=True)
             case Subheading():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -10,11 +10,6 @@ from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stiffcal.results.command_results import PlotResult
 
 
 def plot(
@@ -58,10 +53,5 @@ def plot(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
         )
         result = plot_campaign(folder, context, output=output, run=run, against=against, of=of)
-        answer.give(result, show_plot, following(folder, store))
+        answer.show(result, following(folder, store))
     return OK
-
-
-def show_plot(console: Console, result: PlotResult) -> None:
-    """Name the picture."""
-    console.print(f"drew {result.drawn}: {result.file}", soft_wrap=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -11,11 +11,6 @@ from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 from stiffcal.results.next_step import Step
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stiffcal.results.command_results import ReportResult
 
 
 def report(
@@ -41,10 +36,5 @@ def report(
             store=store, update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite
         )
         result = report_campaign(folder, context, output=output, is_short=short)
-        answer.give(result, show_report, following(folder, store, Step.REPORT))
+        answer.show(result, following(folder, store, Step.REPORT))
     return OK
-
-
-def show_report(console: Console, result: ReportResult) -> None:
-    """Name the PDF."""
-    console.print(f"report: {result.file}", soft_wrap=True)

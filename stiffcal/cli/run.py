@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.diagnose import effect_words
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.identify import show_fitted
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, Overwrite, StoreAt
-from stiffcal.cli.validate import show_elasticity, whole_error
+from stiffcal.cli.pages import draw_blocks
 from stiffcal.cli.verdict import diagnosis_level, show_verdict
 from stiffcal.cli.wording import deviation, length, share
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
 from stiffcal.results.next_step import Step
+from stiffcal.show.answers.identify import add_fitted
+from stiffcal.show.answers.validate import elasticity_sentences, whole_error
+from stiffcal.show.builder import PageBuilder
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
 from stiffcal.wording import listing
 
@@ -67,7 +69,10 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
     for line in validation.failed:
         show_verdict(console, "fail", f"thresholds NOT met: {line}")
     console.show_warnings(result.check.warnings)
-    show_fitted(console, result.identify, is_part=True, unclaimed=not_claimed(validation.elasticity))
+    console.show_warnings(result.identify.warnings)
+    made = PageBuilder("Fit")
+    add_fitted(made, result.identify, is_part=True, unclaimed=not_claimed(validation.elasticity))
+    draw_blocks(console, made.page().blocks)
     relative = dict(validation.relative.items())
     error_share, of = relative["translation"], whole_error(validation)
     if error_share is None:
@@ -82,7 +87,7 @@ def show_run(console: AnswerConsole, result: RunResult, page: str) -> None:
         console.print(line, soft_wrap=True)
     if validation.distance is not None:
         console.print(f"mean distance: {_mean_distances(validation.distance)}", soft_wrap=True)
-    show_elasticity(console, validation.elasticity)
+    draw_blocks(console, elasticity_sentences(validation.elasticity))
     console.show_warnings(validation.warnings)
     console.print(f"report: {result.report}", soft_wrap=True)
     console.print(f"in a browser: {result.view} (written by {page})", soft_wrap=True)

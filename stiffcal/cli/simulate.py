@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -11,11 +11,6 @@ from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.next_step import to_begin
 from stiffcal.cli.options import AsJson, Overwrite
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stiffcal.results.command_results import SimulateResult
 
 
 def simulate(
@@ -47,10 +42,5 @@ def simulate(
         from stiffcal.commands.simulate import simulate_campaign
 
         result = simulate_campaign(source, out, seed=seed, progress=answer.progress, overwrite=overwrite)
-        answer.give(result, show_simulation, to_begin(out))
+        answer.show(result, to_begin(out))
     return OK
-
-
-def show_simulation(console: Console, result: SimulateResult) -> None:
-    """Name the folder and what is in it."""
-    console.print(f"wrote {len(result.files)} files to {result.folder}", soft_wrap=True)

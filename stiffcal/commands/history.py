@@ -52,11 +52,14 @@ def diagnosis_of_fit(folder: Path, context: RunContext, fit_id: str) -> Diagnose
     ------
     InputError : the folder holds no campaign.
     """
-    from stiffcal.diagnosis.answers.results import DiagnoseResult
     from stiffcal.stages.steps import DIAGNOSE
 
-    campaign = load_campaign(Path(folder), check_files=False)
-    diagnosis = stored_result(open_store(campaign.folder, context), DIAGNOSE, DiagnoseResult)
+    store = open_store(Path(folder), context)
+    if DIAGNOSE not in store.documents:
+        return None
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
+
+    diagnosis = stored_result(store, DIAGNOSE, DiagnoseResult)
     return diagnosis if diagnosis is not None and diagnosis.fit_id == fit_id else None
 
 

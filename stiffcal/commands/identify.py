@@ -79,7 +79,8 @@ def identify_campaign(
         return result
     from stiffcal.stages.diagnoses.current import shifted_by_missing
 
-    return replace(result, shifted=tuple(sorted(shifted_by_missing(data, result))))
+    shifted = shifted_by_missing(data, result)
+    return replace(result, shifted=None if shifted is None else sorted(shifted))
 
 
 def is_loss(loss: str) -> TypeGuard[Loss]:

@@ -8,27 +8,27 @@ from typing import TYPE_CHECKING
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.model.model_file import MODEL_FILE, load_model
 from stiffcal.commands.history import diagnosis_of_fit, read_history
-from stiffcal.ingest.parts import INGEST
-from stiffcal.ingest.sources import manifest_data_files
 from stiffcal.results.next_step import Standing
 from stiffcal.stages.steps import RunContext, open_store
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.answers.results import DiagnoseResult
+    from stiffcal.results.history_results import HistoryResult
 
 
-def standing_of(folder: Path, context: RunContext) -> Standing:
+def standing_of(folder: Path, context: RunContext, history: HistoryResult | None = None) -> Standing:
     """Return what is known of a campaign; nothing is computed.
 
     Parameters
     ----------
     folder : the campaign folder; its logs may be missing. context : with its store.
+    history : of the campaign, where it is read already.
 
     Raises
     ------
     InputError : the folder holds no campaign.
     """
-    history = read_history(folder, context)
+    history = history or read_history(folder, context)
     logs_missing = not history.fits and not logs_complete(folder)
     if not history.fits or history.not_fitted_yet is not None:
         return Standing(
@@ -51,6 +51,8 @@ def standing_of(folder: Path, context: RunContext) -> Standing:
 
 def is_read(folder: Path, context: RunContext) -> bool:
     """Return whether logs have been read and accepted into the store before."""
+    from stiffcal.ingest.parts import INGEST
+
     return INGEST in open_store(Path(folder), context).documents
 
 
@@ -73,6 +75,8 @@ def logs_complete(folder: Path) -> bool:
     ------
     InputError : the folder holds no campaign.
     """
+    from stiffcal.ingest.sources import manifest_data_files
+
     campaign = load_campaign(folder, check_files=False)
     return all((campaign.folder / file).exists() for file in manifest_data_files(campaign))
 

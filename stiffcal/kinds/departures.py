@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.presentation.values import Digits, Line, Words
+from stiffcal.presentation.pictures import Line
+from stiffcal.presentation.words import Digits, Words
 from stiffcal.wording import significant
 
 # Readings of a stretch; their mean is judged.

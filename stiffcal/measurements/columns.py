@@ -1,16 +1,19 @@
 """Table columns from numpy arrays and words, and back.
 
 Why not ``pyarrow.array``: it imports pandas to see whether it was given a frame, a fifth of a second on every start.
+pyarrow itself is imported where a table is touched: answers that read documents alone do without it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 Values = NDArray[Any] | Sequence[str]
 Columns = Mapping[str, Values]
@@ -28,6 +31,8 @@ def column_of(values: Values) -> pa.Array:
     >>> column_of(np.array([1.5, 2.0])).type, column_of(["a", "µ"]).type
     (DataType(double), DataType(string))
     """
+    import pyarrow as pa
+
     array = np.asarray(values)
     if array.ndim != 1:
         raise ValueError(f"a column has one dimension, not {array.ndim}")
@@ -53,6 +58,8 @@ def table_of(columns: Columns) -> pa.Table:
     >>> table_of({"run": ["a", "b"], "Fx": np.array([1.0, 2.0])}).num_rows
     2
     """
+    import pyarrow as pa
+
     arrays = [column_of(values) for values in columns.values()]
     if len({len(array) for array in arrays}) > 1:
         raise ValueError(f"columns of unequal length: { ({name: len(values) for name, values in columns.items()}) }")
@@ -60,6 +67,8 @@ def table_of(columns: Columns) -> pa.Table:
 
 
 def _of_buffer(kind: pa.DataType, array: NDArray[Any]) -> pa.Array:
+    import pyarrow as pa
+
     return pa.Array.from_buffers(kind, len(array), [None, pa.py_buffer(array)])
 
 
@@ -73,6 +82,8 @@ def values_of(column: pa.Array | pa.ChunkedArray) -> NDArray[Any]:
     >>> values_of(column_of(np.array([1.5, 2.0])))
     array([1.5, 2. ])
     """
+    import pyarrow as pa
+
     chunks = column.chunks if isinstance(column, pa.ChunkedArray) else [column]
     pieces = [_values_of_chunk(chunk) for chunk in chunks]
     if not pieces:
@@ -81,6 +92,8 @@ def values_of(column: pa.Array | pa.ChunkedArray) -> NDArray[Any]:
 
 
 def _values_of_chunk(chunk: pa.Array) -> NDArray[Any]:
+    import pyarrow as pa
+
     start, end = chunk.offset, chunk.offset + len(chunk)
     if pa.types.is_string(chunk.type) or pa.types.is_large_string(chunk.type):
         return np.array([word.as_py() for word in chunk], dtype=np.str_)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from stiffcal.estimate import Estimate
-from stiffcal.presentation.values import Column, Digits, Joints, Names, Table, Words
+from stiffcal.presentation.values import Column, Table
+from stiffcal.presentation.words import Digits, Joints, Names, Words
 from stiffcal.quantity import ShownUnit, Units, quantity_of
 from stiffcal.wording import estimate, listing, place, significant
 

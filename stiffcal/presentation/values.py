@@ -6,43 +6,16 @@ Terminal, PDF, browser and notebook draw these without knowing what they are of.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from stiffcal.arrays import Floats, Integers
-from stiffcal.estimate import Estimate
+from stiffcal.presentation.words import Words
 
-# ---- words ----------------------------------------------------------------------------------------------------------
+if TYPE_CHECKING:
+    from stiffcal.presentation.pictures import Picture
 
-
-@dataclass(frozen=True)
-class Digits:
-    """A number in a text; what is not known is drawn as a dash."""
-
-    value: float | None
-    significant: int = 3
-
-
-@dataclass(frozen=True)
-class Names:
-    """Names listed in a text."""
-
-    names: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Joints:
-    """Joints listed in a text, from 1."""
-
-    joints: tuple[int, ...]
-
-
-Words: TypeAlias = tuple[str | Digits | Estimate | Names | Joints, ...]
-"""A text, piece by piece; nothing stands between the pieces. An estimate with a quantity is written with its unit; in a
-table it has that of the column."""
-
-
-Level: TypeAlias = Literal["note", "warning", "pass", "warn", "fail"]
-"""Of a sentence: a note, a warning, or a verdict, which says how what was asked stands."""
+Level: TypeAlias = Literal["note", "warning", "question", "pass", "warn", "fail"]
+"""Of a sentence: a note, a warning, a question, which stands where somebody reads it now, or a verdict, which says how
+what was asked stands."""
 
 
 @dataclass(frozen=True)
@@ -86,131 +59,6 @@ class Table:
     caption: str = ""
 
 
-# ---- pictures -------------------------------------------------------------------------------------------------------
-
-Colour: TypeAlias = int | Literal["model", "quiet"]
-"""A colour of the palette by its number, the model's, or that of what is not important."""
-
-
-@dataclass(frozen=True)
-class Marks:
-    """Points of a picture."""
-
-    x: Floats
-    """(n,)"""
-    y: Floats
-    """(n,)"""
-    marker: str
-    """"^", "v", "o", "x", or "0", "1", … for the n-th of the palette."""
-    colour: Colour
-    size: float = 3.0
-    """Points of print."""
-    edge: float = 0.7
-    """Points of print."""
-    is_hollow: bool = True
-    opacity: float = 1.0
-    label: str = ""
-    """In the legend; "" where it stands in none."""
-    layer: float = 3.0
-    """Higher ones cover lower ones."""
-    spread: Floats | None = None
-    """(n,) half the height of a bar through the point; None: no bar."""
-    note: str = ""
-    """Written above the last point, upright."""
-    run: str = ""
-    """The run that all points are of; "" of several."""
-    sweep: Literal["", "up", "down", "both"] = ""
-    """Of a clamped run's points whose y is the torque on the moved joint: the half sweeps that they are of, by the
-    direction of the angle; "" where they stand for the whole run."""
-    rows: Integers | None = None
-    """(n,) rows of the kind's table of fitted readings; None where a point is not one of them."""
-
-
-@dataclass(frozen=True)
-class Line:
-    """A curve of a picture."""
-
-    x: Floats
-    """(n,)"""
-    y: Floats
-    """(n,)"""
-    width: float = 1.1
-    """Points of print."""
-    is_dashed: bool = False
-    colour: Colour = "model"
-    label: str = ""
-    layer: float = 4.0
-
-
-@dataclass(frozen=True)
-class Band:
-    """What lies between two curves of a picture."""
-
-    x: Floats
-    """(n,)"""
-    low: Floats
-    """(n,)"""
-    high: Floats
-    """(n,)"""
-    label: str = ""
-    layer: float = 1.0
-
-
-@dataclass(frozen=True)
-class Span:
-    """A stretch of the x axis over the whole height."""
-
-    low: float
-    high: float
-    label: str = ""
-    layer: float = 0.0
-
-
-Series: TypeAlias = Marks | Line | Band | Span
-
-
-@dataclass(frozen=True)
-class Panel:
-    """A pair of axes with what is drawn in it."""
-
-    title: str
-    x_label: str
-    y_label: str
-    series: tuple[Series, ...]
-    x_limits: tuple[float, float] | None = None
-    """None: what the series need."""
-    y_limits: tuple[float, float] | None = None
-    """None: what the series need."""
-    head_room: float | None = None
-    """The y axis begins at zero or below and has this share left above the series; None: it does not."""
-    x_names: tuple[str, ...] = ()
-    """Written at 0, 1, … of the x axis instead of numbers."""
-    y_names: tuple[str, ...] = ()
-    """Likewise of the y axis."""
-    x_ticks: int | None = None
-    """So many numbers at the x axis at most."""
-    has_zero_lines: bool = False
-    has_own_legend: bool = False
-    """Its labels stand in the panel, not above all panels."""
-    empty: str = ""
-    """Where there is nothing to draw: why."""
-    joint: str = ""
-    """The joint that it shows alone; pages in a browser show one joint at a time."""
-
-
-@dataclass(frozen=True)
-class Picture:
-    """Panels side by side, row by row."""
-
-    panels: tuple[Panel, ...]
-    columns: int
-    height: float
-    """mm, of the whole."""
-    caption: Words = ()
-    widths: tuple[float, ...] = ()
-    """Of the columns, relative to each other; empty: equal."""
-
-
 # ---- the whole ------------------------------------------------------------------------------------------------------
 
 
@@ -228,7 +76,7 @@ class Listing:
     sentences: tuple[Sentence, ...]
 
 
-Block: TypeAlias = Sentence | Table | Picture | Subheading | Listing
+Block: TypeAlias = "Sentence | Table | Picture | Subheading | Listing"
 
 
 @dataclass(frozen=True)

@@ -121,14 +121,11 @@ class FittedModel(CampaignAnswer):
         fit = self.result
         count = f"{fit.n_states} load states" if fit.has_states else f"{fit.n_readings} readings"
         lines = [f"{self.title}: {count} in {fit.n_runs} runs"]
-        lines += [f"  {line}" for line in parameter_lines(fit.parameters, fit.shifted)]
+        lines += [f"  {line}" for line in parameter_lines(fit.parameters, fit.shifted or ())]
         noise = "not known" if fit.noise is None else measure_text(fit.noise)
         lines.append(f"fit {measure_text(fit.rms)} rms, noise {noise}")
         lines += [fit.expected_error] if fit.expected_error else []
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        return self._html("\n".join(self.summary().splitlines()[:1]), self.parameters)
 
     def __repr__(self) -> str:
         return self.summary()
@@ -195,9 +192,6 @@ class ModelValidation(CampaignAnswer):
         """Return the error in held-out poses, runs or regions, in a line."""
         noise = "not known" if self.result.noise is None else measure_text(self.result.noise)
         return f"error in {held_out(self.result.scheme)} {measure_text(self.result.rms)} rms, noise {noise}"
-
-    def _repr_html_(self) -> str:
-        return self._html(self.summary(), self.by("run"))
 
     def __repr__(self) -> str:
         return self.summary()
@@ -369,9 +363,6 @@ class LoadPrediction(CampaignAnswer):
         largest = max((float(np.linalg.norm(state.deflection[:3])) for state in self.result.states), default=0.0)
         return f"{len(self.result.states)} loads, values from {self.result.values_from}: up to {length(largest)}"
 
-    def _repr_html_(self) -> str:
-        return self._html(self.summary(), self.deflection)
-
     def __repr__(self) -> str:
         return self.summary()
 
@@ -461,9 +452,6 @@ class MeasurementPlan(CampaignAnswer):
             for one in self.result.parameters
         ]
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        return self._html("\n".join(self.summary().splitlines()[:1]), self.runs, self.parameters)
 
     def __repr__(self) -> str:
         return self.summary()

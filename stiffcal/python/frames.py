@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,20 +12,12 @@ from stiffcal.documents import Number
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
+from stiffcal.quantities import factor_between, si_unit
 from stiffcal.wording import place_label
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
-
-UNITS = {
-    "m": ("mm", 1e3),
-    "rad": ("deg", 180.0 / math.pi),
-    "N": ("kN", 1e-3),
-    "Nm": ("kNm", 1e-3),
-    "s": ("min", 1 / 60),
-}
-"""A column's unit, and another one in which it may be asked for, with the factor."""
 
 
 def frame_of_table(table: pa.Table) -> pd.DataFrame:
@@ -106,14 +97,13 @@ def column_values(frame: pd.DataFrame, name: str) -> tuple[np.ndarray[Any, np.dt
     >>> column_values(angles, "A1_deg"), column_values(angles, "A1")[1]
     ((array([  0., 180.]), 'A1 [deg]'), 'A1 [rad]')
     """
-    for column in (name, *(f"{name}_{unit}" for unit in UNITS)):
-        if column in frame.columns:
+    stem, _, asked = name.rpartition("_")
+    for column in map(str, frame.columns):
+        own, _, unit = column.rpartition("_")
+        if column == name or (own == name and si_unit(unit)):
             return frame[column].to_numpy(), _label(column)
-    for unit, (shown_unit, factor) in UNITS.items():
-        if (
-            name.endswith(f"_{shown_unit}")
-            and (column := f"{name.removesuffix(f'_{shown_unit}')}_{unit}") in frame.columns
-        ):
+        factor = factor_between(unit, asked) if own == stem else None
+        if factor is not None:
             return frame[column].to_numpy() * factor, _label(name)
     known_names = ", ".join(map(str, frame.columns))
     raise InputError.at(
@@ -122,6 +112,6 @@ def column_values(frame: pd.DataFrame, name: str) -> tuple[np.ndarray[Any, np.dt
 
 
 def _label(column: str) -> str:
-    units = "|".join([*UNITS, *(unit for unit, _ in UNITS.values())])
-    match = re.fullmatch(rf"(.+)_({units})", column)
-    return column if match is None else f"{match[1]} [{match[2].replace('Nm', 'N·m')}]"
+    """Return a column's name with its unit in brackets."""
+    name, _, unit = column.rpartition("_")
+    return f"{name} [{unit.replace('Nm', 'N·m')}]" if name and si_unit(unit) else column

@@ -8,8 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import assert_never
 
+from stiffcal.presentation.pictures import Picture
 from stiffcal.presentation.texts import printed_columns, printed_rows, text_of
-from stiffcal.presentation.values import Block, Listing, Page, Picture, Sentence, Subheading, Table
+from stiffcal.presentation.values import Block, Listing, Page, Sentence, Subheading, Table
 
 
 def html_of(page: Page, warnings: Iterable[str] = ()) -> str:

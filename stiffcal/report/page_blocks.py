@@ -6,6 +6,7 @@ from functools import partial
 from typing import assert_never
 
 from stiffcal.presentation import values
+from stiffcal.presentation.pictures import Picture
 from stiffcal.presentation.texts import printed_columns, printed_rows, text_of
 from stiffcal.report.blocks import (
     Block,
@@ -39,7 +40,7 @@ def block_of(block: values.Block) -> Block:
             return SubheadingBlock(block.text)
         case values.Table():
             return table_of(block, block.caption)
-        case values.Picture():
+        case Picture():
             return PictureBlock(partial(draw_panels, block), text_of(block.caption))
         case _:
             assert_never(block)

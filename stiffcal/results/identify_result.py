@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
 from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
-from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf, ManyKeys, Number, OrAbsent, Origin
+from stiffcal.documents import NOT_PROMISED, CommandResult, KeyIf, ManyKeys, Number, OrAbsent, Origin
 from stiffcal.identification.answers.agreement_results import Agreement
 from stiffcal.identification.answers.fit_results import (
     CorrelatedParameters,
@@ -40,8 +40,10 @@ class IdentifyResult(CommandResult):
     """What was fitted."""
     parameters: list[IdentifiedParameter]
     """In the model's order."""
-    shifted: Annotated[tuple[str, ...], NOT_IN_DOCUMENT] = ()
-    """Names of values that adding what the model lacks moves beyond their intervals, by the diagnosis of this fit."""
+    shifted: OrAbsent[list[str]] = None
+    """Names of values that adding what the model lacks moves beyond their 95 % intervals: they are not to be used;
+    absent where this fit is not diagnosed.
+    """
     n_states: int
     """Load states that were used."""
     n_runs: int

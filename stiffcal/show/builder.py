@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
-from stiffcal.presentation.values import Block, Column, Level, Page, Picture, Sentence, Subheading, Table
+from stiffcal.presentation.values import Block, Column, Level, Page, Sentence, Subheading, Table
+
+if TYPE_CHECKING:
+    from stiffcal.presentation.pictures import Picture
 
 
 def number(title: str) -> Column:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import cast
-
-import pyarrow as pa
+from typing import TYPE_CHECKING, cast
 
 from stiffcal.documents import Document, Origin
 from stiffcal.errors import InputError
@@ -22,6 +20,9 @@ from stiffcal.store.snapshot import Snapshot
 from stiffcal.store.store_place import Documents, Stored, StorePlace
 from stiffcal.store.writing import Writing, begin_writing
 from stiffcal.trust.notices import notice
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 
 class Store(StorePlace):

@@ -12,9 +12,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-import pyarrow as pa
-import pyarrow.parquet as parquet
-
 from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
@@ -33,6 +30,9 @@ from stiffcal.store.origin import (
 )
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
     from stiffcal.store.remote import Remote
 
 BATCH_ROWS = 1 << 16
@@ -92,6 +92,8 @@ class Snapshot:
         InputError
             If there is no such table, or its file is damaged.
         """
+        import pyarrow as pa
+
         if self.origin_of(name) != OWN:
             return pa.Table.from_batches(list(self._read_elsewhere(name, columns, BATCH_ROWS)))
         with self._opened(name) as file:
@@ -202,6 +204,8 @@ class Snapshot:
 
     def _read_elsewhere(self, name: str, columns: Sequence[str] | None, rows: int) -> Iterator[pa.RecordBatch]:
         """Yield a table that this user's runs have not written: the library reads it in a child process."""
+        import pyarrow as pa
+
         from stiffcal.bounded_work.parquet_tables import read_parquet
 
         entry = self._entry_of(name)
@@ -218,6 +222,9 @@ class Snapshot:
 
     @contextmanager
     def _opened(self, name: str) -> Iterator[parquet.ParquetFile]:
+        import pyarrow as pa
+        import pyarrow.parquet as parquet
+
         entry = self._entry_of(name)
         try:
             with (
@@ -234,4 +241,6 @@ class Snapshot:
 
 @contextmanager
 def _source_of(file: IO[bytes], size: int) -> Iterator[Any]:
+    import pyarrow as pa
+
     yield pa.BufferReader(file.read()) if size <= _HELD_BYTES else pa.PythonFile(file, mode="r")

@@ -6,9 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
-from typing import Any
-
-import pyarrow as pa
+from typing import TYPE_CHECKING, Any
 
 from stiffcal.documents import Document
 from stiffcal.measurements.columns import Columns, table_of
@@ -17,6 +15,9 @@ from stiffcal.store.origin import worst_of
 from stiffcal.store.reading import Store
 from stiffcal.store.snapshot import Snapshot
 from stiffcal.store.store_place import Documents, Stored
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,8 @@ class TrialWriting:
 
     def write_table(self, name: str, table: pa.Table | Columns) -> None:
         """Take a table, or columns that are to become one."""
+        import pyarrow as pa
+
         self._made.tables[name] = table if isinstance(table, pa.Table) else table_of(table)
 
     def stream(self, name: str, schema: pa.Schema | Sequence[str]) -> NoRecording:

@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as parquet
 
 from stiffcal.documents import Document
 from stiffcal.errors import InputError
@@ -44,6 +42,8 @@ from stiffcal.store.previous import PreviousGeneration, previous_generation
 ROW_GROUP = 1 << 18
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from stiffcal.store.remote import Ticket
     from stiffcal.store.store_place import Documents, Stored, StorePlace
 
@@ -75,6 +75,8 @@ def _encoding_of(schema: pa.Schema) -> dict[str, Any]:
     Why: measured on 4 million rows of six noisy channels with four decimals, byte-stream-split with LZ4 writes in a
     third of the time of pyarrow's defaults and reads back faster, at about the same size; dictionaries suit words only.
     """
+    import pyarrow as pa
+
     floats = [column.name for column in schema if pa.types.is_floating(column.type)]
     text_columns = [column.name for column in schema if pa.types.is_string(column.type)]
     return {
@@ -89,6 +91,8 @@ class TableStream:
     """A table that is written piece by piece, in bounded memory. Made by `Writing.stream`."""
 
     def __init__(self, path: Path, schema: pa.Schema, display_name: str) -> None:
+        import pyarrow.parquet as parquet
+
         self.schema = schema
         self.n_rows = 0
         self._display_name = display_name
@@ -101,6 +105,8 @@ class TableStream:
 
     def append(self, columns: Columns | pa.RecordBatch) -> None:
         """Add rows: a record batch, or column name to array (or words) of equal length."""
+        import pyarrow as pa
+
         if not isinstance(columns, pa.RecordBatch):
             arrays = [column_of(columns[name]) for name in self.schema.names]
             columns = pa.RecordBatch.from_arrays(arrays, schema=self.schema)
@@ -110,6 +116,8 @@ class TableStream:
             self._write_pending()
 
     def _write_pending(self) -> None:
+        import pyarrow as pa
+
         if self._n_pending:
             table = pa.Table.from_batches(self._pending, schema=self.schema)
             with store_faults(self._display_name):
@@ -135,6 +143,8 @@ class TableStream:
 
     def abandon(self) -> None:
         """Let go of the file without finishing it."""
+        import pyarrow as pa
+
         if not self._file.closed:
             with suppress(OSError, pa.ArrowException):
                 self._writer.close()
@@ -173,6 +183,8 @@ class Writing:
 
     def write_table(self, name: str, table: pa.Table | Columns) -> None:
         """Write a table, or columns that are to become one."""
+        import pyarrow as pa
+
         if not isinstance(table, pa.Table):
             table = table_of(table)
         stream = self.stream(name, table.schema)
@@ -182,6 +194,8 @@ class Writing:
 
     def stream(self, name: str, schema: pa.Schema | Sequence[str]) -> TableStream:
         """Begin a table that is written in pieces; `schema` may be the names of float64 columns."""
+        import pyarrow as pa
+
         self._check_new("tables", name)
         if not isinstance(schema, pa.Schema):
             schema = pa.schema([(column, pa.float64()) for column in schema])

@@ -6,14 +6,17 @@ from io import StringIO
 
 import pytest
 
-from stiffcal.cli.check import REPORT_ASKED, _moved, _show_ranges, _show_runs, show_check
 from stiffcal.cli.console import AnswerConsole
+from stiffcal.cli.pages import draw_page
 from stiffcal.ingest.checks.results import CheckedColumn, CheckedRun, CheckedSource, CheckResult
+from stiffcal.presentation.texts import printed_rows
+from stiffcal.presentation.values import Table
+from stiffcal.show.answers.check import REPORT_ASKED, _add_ranges, _add_runs, _moved, page
+from stiffcal.show.builder import PageBuilder
 
 
-def _console() -> tuple[AnswerConsole, StringIO]:
-    stream = StringIO()
-    return AnswerConsole(file=stream, width=100, force_terminal=False, color_system=None), stream
+def _rows(made: PageBuilder) -> list[tuple[str, ...]]:
+    return [row for block in made.page().blocks if isinstance(block, Table) for row in printed_rows(block)]
 
 
 def _column(signal: str, name: str, high: float, unit: str = "N") -> CheckedColumn:
@@ -28,15 +31,24 @@ SOURCE = CheckedSource(source="table", file="t.csv", rows=9, columns=COLUMNS, sa
 
 
 def test_a_vector_is_one_row_and_each_joint_its_own() -> None:
-    console, stream = _console()
-    _show_ranges(console, [SOURCE], details=False)
-    rows = [line for line in stream.getvalue().splitlines() if line.startswith("table")]
-    assert [line.split()[1:3] for line in rows] == [["joints", "A1"], ["joints", "A2"], ["wrench", "Fx"]]
-    assert "20.00" in rows[-1]
-    assert "Fz" in rows[-1].split("not")[-1]
-    console, stream = _console()
-    _show_ranges(console, [SOURCE], details=True)
-    assert sum(line.startswith("table") for line in stream.getvalue().splitlines()) == len(COLUMNS)
+    made = PageBuilder("")
+    _add_ranges(made, [SOURCE], details=False)
+    rows = _rows(made)
+    assert [row[1:3] for row in rows] == [("joints", "A1"), ("joints", "A2"), ("wrench", "Fx … Fz")]
+    assert (rows[-1][5], rows[-1][-1]) == ("20.00", "not Fz")
+    made = PageBuilder("")
+    _add_ranges(made, [SOURCE], details=True)
+    assert len(_rows(made)) == len(COLUMNS)
+
+
+@pytest.mark.parametrize(
+    ("written", "shown"), [("rad", ("57.30", "°")), ("ms", ("1.000", "s")), ("urad", ("57.30", "°"))]
+)
+def test_a_range_has_the_unit_that_is_printed_next_to_it(written: str, shown: tuple[str, str]) -> None:
+    made = PageBuilder("")
+    column = _column("hold", "t", 1.0, written)
+    _add_ranges(made, [CheckedSource(source="table", file="t.csv", rows=9, columns=[column], sampled=False)], False)
+    assert _rows(made)[0][5:7] == shown
 
 
 def test_columns_that_did_not_move_are_named() -> None:
@@ -45,31 +57,31 @@ def test_columns_that_did_not_move_are_named() -> None:
     assert _moved(["Fz"], COLUMNS[4:]) == "no"
 
 
-def _run_rows(states: list[int], details: bool = False) -> list[str]:
+def _run_rows(states: list[int], details: bool = False) -> list[tuple[str, ...]]:
     runs = [
         CheckedRun(
             id=f"pose{k}", experiment="load", n_states=n, largest_force_N=100.0 * k, set_aside=[], clock_ahead_s={}
         )
         for k, n in enumerate(states, 1)
     ]
-    console, stream = _console()
-    _show_runs(console, runs, details=details)
-    return [line for line in stream.getvalue().splitlines() if line.startswith("pose")]
+    made = PageBuilder("")
+    _add_runs(made, runs, details=details)
+    return _rows(made)
 
 
 def test_runs_that_are_alike_are_one_row() -> None:
     rows = _run_rows([97, 97, 96])
-    assert [row.partition("  ")[0] for row in rows] == ["pose1, pose2", "pose3"]
-    assert "100.0 … 200.0" in rows[0] or "100 … 200" in rows[0]
-    assert [row.partition("  ")[0] for row in _run_rows([97, 97, 97])] == ["pose1 … pose3: 3 runs"]
+    assert [row[0] for row in rows] == ["pose1, pose2", "pose3"]
+    assert rows[0][-1] == "100 … 200"
+    assert [row[0] for row in _run_rows([97, 97, 97])] == ["pose1 … pose3: 3 runs"]
     rows = _run_rows([97, 97, 96], details=True)
-    assert [row.split()[0] for row in rows] == ["pose1", "pose2", "pose3"]
-    assert not any("…" in row for row in rows)
+    assert [row[0] for row in rows] == ["pose1", "pose2", "pose3"]
+    assert not any("…" in row[0] for row in rows)
 
 
 def test_a_row_holds_neighbours_alone() -> None:
     rows = _run_rows([97, 96, 97])
-    assert [row.split()[0] for row in rows] == ["pose1", "pose2", "pose3"]
+    assert [row[0] for row in rows] == ["pose1", "pose2", "pose3"]
 
 
 @pytest.mark.parametrize(
@@ -84,5 +96,5 @@ def test_whose_robot_it_is_is_asked_until_the_campaign_has_a_report(
         warnings=[], campaign="cell", sources=[], runs=[], kinematics=None, n_states=0, ready=True, missing=[],
         states_report=states_report,
     )  # fmt: skip
-    show_check(console, result)
+    draw_page(console, page(result, False))
     assert (REPORT_ASKED in stream.getvalue()) is asked

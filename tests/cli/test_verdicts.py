@@ -10,8 +10,7 @@ import pytest
 
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.diagnose import _show_missing, _show_with_all_missing
-from stiffcal.cli.identify import fit_verdict
-from stiffcal.cli.tables import show_parameters
+from stiffcal.cli.pages import draw_page
 from stiffcal.diagnosis.answers.heldout_results import ErrorAsValidated
 from stiffcal.diagnosis.answers.results import ProposedEffect
 from stiffcal.identification.answers.before_after import (
@@ -22,6 +21,9 @@ from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
 from stiffcal.quantity import DriftFollows
+from stiffcal.show.answers.identify import fit_verdict
+from stiffcal.show.builder import PageBuilder
+from stiffcal.show.parameters import add_parameters
 
 GROUP = [SimpleNamespace(parameters=["a", "b"])]
 
@@ -58,7 +60,9 @@ def test_a_drift_is_printed_per_hour_or_per_kelvin(follows: DriftFollows, printe
         unit="m/s or m/K", fixed=False, identifiable=True, drift_follows=follows,
     )  # fmt: skip
     with StringIO() as text:
-        show_parameters(AnswerConsole(file=text, width=120), [drift])
+        made = PageBuilder("")
+        add_parameters(made, [drift])
+        draw_page(AnswerConsole(file=text, width=120), made.page())
         assert printed in text.getvalue()
         assert ("µm/h" in text.getvalue()) == (follows == "time")
         assert ("µm/K" in text.getvalue()) == (follows == "temperature")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from dataclasses import replace
 from types import SimpleNamespace
@@ -10,9 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rich.console import Console
 
-from stiffcal.cli.tables import show_parameters
 from stiffcal.diagnosis.refits.refit_values import _at_bound, _interval
 from stiffcal.estimate import Estimate
 from stiffcal.estimation.parameters import Parameter, reported_parameters
@@ -23,7 +20,11 @@ from stiffcal.kinds.friction.answers.page import _value_cell
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
+from stiffcal.presentation.texts import printed_rows
+from stiffcal.presentation.values import Table
 from stiffcal.python.frames import parameters_frame
+from stiffcal.show.builder import PageBuilder
+from stiffcal.show.parameters import add_parameters
 from stiffcal.view.gathering.models import _values
 from tests.laboratory.effect_bench import robot_chain
 
@@ -107,9 +108,11 @@ def test_no_medium_shows_an_uncertainty(width: float) -> None:
     assert (answered.std, answered.at_bound) == (None, True)
     assert answered.interval is not None
     assert (answered.interval[1] is None) == (width > 0.0)
-    terminal = Console(file=io.StringIO(), width=200)
-    show_parameters(terminal, [answered])
-    assert "±" not in terminal.file.getvalue().splitlines()[-1]  # type: ignore[attr-defined]
+    made = PageBuilder("")
+    add_parameters(made, [answered])
+    (table,) = made.page().blocks
+    assert isinstance(table, Table)
+    assert not any("±" in cell for cell in printed_rows(table)[0])
     row = parameters_frame([answered]).loc[WIDTH]
     assert row["at_bound"]
     assert row.isna()["std"]

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.cli.tables import show_parameters
+from stiffcal.cli.pages import draw_page
 from stiffcal.documents import document_of, result_from_values
 from stiffcal.identification.answers.before_after import estimated_parameters
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
@@ -18,6 +18,8 @@ from stiffcal.presentation.values import Column, Table
 from stiffcal.python.answers import parameter_lines
 from stiffcal.report.sections.stiffness import other_table
 from stiffcal.results.value_words import as_shown
+from stiffcal.show.builder import PageBuilder
+from stiffcal.show.parameters import add_parameters
 from stiffcal.view.gathering.models import _values
 
 VALUES: dict[str, tuple[dict[str, Any], str, str]] = {
@@ -52,7 +54,9 @@ def parameters() -> list[IdentifiedParameter]:
 
 def terminal(parameters: list[IdentifiedParameter], shifted: list[str]) -> list[str]:
     text = StringIO()
-    show_parameters(AnswerConsole(file=text, width=200), parameters, (), shifted)
+    made = PageBuilder("")
+    add_parameters(made, parameters, (), shifted)
+    draw_page(AnswerConsole(file=text, width=200), made.page())
     return text.getvalue().splitlines()[2:]
 
 

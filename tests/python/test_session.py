@@ -119,8 +119,8 @@ def test_a_fit_shows_itself_as_text_and_in_a_notebook(fit: stiffcal.FittedModel)
     assert sum("N·m/rad" in line for line in lines) == 6
     assert repr(fit) == fit.summary()
     shown = fit._repr_html_()
-    assert "joint-compliance.j6.c" in shown
-    assert "<table" in shown
+    assert shown.count("<tr>") == 1 + 6
+    assert shown.count("N·m/rad") == 6
 
 
 def test_a_fit_without_load_states_counts_its_readings_and_pure_numbers_have_no_unit() -> None:
@@ -352,7 +352,7 @@ def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession) -> None:
     # the fit that was diagnosed marks what the missing effect shifts
     moved = {one.name for one in diagnosis.result.before_after if one.outside_interval}
     fit = with_play.identify()
-    assert moved == set(fit.result.shifted)
+    assert moved == set(fit.to_dict()["shifted"])
     assert fit.summary().count(SHIFTED) == len(moved) > 0
 
 

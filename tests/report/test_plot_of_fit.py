@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import Sigma
-from stiffcal.presentation.values import Picture
+from stiffcal.presentation.pictures import Picture
 from stiffcal.report.gathering import plot_of_fit
 from stiffcal.report.gathering.plot_of_fit import picture_of_fit, pictures_of_fit, residuals_in_noises, statistics_page
 from stiffcal.report.pictures_of_fit import PictureOfFit

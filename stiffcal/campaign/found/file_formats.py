@@ -87,6 +87,8 @@ def outside_formats() -> Iterator[LogFormat]:
 def format_of(file: str) -> str | None:
     """Return the format that a file's ending stands for, None where no format has that ending.
 
+    A format's name is an ending of it, and known without its library: a table of csv is checked without pyarrow.
+
     Examples
     --------
     >>> format_of("raw/table.CSV"), format_of("raw/pose01.csv.gz"), format_of("raw/pose01.h5.gz")
@@ -113,7 +115,9 @@ def _parted(name: str) -> tuple[str, str]:
 
 @lru_cache(maxsize=1024)
 def _format_of_endings(ending: str, inner: str, names: tuple[str, ...]) -> str | None:
-    for known in log_formats((ending.removeprefix("."), inner.removeprefix("."))):
+    if (name := ending.removeprefix(".")) in module_names(READERS):
+        return name
+    for known in log_formats((name, inner.removeprefix("."))):
         if ending in known.endings or (ending in known.packed_endings and inner in known.endings):
             return known.name
     return None

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
 from stiffcal.estimate import Estimate
-from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.model.summary import Where
 from stiffcal.quantity import DriftFollows, Quantity, Units, quantity_of
+
+if TYPE_CHECKING:
+    from stiffcal.identification.answers.fit_results import IdentifiedParameter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

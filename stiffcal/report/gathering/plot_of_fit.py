@@ -14,7 +14,8 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.profiles import profiled, profiles
 from stiffcal.identification.readings.row_layout import MEASURES
 from stiffcal.model.catalogue.campaign_effects import placed_robot
-from stiffcal.presentation.values import Page, Picture
+from stiffcal.presentation.pictures import Picture
+from stiffcal.presentation.values import Page
 from stiffcal.quantity import of_measure
 from stiffcal.results.fit_pictures import (
     correlation_picture,

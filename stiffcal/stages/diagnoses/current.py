@@ -197,16 +197,18 @@ def current_diagnosis(data: Ingested, identified: IdentifyResult) -> tuple[Diagn
     return result_from(DiagnoseResult, stored, data.store.display_name, DIAGNOSE), ""
 
 
-def shifted_by_missing(data: Ingested, identified: IdentifyResult) -> frozenset[str]:
+def shifted_by_missing(data: Ingested, identified: IdentifyResult) -> frozenset[str] | None:
     """Return the names of values that adding what the stored diagnosis misses moves beyond their 95 % intervals.
 
-    Of another fit's diagnosis nothing is known here.
+    None where there is no diagnosis of just this fit.
     """
     stored = stored_document(data.store, DIAGNOSE)
-    if stored is None or stored.get("key") != diagnosis_key(data, identified) or not stored.get("missing"):
+    if stored is None or stored.get("key") != diagnosis_key(data, identified):
+        return None
+    if not stored.get("missing"):
         return frozenset()
     diagnosis, _ = current_diagnosis(data, identified)
-    return frozenset() if diagnosis is None else shifted_values(diagnosis.before_after)
+    return None if diagnosis is None else shifted_values(diagnosis.before_after)
 
 
 def keep_diagnosis(data: Ingested, identified: IdentifyResult, results: TrialResults) -> None:

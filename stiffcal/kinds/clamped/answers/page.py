@@ -18,21 +18,8 @@ from stiffcal.kinds.clamped.answers.pictures import (
 )
 from stiffcal.kinds.clamped.answers.results import ClampedSection, Definition, JointResult
 from stiffcal.kinds.measured import MeasuredRuns
-from stiffcal.presentation.values import (
-    Block,
-    Column,
-    Digits,
-    Joints,
-    Listing,
-    Names,
-    Overview,
-    Page,
-    Plot,
-    Sentence,
-    Subheading,
-    Table,
-    Words,
-)
+from stiffcal.presentation.values import Block, Column, Listing, Overview, Page, Plot, Sentence, Subheading, Table
+from stiffcal.presentation.words import Digits, Joints, Names, Words
 from stiffcal.quantity import ANGLE, Quantity
 from stiffcal.uncertainty import NORMAL_95
 

@@ -14,7 +14,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Effect, Place
 from stiffcal.model.motion import as_motion
-from stiffcal.presentation.values import Digits, Marks, Panel, Picture, Words
+from stiffcal.presentation.pictures import Marks, Panel, Picture
+from stiffcal.presentation.words import Digits, Words
 
 HEIGHT_MM = 48.0
 # Pictures of a page: those of missing effects come first.

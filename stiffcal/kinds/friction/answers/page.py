@@ -14,18 +14,8 @@ from stiffcal.kinds.friction.answers.pictures import friction_picture
 from stiffcal.kinds.friction.answers.results import BearingFriction, FrictionSection
 from stiffcal.kinds.measured import MeasuredRuns
 from stiffcal.kinds.results import IdentifiedModel
-from stiffcal.presentation.values import (
-    Block,
-    Column,
-    Digits,
-    Listing,
-    Overview,
-    Page,
-    Plot,
-    Sentence,
-    Table,
-    Words,
-)
+from stiffcal.presentation.values import Block, Column, Listing, Overview, Page, Plot, Sentence, Table
+from stiffcal.presentation.words import Digits, Words
 from stiffcal.wording import AT_LIMIT
 
 _TITLE = "Friction of the drives"

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from stiffcal.kinds.friction.fitting.torque_rows import FrictionRows
     from stiffcal.kinds.friction.logs.readings import FreeMotion, SteadyReadings
     from stiffcal.kinds.row_search import RowProblem
-    from stiffcal.presentation.values import Picture
+    from stiffcal.presentation.pictures import Picture
 
 
 def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:

@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 
 from stiffcal.documents import CommandResult
-from stiffcal.presentation.values import Line, Page, Panel, Picture
+from stiffcal.presentation.pictures import Line, Panel, Picture
+from stiffcal.presentation.values import Page
 from stiffcal.show.builder import PageBuilder, number
 
 

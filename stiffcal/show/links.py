@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import deviation, share, significant
 from stiffcal.quantity import quantity_of
+from stiffcal.show.builder import PageBuilder, number
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import estimate
+from stiffcal.wording import deviation, estimate, share, significant
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from stiffcal.identification.bodies.link_results import CoupledEstimate, CouplingResult, LinkResult, Way
 
 
-def show_links(console: Console, links: list[LinkResult]) -> None:
-    """Draw what the rods show of each link: what they carry, the compliance of its end, what they do not identify."""
+def add_links(made: PageBuilder, links: list[LinkResult]) -> None:
+    """Add what the rods show of each link: what they carry, the compliance of its end, what they do not identify."""
     from stiffcal.identification.bodies.link_results import LINK_COMPLIANCE, compliance_units
 
     for link in links:
@@ -28,9 +25,9 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
             if tool_share is None
             else f"; {share(tool_share)} of the tool's deflection comes from the link{without_twist}"
         )
-        console.print(f"{link.link}: {len(link.rods)} rods carry {', '.join(link.carried)}{of_tool}")
+        made.say(f"{link.link}: {len(link.rods)} rods carry {', '.join(link.carried)}{of_tool}", "links")
         as_beam = " (as a beam)" if link.compliance_structure == "beam" else ""
-        table = plain_table(f"compliance of the link's end{as_beam}", "value, ± 95 %>", "")
+        rows = []
         lowest, highest = link.compliance_interval
         units = compliance_units(link)
         for row, column, name, si_unit in LINK_COMPLIANCE:
@@ -39,27 +36,28 @@ def show_links(console: Console, links: list[LinkResult]) -> None:
             value_text = "not identifiable"
             if value is not None and low is not None and high is not None:
                 value_text = estimate(value, (low, high), unit.factor)
-            table.add_row(name, value_text, unit.name)
-        console.print(table)
+            rows.append((name, value_text, unit.name))
+        made.table((f"compliance of the link's end{as_beam}", number("value, ± 95 %"), ""), rows)
         for sentence in link.not_identifiable:
-            console.print(f"{link.link}: {sentence}", soft_wrap=True)
+            made.say(f"{link.link}: {sentence}", "links")
         for fault in link.faults:
-            console.print(f"{link.link}: {fault.why}", soft_wrap=True)
+            made.say(f"{link.link}: {fault.why}", "links")
 
 
-def show_coupling(console: Console, coupling: CouplingResult) -> None:
-    """Draw what each way makes of each parameter: as a stiffness, against tool and rods together."""
+def add_coupling(made: PageBuilder, coupling: CouplingResult) -> None:
+    """Add what each way makes of each parameter: as a stiffness, against tool and rods together."""
     ways = coupling.ways
-    table = plain_table("parameter", *(f"{_HEADS[result.way]}>" for result in ways))
+    rows = []
     for parameter in coupling.parameters:
         name = parameter["name"]
-        cells = ["–" if name in result.left_out else _estimate(parameter[result.way], result.way) for result in ways]
-        table.add_row(name, *cells)
-    console.print(table)
+        cells = ("–" if name in result.left_out else _estimate(parameter[result.way], result.way) for result in ways)
+        rows.append((name, *cells))
+    made.table(("parameter", *(number(_HEADS[result.way]) for result in ways)), rows)
     for result in ways:
         unidentified = len(result.not_identifiable)
-        console.print(
-            f"{result.says}: fit {deviation(result.rms)} rms, {unidentified or 'no'} parameters not identifiable"
+        made.say(
+            f"{result.says}: fit {deviation(result.rms)} rms, {unidentified or 'no'} parameters not identifiable",
+            "links",
         )
 
 

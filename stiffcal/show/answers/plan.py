@@ -1,0 +1,103 @@
+"""What `plan` shows: the runs, the expected uncertainties, what more runs would bring."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stiffcal.planning.wording import CANDIDATES, OWN_WEIGHT, another_hour_text, indices_text, remedy_text
+from stiffcal.quantity import JOINT_ANGLE, Units, quantity_of
+from stiffcal.show.builder import PageBuilder, number
+from stiffcal.wording import DASH, length, significant
+
+if TYPE_CHECKING:
+    from stiffcal.planning.results import PlanResult
+    from stiffcal.presentation.values import Page
+
+
+def page(result: PlanResult, details: bool) -> Page:
+    """Return the runs in the order of measuring, what they would determine, and what was written."""
+    made = PageBuilder("Runs to measure")
+    made.say(
+        f"{len(result.runs)} runs, {result.minutes:.0f} min, chosen from {result.candidates} "
+        f"{CANDIDATES[result.experiment]}; values from {result.values_from}",
+        "runs",
+    )
+    _add_runs(made, result)
+    _add_expected(made, result)
+    if result.separations:
+        made.head("separation of the look-alikes: misfit of the second if the first is true")
+        rows = [(entry.truth, entry.rival, significant(entry.chi_square, 2)) for entry in result.separations]
+        made.table(("true", "fitted instead", number("χ²")), rows)
+    _add_gain(made, result)
+    if result.folder is not None:
+        made.say(f"wrote {result.folder}, ready for the logs in raw/", "written")
+    if result.program is not None:
+        made.say(f"wrote {result.program}: read its head before the first start", "written")
+    if result.file is not None:
+        made.say(f"wrote {result.file}", "written")
+    return made.page()
+
+
+def _add_runs(made: PageBuilder, result: PlanResult) -> None:
+    unit = JOINT_ANGLE.usual
+    driven = ("driven", number(unit.in_brackets("to ±"))) if result.experiment == "clamped" else ()
+    loaded = any(run.wrench[:, :3].any() for run in result.runs)
+    angles = (number(unit.in_brackets(name)) for name in result.joint_names)
+    rows = []
+    for run in result.runs:
+        force = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3]
+        cells = [run.id, str(run.rank), *(f"{angle:.1f}" for angle in unit.factor * run.joints)]
+        if run.moved_joint is not None and run.turn is not None:
+            cells += [f"joint {run.moved_joint}", significant(unit.factor * run.turn, 2)]
+        if loaded:
+            cells.append(", ".join(f"{component:.0f}" for component in force + 0.0) if force.any() else OWN_WEIGHT)
+        rows.append(cells)
+    load = (number("largest force [N]"),) if loaded else ()
+    made.table(("run", number("rank"), *angles, *driven, *load), rows)
+
+
+def _add_expected(made: PageBuilder, result: PlanResult) -> None:
+    made.head("expected uncertainty (half width of the 95 % interval)")
+    with_units = result.experiment == "absolute"
+    units = Units((parameter.unit, [parameter.half_width]) for parameter in result.parameters)
+    rows = []
+    for parameter in result.parameters:
+        unit = units.of(quantity_of(parameter.unit))
+        half = DASH if parameter.half_width is None else significant(unit.factor * parameter.half_width, 2)
+        rows.append((parameter.name, *((half, unit.name) if with_units else ()), _percent(parameter.relative)))
+    made.table(("parameter", *((number("±"), "unit") if with_units else ()), number("± %")), rows)
+    if with_units:
+        made.say("for geometry and frames ± % is relative to the typical size of their errors", "relative-to")
+    if result.observability is not None:
+        made.say(indices_text(result.observability), "observability")
+    if result.not_identified:
+        made.say(f"not identifiable with this equipment: {', '.join(result.not_identified)}", "not-identified")
+    for remedy in result.remedies or ():
+        made.say(remedy_text(remedy), "remedy")
+    if result.prediction_half_width_m is not None:
+        what = "position" if with_units else "deflection"
+        without = ", without parameters that are not identified" if result.not_identified else ""
+        half = length(result.prediction_half_width_m)
+        made.say(f"{what} at {result.predicted_at}: ± {half}{without}", "prediction")
+
+
+def _add_gain(made: PageBuilder, result: PlanResult) -> None:
+    made.head("after the runs of highest rank")
+    rows = [(str(point.runs), f"{point.minutes:.0f}", _percent(point.worst_relative)) for point in result.gain]
+    made.table((number("runs"), number("min"), number("largest ± %")), rows)
+    if result.another_hour is not None:
+        made.say(another_hour_text(len(result.runs), result.another_hour), "another-hour")
+    made.say(
+        f"efficiency ({result.criterion}): {result.efficiency:.2f}, lower bound of the variance over that of this "
+        f"plan (Kiefer and Wolfowitz, 1960)",
+        "efficiency",
+    )
+    for goal in result.goals or ():
+        text = f"  {goal.goal}, {100.0 * goal.weight:.0f} % of the goal: {goal.efficiency:.2f} for this goal alone"
+        made.say(text, "goal")
+
+
+def _percent(relative: float | None) -> str:
+    return DASH if relative is None else significant(100.0 * relative, 2)
