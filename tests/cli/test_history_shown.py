@@ -6,9 +6,9 @@ from io import StringIO
 
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.history import show_history
+from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, ModelSummary
 from stiffcal.results.history_results import HistoryEntry, HistoryResult
-from stiffcal.measurements.rms import Rms
 
 DRIVES = EffectInModel("joint-compliance", joints=[1, 2, 3, 4, 5, 6])
 
@@ -16,7 +16,8 @@ DRIVES = EffectInModel("joint-compliance", joints=[1, 2, 3, 4, 5, 6])
 def fit(number: int, *more: EffectInModel) -> HistoryEntry:
     return HistoryEntry(
         id=str(number), time=f"2026-11-30T15:2{number}:00+00:00", model=ModelSummary("deformed", [DRIVES, *more]),
-        heldout_rms=Rms(2.8e-5 * number, None) if number > 1 else None, scheme="leave-one-pose-out", fit_rms=Rms(2.7e-5, None), noise=Rms(2.7e-5, None),
+        heldout_rms=Rms(2.8e-5 * number, None) if number > 1 else None, scheme="leave-one-pose-out",
+        fit_rms=Rms(2.7e-5, None), noise=Rms(2.7e-5, None),
     )  # fmt: skip
 
 
