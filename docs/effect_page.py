@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
 from docs.expansions import PICTURES, figure
 from docs.formulas import leading_formulas, mathml
 from docs.markdown import cell, code, table
-from docs.page_runs import digest_of_code
+from docs.page_runs import AS_SHOWN, BLANK_SVG, digest_of_code
 from stiffcal.cli.effects import ACTS, PLACES, sections_of
 from stiffcal.commands.effects import describe_effects
 from stiffcal.errors import InputError
@@ -99,9 +100,16 @@ def law_paragraphs(effect: EffectDescription, law: str) -> Iterator[str]:
 
 
 def draw_once(name: str, picture: Path) -> bool:
-    """Draw an effect's picture unless it is there and stiffcal's code is still the same; False where nothing shows."""
+    """Draw an effect's picture unless it is there and stiffcal's code is still the same; False where nothing shows.
+
+    Of pages as they are shown (`page_runs.AS_SHOWN`) it is blank.
+    """
     picture.parent.mkdir(parents=True, exist_ok=True)
     drawn_with = picture.with_suffix(".key")
+    if os.environ.get(AS_SHOWN):
+        drawn_with.unlink(missing_ok=True)  # the next build draws it
+        picture.write_text(BLANK_SVG, encoding="utf-8")
+        return True
     if not drawn_with.exists() or drawn_with.read_text(encoding="utf-8") != digest_of_code():
         picture.unlink(missing_ok=True)
         try:

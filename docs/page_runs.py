@@ -73,7 +73,8 @@ def run_page(page: str) -> PageRun:
 
 def _as_shown(page: str, folder: Path) -> PageRun:
     """Return a run that printed what the page shows and drew blank pictures, which stand in `folder`."""
-    printed, last = {}, 0
+    printed: dict[int, str] = {}
+    last = 0
     for block in blocks_of(page):
         if block.tag == "run":
             last = block.line

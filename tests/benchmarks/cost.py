@@ -22,6 +22,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
+from stiffcal.estimation.triangular import TriangularFactor, triangular_of_rows
 from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.like_poses import pose_groups
 from stiffcal.mechanics.rotations import vector_from_rotation
@@ -36,6 +37,7 @@ FOLDS_RATIO = 5.0
 DIAGNOSE_MEGABYTES = 1200.0
 CHECK_ROWS_S, CHECK_LOGS_S = 4.0, 8.0
 STATES_PER_RUN = 20
+COLUMNS = 70
 COMPLIANCES = (4e-7, 6e-7, 8e-7, 3e-6, 4e-6, 8e-6)
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 MANIFEST = """schema = "stiffcal/campaign/1"
@@ -182,6 +184,23 @@ def seconds_of_folds(n_runs: int) -> float:
     return min(taken)
 
 
+def seconds_of_factors(n_rows: int) -> float:
+    """Return the processor time of factorising so many rows of `COLUMNS` columns, at once and as they come.
+
+    The factor R of the rows X must keep their inner products, RᵀR = XᵀX.
+    """
+    rows = np.random.default_rng(n_rows).normal(size=(COLUMNS, n_rows))
+    began, pieces = process_time(), TriangularFactor()
+    for piece in np.array_split(rows, 5, axis=1):
+        pieces.add(piece)
+    factors = {"of all rows": triangular_of_rows(rows), "piece by piece": pieces.whole()}
+    seconds = process_time() - began
+    inner = rows @ rows.T
+    for name, factor in factors.items():
+        assert np.allclose(factor.T @ factor, inner, rtol=1e-9, atol=1e-9 * n_rows), f"the factor {name} lost rows"
+    return seconds
+
+
 def reported(name: str, value: float, limit: float, unit: str) -> bool:
     """Print a figure with its limit; return whether it holds."""
     holds = value <= limit
@@ -200,6 +219,7 @@ def main(states: int = 20_000, rows: int = 2773, runs: int = 4000, logged: str =
     ratio = seconds_of_folds(runs) / seconds_of_folds(runs // 4)
     assert ratio < 2.0 * FOLDS_RATIO, f"sorting {runs} runs into poses takes the square of their number"
     held = [reported(f"folds of {runs} runs over those of {runs // 4}", ratio, FOLDS_RATIO, " x")]
+    print(f"factors of the rows of {states} full poses: {seconds_of_factors(6 * states):.3g} s of processor time")
     with tempfile.TemporaryDirectory(prefix="stiffcal-cost-") as place:
         folder = Path(place)
         loaded = make_load_campaign(folder / "loaded", max(2, states // STATES_PER_RUN))

@@ -12,4 +12,4 @@ ERRORS = 4.0
 
 @pytest.mark.long
 def test_stated_probabilities_are_true() -> None:
-    assert worst(drawn_and_judged(seed=2, count=300), EDGES) < ERRORS
+    assert worst(drawn_and_judged(seed=2, count=150), EDGES) < ERRORS

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SOFTWARE = ["--no-sandbox", "--disable-gpu"]
 MISSING = "no browser: apt-get install chromium, and make .venv/browser.stamp"
 
 

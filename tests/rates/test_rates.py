@@ -12,6 +12,7 @@ from stiffcal.judgement.diagnosed import diagnose_states
 from stiffcal.judgement.document import explaining_run
 from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.catalogue.catalogue import built_in_effects
+from tests.laboratory.few_effects import FEW
 from tests.rates.__main__ import table_of
 from tests.rates.intervals import clopper_pearson, highest
 from tests.rates.playing import CLASSES, Hidden, Ruler, simulate_runs
@@ -101,12 +102,14 @@ def test_a_wandering_target_is_not_noise() -> None:
 
 
 def test_the_score_counts() -> None:
-    verdict = judge_campaign(drawn("one 4x", only="base-compliance"))
+    others = built_in_effects().keys() - {*FEW, "base-compliance", "tool-compliance"}
+    campaign = drawn("one 4x", only="base-compliance")
+    verdict = judge_campaign(campaign, without=others)
     assert verdict.outcome in ("right", "look-alike")
     assert verdict.good
     assert verdict.hidden.startswith("base-compliance setup")
     assert "one 4x" in table_of([verdict])
-    assert name_of(drawn("one 4x", only="base-compliance").hidden[0]) == "base-compliance setup"
+    assert name_of(campaign.hidden[0]) == "base-compliance setup"
 
 
 def test_exact_intervals() -> None:

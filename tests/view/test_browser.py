@@ -16,6 +16,7 @@ from stiffcal.view.page import build_page
 from stiffcal.wording import significant
 from tests.laboratory.browser import becomes, colours_of, opened, settled
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
+from tests.laboratory.few_effects import few_effects
 from tests.laboratory.small_campaign import write_small_campaign
 from tests.laboratory.view_of_many_states import with_many_states
 
@@ -240,8 +241,9 @@ def test_candidates_are_forecast_together_without_a_server(browser: Any, tmp_pat
     model = folder / "model.toml"
     whole = model.read_text("utf-8")
     model.write_text(whole.replace("1, 2, 3, 4, 5, 6]", "2, 3, 4, 5]"), encoding="utf-8")
-    diagnose_campaign(folder)
-    view_campaign(folder)
+    with few_effects():
+        diagnose_campaign(folder)
+        view_campaign(folder)
     page, complaints = opened(browser, folder / "view.html")
     names = page.evaluate("stiffcal.data.candidates.map((one) => one.name)")
     assert {"joint-compliance j1", "joint-compliance j6"} <= set(names)

@@ -19,7 +19,7 @@ from tests.benchmarks.mixed_coverage import deviation
 from tests.laboratory.kr125 import some_runs
 from tests.whole_campaigns.conftest import CAMPAIGNS
 
-# Enough of the runs for five searches in a row.
+# Enough of the runs for five searches in a row, and for what one fit states.
 FEWER = ("pose1", "pose2", "pose3", "pose4", "clamped6-a", "clamped6-b", "friction1", "friction2")
 HIDDEN = {("backlash", (6,)), ("stribeck", (2,))}
 
@@ -36,8 +36,12 @@ def begun(folder: Path) -> IdentifyResult:
     return identify_campaign(folder)
 
 
-def test_without_the_play_loads_and_clamped_runs_disagree(begun: IdentifyResult) -> None:
-    (agreement,) = begun.agreement or []
+def test_without_the_play_loads_and_clamped_runs_disagree(tmp_path: Path) -> None:
+    source = Path(shutil.copytree(CAMPAIGNS / "mixed", tmp_path / "source"))
+    for name in ("campaign.toml", "simulate.toml"):
+        (source / name).write_text(some_runs((source / name).read_text("utf-8"), FEWER), "utf-8")
+    simulate_campaign(load_campaign(source, check_files=False), load_settings(source), tmp_path / "out")
+    (agreement,) = identify_campaign(tmp_path / "out").agreement or []
     assert (agreement.first, agreement.second) == ("loads", "clamped")
     (parameter,) = agreement.parameters
     assert parameter.name == "joint-compliance.j6.c"
