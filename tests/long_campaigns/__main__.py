@@ -1,8 +1,9 @@
-"""What `check`, `ingest` and `identify` cost: with N runs and one more, N states in one run, N GB of logs.
+"""What `check`, `ingest` and `identify` cost: with N runs and one more, N states of one run or of many, N GB of logs.
 
 python -m tests.long_campaigns runs 100 1000 10000
 python -m tests.long_campaigns moved 300
 python -m tests.long_campaigns states 12000 200000
+python -m tests.long_campaigns rows 20000
 python -m tests.long_campaigns gigabytes 0.5 2 8
 
 A log that is hashed, to learn that it has not changed, is opened too: the smallest thousand in every command.
@@ -21,7 +22,7 @@ from pathlib import Path
 
 from tests.laboratory.small_campaign import STIFFNESS
 from tests.long_campaigns.campaign import MOVED, write_head, write_runs
-from tests.long_campaigns.large import write_logs, write_table
+from tests.long_campaigns.large import CYCLE, write_logs, write_table
 from tests.long_campaigns.measure import Cost, cost_of
 
 HEAD = f"{'size':>8}  {'command':<34}{'code':>5}{'processor s':>13}{'wall s':>9}{'peak MB':>9}{'logs':>7}{'log MB':>9}"
@@ -69,6 +70,12 @@ def measure_states(size: str, folder: Path) -> dict[str, Cost]:
     return _taken(size, folder, {"ingest": "ingest", "check": "check", "identify": "identify"})
 
 
+def measure_rows(size: str, folder: Path) -> dict[str, Cost]:
+    """Write a campaign of a table with so many states, twelve in a run, and return what each command on it takes."""
+    write_table(folder, int(size), CYCLE)
+    return _taken(size, folder, {"ingest": "ingest", "check": "check", "identify": "identify"})
+
+
 def measure_gigabytes(size: str, folder: Path) -> dict[str, Cost]:
     """Write a campaign of three runs whose logs have so many GB together, and return what each command on it takes."""
     write_logs(folder, 1e9 * float(size))
@@ -87,6 +94,7 @@ KINDS: dict[str, Measure] = {
     "runs": measure_runs,
     "moved": measure_moved,
     "states": measure_states,
+    "rows": measure_rows,
     "gigabytes": measure_gigabytes,
 }
 

@@ -18,13 +18,18 @@ from tests.long_campaigns.campaign import LOAD_N, MANIFEST
 
 LOADS = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [0.0, 0.2, 1.0], [-0.2, 1.0, 0.1], [0.0, 0.0, 0.0]]) * LOAD_N
 FORCE_RATE, TRACKER_RATE = 7000, 20
+CYCLE = 12
+"""States of a table after which its loads begin anew."""
 RAMP_S = 0.4
 LEAST_HOLD_S = 2
 STATES_AT_ONCE = 50_000
 
 
-def write_table(folder: Path, states: int) -> None:
-    """Write a campaign of one table: so many states of one run, full poses, loads along three directions in turn."""
+def write_table(folder: Path, states: int, each: int = 0) -> None:
+    """Write a campaign of one table: so many states, full poses, loads along three directions in turn.
+
+    They are of one run, or a run has `each` of them.
+    """
     _write_settings(folder, CAMPAIGN)
     generator = np.random.default_rng(states)
     steps = np.array([[0.0], [0.5], [1.0], [0.5]])
@@ -37,7 +42,11 @@ def write_table(folder: Path, states: int) -> None:
             noise = generator.standard_normal((len(numbers), 6)) * ([1e3 * NOISE_M] * 3 + [2e-5] * 3)
             places = np.hstack([1e3 * position, rotation])[numbers % len(cycle)] + noise
             rows = np.hstack([np.tile(POSES_DEG[0], (len(numbers), 1)), cycle[numbers % len(cycle)], places])
-            file.writelines("pose1," + ",".join(f"{cell:.9g}" for cell in row) + "\n" for row in rows.tolist())
+            runs = numbers // each + 1 if each else np.ones_like(numbers)
+            file.writelines(
+                f"pose{run}," + ",".join(f"{cell:.9g}" for cell in row) + "\n"
+                for run, row in zip(runs.tolist(), rows.tolist(), strict=True)
+            )
 
 
 def write_logs(folder: Path, size: float) -> None:

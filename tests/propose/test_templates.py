@@ -223,7 +223,7 @@ DESCRIBED: dict[str, Described | Tabled] = {
 }
 
 
-@pytest.mark.parametrize("name", DESCRIBED)
+@pytest.mark.parametrize("name", bundled_robots())
 def test_bundled_robots_reach_where_a_second_source_says(tmp_path: Path, name: str) -> None:
     """In random poses, within a millimetre and a milliradian."""
     (tmp_path / "robot.toml").write_text(bundled_robot(name), encoding="utf-8")
