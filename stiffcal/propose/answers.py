@@ -63,6 +63,6 @@ def to_write_by_hand(lines: Sequence[ProposedLine], missing: Sequence[FurtherLog
 
 
 _ROWS = (
-    "robot.toml: the rows of its Denavit-Hartenberg table, and the flange; or begin again with --urdf FILE or "
-    f"--robot NAME ({', '.join(bundled_robots())})"
+    "robot.toml: the rows of its Denavit-Hartenberg table, and the flange; or begin again with --urdf FILE, "
+    f"--robot FILE (the robot.toml of another campaign) or --robot NAME ({', '.join(bundled_robots())})"
 )

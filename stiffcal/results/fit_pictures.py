@@ -186,7 +186,7 @@ def _profile_panel(profile: Profile, stated: tuple[float, float] | None) -> Pane
     title = f"{profile.name}\nby the profile: {_by_the_profile(profile, factor)} {unit}".rstrip()
     if stated is not None:
         ends = [factor * end if math.isfinite(end) else None for end in stated]
-        title += f"\nstated, by the parabola: {estimate(factor * profile.estimate, ends)} {unit}".rstrip()
+        title += f"\nby the parabola: {estimate(factor * profile.estimate, ends)} {unit}".rstrip()
     return Panel(
         title, f"value [{unit}]" if unit else "value", "rise [variances of the noise]", tuple(series),
         x_limits=(float(x[0]), float(x[-1])), y_limits=(0.0, 3.0 * profile.level), x_ticks=5,

@@ -54,6 +54,7 @@
       effect: names.join(", "),
       heldout_rms: { [data.measure]: S.rms(residual[0]), rotation: data.rotation ? S.rms(residual[1]) : null },
       fit_rms: null,
+      remark: "",
       values: [],
       shares: [],
       residual_fit: null,

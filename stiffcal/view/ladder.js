@@ -17,10 +17,11 @@
     const possible = data.models.filter((model) => model.kind === "with" && standingOf(model) === "possible");
     const leading = new Set([...possible].sort((a, b) => S.main(a.heldout_rms) - S.main(b.heldout_rms)).slice(0, MOST));
     // a fit of other readings is no step on the way to the present one; while logs come there is one for each run
-    const isFolded = (model) =>
+    const isOnDemand = (model) =>
       model.kind === "fit"
         ? !selectable(model)
         : model.kind === "with" && (standingOf(model) === "rejected" || (possible.includes(model) && !leading.has(model)));
+    const isFolded = (model) => model.id !== S.state.model && isOnDemand(model);
     const verdictOn = (model) => (model.kind === "with" ? (VERDICT[standingOf(model)] ?? "") : "");
     const nameOf = (model) =>
       model.kind === "fit" || model.is_forecast

@@ -25,7 +25,7 @@ SCRIPTS = (
     "elements.js", "saving.js", "pointer.js", "panel.js", "scatter.js", "proposals.js", "against.js", "values.js",
     "ladder.js", "camera.js", "solids.js", "raster.js", "meshes.js", "robot_parts.js", "robot_bodies.js",
     "robot.js", "effects.js", "poses.js", "compliance.js", "reading.js", "kind_points.js", "kind_picture.js",
-    "kinds.js", "forecast.js", "tryout.js", "main.js",
+    "kinds.js", "forecast.js", "chips.js", "tryout.js", "main.js",
 )  # fmt: skip
 """In the order in which they are run; each adds to the one name ``stiffcal``."""
 LIVE_SCRIPT = "live.js"

@@ -32,29 +32,6 @@
     return [...groups];
   }
 
-  /**
-   * A line of chips; what it has no room for is behind a button.
-   * @param {string} id @param {string} name for screen readers @param {string} lead @param {() => void} opened
-   */
-  function row(id, name, lead, opened) {
-    const chips = S.make("div", { className: "chips", id, role: "group", "aria-label": name });
-    const more = S.make("button", {
-      type: "button",
-      className: "more",
-      "aria-expanded": "false",
-      "aria-controls": id,
-      onclick: () => {
-        const open = element.classList.toggle("open");
-        more.setAttribute("aria-expanded", String(open));
-        opened();
-        element.scrollIntoView({ block: "nearest" });
-      },
-    });
-    const head = S.make("span", { className: "lead" }, lead),
-      element = S.make("div", { className: "row" }, head, chips, more);
-    return { element, head, chips, more, isOpen: () => element.classList.contains("open") };
-  }
-
   const error = S.make("output", { id: "error" });
   const noise = S.make("span", { id: "error-noise" });
   const hint = S.make("span", { id: "error-hint", role: "status" });
@@ -65,8 +42,8 @@
     listed = "";
     list();
   };
-  const candidates = row("candidates", "Candidates", "Add", refill);
-  const model = row("in-model", "Effects of the model", "Shown", refill);
+  const candidates = S.chipRow("candidates", "Candidates", "Add", refill);
+  const model = S.chipRow("in-model", "Effects of the model", "Shown", refill);
   const copied = S.make("span", { role: "status", className: "quiet" });
 
   /** Candidates that are in what is shown. */

@@ -272,6 +272,12 @@ def test_candidates_are_forecast_together_without_a_server(browser: Any, tmp_pat
     shown = page.evaluate("stiffcal.residual().model")
     assert shown["is_forecast"]
     assert sorted(shown["effect"].split(", ")) == sorted(ticked)
+    # it is a rung that is shown, whatever the diagnosis says of each
+    assert "undefined" not in page.locator("#ladder").inner_text()
+    high = page.evaluate("document.getElementById('ladder-canvas').offsetHeight")
+    page.evaluate("stiffcal.set({ model: stiffcal.presentModel().id })")
+    settled(page)
+    assert page.evaluate("document.getElementById('ladder-canvas').offsetHeight") < high
     assert complaints == []
     page.context.close()
 

@@ -24,7 +24,10 @@ NEARLY_PARALLEL = math.sin(math.radians(5.0))
 _EXACTLY_PARALLEL = 1e-12
 _LIMITS_IN_URDF = "<limit lower=… upper=…/> to the joint in the URDF, or in robot.toml "
 _NO_ROWS = "a_m, alpha_deg and d_m are zero at every joint: the file holds no geometry"
-_WRITE_ROWS = "write each joint's row, or repeat stiffcal init with --robot NAME or --urdf FILE"
+_WRITE_ROWS = (
+    "write each joint's row, copy another campaign's robot.toml over it, or repeat stiffcal init in a new folder with "
+    "--robot NAME or --urdf FILE"
+)
 _ROW_KEYS = ("a_m", "alpha_deg", "beta_deg", "d_m", "type")
 
 

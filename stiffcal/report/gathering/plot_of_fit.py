@@ -58,7 +58,8 @@ CAPTIONS = {
     "correlation": "Correlations of the values: the larger a square, the more a change of one value is made up for by "
     "the other.",
     "profile": "Sum of squares over the values of a parameter that bends its law or is near a bound, all others free. "
-    "Where it leaves the parabola, the interval by the profile holds rather than value ± uncertainty.",
+    "Where it leaves the parabola, the interval by the profile holds rather than value ± uncertainty. Both are "
+    "without the geometry's tolerance, which stated values hold as well.",
     "history": "Error in held-out data of each fit of the history, next to the noise.",
 }
 """What each picture shows, and how to read it."""
