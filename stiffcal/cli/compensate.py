@@ -125,7 +125,7 @@ def compensate(
     with answering(as_json) as answer:
         from stiffcal.commands.compensate import compensate_campaign
         from stiffcal.compensation.corrected_path import CompensateRequest
-        from stiffcal.compensation.path import Forces
+        from stiffcal.compensation.path_forces import Forces
         from stiffcal.stages.steps import RunContext
 
         context = RunContext(

@@ -212,7 +212,7 @@ def tool_point(text: str) -> tuple[float, ...]:
     (0.0, 0.0, 0.2)
     """
     from stiffcal.campaign.robot.sizes import implausible_length
-    from stiffcal.compensation.path import numbers_of_words
+    from stiffcal.compensation.option_words import numbers_of_words
 
     numbers = numbers_of_words(text, "--tool")
     if len(numbers) != 3:

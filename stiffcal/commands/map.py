@@ -13,7 +13,7 @@ from stiffcal.campaign.checks.prismatic_checks import refuse_prismatic
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.robot.sizes import HEAVIEST_KG
 from stiffcal.compensation.fitted_robot import FittedRobot
-from stiffcal.compensation.path import OPTION_IN_N, numbers_of_words, pose_of_words
+from stiffcal.compensation.option_words import OPTION_IN_N, numbers_of_words, pose_of_words
 from stiffcal.compensation.workspace_map import MapWish, map_of_robot, table_of_map
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode

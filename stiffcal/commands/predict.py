@@ -11,7 +11,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.compensation.load_table import LoadTable, read_load_table
-from stiffcal.compensation.path import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
+from stiffcal.compensation.option_words import OPTION_IN_N, numbers_of_words, pose_doubts, pose_of_words
 from stiffcal.compensation.predicted_states import predicted_states, table_of_states, unknown_twists
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.documents import document_of

@@ -10,12 +10,14 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.compensation.fitted_robot import FittedRobot
-from stiffcal.compensation.path import CompensationPath, Forces, numbers_of_words
-from stiffcal.compensation.table_columns import AXES
+from stiffcal.compensation.loaded_columns import loaded_columns
+from stiffcal.compensation.option_words import numbers_of_words
+from stiffcal.compensation.path import CompensationPath
+from stiffcal.compensation.path_forces import Forces
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
-from stiffcal.quantity import LENGTH, of_component
+from stiffcal.quantity import LENGTH
 from stiffcal.wording import angle, length, lines_in_words, significant
 
 if TYPE_CHECKING:
@@ -254,15 +256,10 @@ def table_of_path(chain: Chain, result: CompensateResult, path: CompensationPath
         columns["segment"] = list(path.table.words["segment"])
     # a billionth of a degree is no motion of a robot: below it stands the solver's rounding
     positions = np.round(chain.printed_positions(corrected.joints), _DECIMALS_OF_DEGREES) + 0.0
-    columns |= {
-        f"{name} [{unit}]": positions[:, k]
-        for k, (name, unit) in enumerate(zip(result.joint_names, chain.position_units, strict=True))
-    }
-    columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": path.wrench[:, k] for k, axis in enumerate(AXES)}
-    for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
-        unit = of_component(k).usual
-        columns[unit.in_brackets(name)] = unit.factor * corrected.deflection[:, k]
-        columns[unit.in_brackets(f"{name} residual, standard uncertainty")] = unit.factor * corrected.std[:, k]
+    columns |= loaded_columns(
+        result.joint_names, chain.position_units, positions, path.wrench, corrected.deflection, corrected.std,
+        "residual, standard uncertainty",
+    )  # fmt: skip
     unit = LENGTH.usual
     columns[unit.in_brackets("residual, 95 %")] = unit.factor * corrected.residual_95
     columns["reached"] = corrected.reached.astype(np.int64)

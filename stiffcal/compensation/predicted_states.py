@@ -10,8 +10,8 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.compensation.fitted_robot import FittedRobot
 from stiffcal.compensation.load_table import LoadTable
-from stiffcal.compensation.table_columns import AXES
-from stiffcal.quantity import LENGTH, of_component, of_joint
+from stiffcal.compensation.loaded_columns import loaded_columns
+from stiffcal.quantity import LENGTH, of_joint
 
 if TYPE_CHECKING:
     from stiffcal.compensation.link_parts import LinkPart
@@ -69,17 +69,12 @@ def table_of_states(result: PredictResult) -> dict[str, Floats]:
     """Return the prediction as columns: degrees, N, N·m, mm, mrad, each with its unit."""
     states = result.states
     joints, wrench = np.array([state.joints for state in states]), np.array([state.wrench for state in states])
-    columns = {
-        f"{name} [{unit}]": of_joint(unit == LENGTH.usual.name).usual.factor * joints[:, k]
-        for k, (name, unit) in enumerate(zip(result.joint_names, result.joint_units, strict=True))
-    }
-    columns |= {f"{axis} [{'N' if k < 3 else 'N*m'}]": wrench[:, k] for k, axis in enumerate(AXES)}
+    factors = np.array([of_joint(unit == LENGTH.usual.name).usual.factor for unit in result.joint_units])
     deflection = np.array([state.deflection for state in states])
     std = np.sqrt([np.diagonal(state.covariance) for state in states])
-    for k, name in enumerate(("dx", "dy", "dz", "rx", "ry", "rz")):
-        unit = of_component(k).usual
-        columns[unit.in_brackets(name)] = unit.factor * deflection[:, k]
-        columns[unit.in_brackets(f"{name} standard uncertainty")] = unit.factor * std[:, k]
+    columns = loaded_columns(
+        result.joint_names, result.joint_units, factors * joints, wrench, deflection, std, "standard uncertainty"
+    )
     for number, link in enumerate(states[0].links):
         link_parts = [state.links[number] for state in states]
         for by_method, by in (

@@ -1,10 +1,11 @@
-"""Numbers in tables that may be in another unit than the one they are read in: radians, metres, kilonewtons."""
+"""Numbers in tables that may be in another unit than they are read in: radians, metres, kN; a table's faults."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.errors import Fault
 from stiffcal.wording import length, significant
 
 # As for tables that are measured (`stiffcal.mistakes.displacements.unit_slips`): no joint turns by more than ±2π
@@ -15,6 +16,8 @@ MOST_RADIANS, LEAST_JOINTS = 2.0 * np.pi, 2
 MOST_METRES = 0.01
 # A robot's give is below 5 cm; no instrument at its tool resolves a hundredth of a millimetre (trackers: 15 µm).
 LARGEST_M, SMALLEST_M = 0.05, 1e-5
+# Faults that are printed of one table.
+MOST_FAULTS = 10
 
 
 def angle_doubts(
@@ -72,3 +75,12 @@ def deflection_doubts(deflection: Floats, wrench: Floats, where: str, mend: str)
         text = f"{loads} deflect the robot by {length(largest, digits=2)}, less than instruments at it show"
         return [f"{where}: {text}: are they in kN? {mend}"]
     return []
+
+
+def shortened(faults: list[Fault]) -> list[Fault]:
+    """Return the first faults of many, the last of them with how many more there are."""
+    if len(faults) <= MOST_FAULTS:
+        return faults
+    last = faults[MOST_FAULTS - 1]
+    more = f"{last.reason} (and {len(faults) - MOST_FAULTS} more lines)"
+    return [*faults[: MOST_FAULTS - 1], Fault(last.code, last.file, last.place, more, last.mend)]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Floats
 from stiffcal.campaign.robot.sizes import LONGEST_M
 from stiffcal.compensation.fitted_robot import FittedRobot
-from stiffcal.compensation.path import OPTION_IN_N, pose_doubts
+from stiffcal.compensation.option_words import OPTION_IN_N, pose_doubts
 from stiffcal.compensation.table_doubts import deflection_doubts
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode

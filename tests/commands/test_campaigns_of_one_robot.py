@@ -16,7 +16,7 @@ from stiffcal.commands.compensate import compensate_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.compensation.corrected_path import CompensateRequest
-from stiffcal.compensation.path import Forces
+from stiffcal.compensation.path_forces import Forces
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.kinematics import attached_poses

@@ -15,7 +15,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.compensate import compensate_campaign
 from stiffcal.compensation.corrected_path import CompensateRequest
 from stiffcal.compensation.fitted_robot import FittedRobot, _cautions
-from stiffcal.compensation.path import Forces, read_path
+from stiffcal.compensation.path import read_path
+from stiffcal.compensation.path_forces import Forces
 from stiffcal.compensation.tool_weight import weight_on_sensor
 from stiffcal.documents import Document, document_of
 from stiffcal.errors import InputError

@@ -19,7 +19,8 @@ from stiffcal.compensation.corrected_path import CompensateRequest
 from stiffcal.compensation.exports.controller import ControllerOptions, reading_setup
 from stiffcal.compensation.exports.step import CompensationStep
 from stiffcal.compensation.fitted_robot import FittedRobot
-from stiffcal.compensation.path import CompensationPath, Forces, read_path
+from stiffcal.compensation.path import CompensationPath, read_path
+from stiffcal.compensation.path_forces import Forces
 from stiffcal.compensation.targets import CorrectionOptions, errors_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.commands.compensate import compensate_campaign
 from stiffcal.compensation.corrected_path import CompensateRequest
-from stiffcal.compensation.path import Forces
+from stiffcal.compensation.path_forces import Forces
 from stiffcal.documents import document_of
 from stiffcal.stages.steps import RunContext
 

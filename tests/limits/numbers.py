@@ -37,6 +37,29 @@ FIXED: Mapping[str, str] = {
     "LOADING": "a name",
     "PEAK": "a name",
     "UNLOADING": "a name",
+    "SECOND_DIFFERENCE": "statistics",
+    "FOURTH_DIFFERENCE": "statistics",
+    "UNIFORM": "statistics",
+    "QUARTER": "statistics",
+    "FIRST_QUARTILE": "statistics",
+    "MEDIAN_OF_DIFFERENCES": "statistics",
+    "KILO": "defined",
+    "TURNS": "defined",
+    "QUARTERS": "defined",
+    "_COUNTED": "defined",
+    "_DIFFERENCES": "defined",
+    "_OF_ONE_AXIS": "defined",
+    "LEAST_NOISE_OF_LOAD": "a guard against rounding",
+    "LEAST_LEFT": "a guard against rounding",
+    "RIDGE": "a guard against rounding",
+    "RANK": "a guard against rounding",
+    "ROUNDING": "a guard against rounding",
+    "_ROUNDING": "a guard against rounding",
+    "_ROUNDED": "a guard against rounding",
+    "MOST_LISTED": "how many are printed",
+    "MOST_EXCLUDED": "how many are printed",
+    "AT_ONCE": "memory",
+    "_ROWS_AT_ONCE": "memory",
     "MOST_NAMED": "how many are printed",
     "MOST_GAPS": "how many are printed",
     "MOST_STRETCHES": "how many are printed",
@@ -44,6 +67,8 @@ FIXED: Mapping[str, str] = {
     "CHUNK": "memory",
 }
 """Numbers that decide nothing, and what they are."""
+GUARD = 1e-11
+"""A number below it keeps a division from having nothing below the line."""
 COSINES = frozenset({"SAME_DIRECTION"})
 """Numbers that are an angle's cosine: the angle is varied."""
 
@@ -93,10 +118,37 @@ def _is_number(value: object) -> bool:
 
 def numbers() -> Iterator[Number]:
     """Give all of them that are no definitions, in the order of files and lines."""
-    for room in ROOMS:
+    for file in files_of(*ROOMS):
+        yield from of_file(file)
+
+
+def files_of(*rooms: str) -> Iterator[Path]:
+    """Give the files of folders and files of the package."""
+    for room in rooms:
         path = PACKAGE / room
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            yield from of_file(file)
+        yield from sorted(path.rglob("*.py")) if path.is_dir() else [path]
+
+
+def unnamed(text: str) -> list[str]:
+    """Return the numbers inside a module's functions that may decide: a share, a count above three.
+
+    Halves, doubles, guards against a division by nothing and digits that are printed are none.
+    """
+    found: list[tuple[int, str]] = []
+    for function in [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef)]:
+        printed = [
+            argument
+            for node in ast.walk(function)
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == "significant"
+            for argument in node.args
+        ]
+        for node in ast.walk(function):
+            value = node.value if isinstance(node, ast.Constant) and node not in printed else None
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                continue
+            if not (value in (0.5, 1.0, 2.0) or value < GUARD or (isinstance(value, int) and value <= 3)):
+                found.append((node.lineno, f"{value} in {function.name}, line {node.lineno}"))
+    return [line for _, line in sorted(set(found))]
 
 
 def of_file(file: Path) -> Iterator[Number]:

@@ -15,41 +15,43 @@ from typing import Any
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.identify import identify_campaign
-from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.steps import RunContext
 from stiffcal.store.provenance import IngestSettings
+from tests.limits.logs import LOGS
 from tests.limits.numbers import ROOMS, Number, numbers
 from tests.limits.page import Moved
 
-CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
-TRIED = ("demo", "hidden/02", "ipa-ur10", "joints/01", "joints/06")
-"""Sampled logs, a table of displacements, measured places, a clamped robot, friction."""
-RUNS = 3
-"""Of each campaign that lists its runs the first ones are kept: the logs of the others are like them."""
 FACTORS = (0.8, 1.2)
 
 
-def of_campaign(name: str, only: str = "") -> dict[str, tuple[Moved, Moved] | None]:
-    """Return by place how answers of one campaign move, smaller and larger; None of numbers that nothing asks for."""
+def asked_in(name: str) -> frozenset[str]:
+    """Return the places of the numbers that the reduction of one campaign's logs asks for."""
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "campaign"
-        if (CAMPAIGNS / name / "simulate.toml").exists():
-            simulate_campaign(CAMPAIGNS / name, folder)
-        else:
-            shutil.copytree(CAMPAIGNS / name, folder, ignore=shutil.ignore_patterns("store"))
-        keep_runs(folder / "campaign.toml", RUNS)
-        reduced(folder)
-        before, asked = asked_by(lambda: reduced(folder))
-        first = identified(folder)
-        result: dict[str, tuple[Moved, Moved] | None] = {}
+        LOGS[name](folder)
+        reduced(folder)  # modules that are imported on the way
+        _, asked = asked_by(lambda: reduced(folder))
+        return frozenset(
+            number.place
+            for number in numbers()
+            if number.name in asked.get(number.module, ()) or _asked_elsewhere(number, asked)
+        )
+
+
+def of_campaign(name: str, places: frozenset[str]) -> dict[str, tuple[Moved, Moved]]:
+    """Return by place how answers of one campaign move, smaller and larger, of the numbers at these places."""
+    result: dict[str, tuple[Moved, Moved]] = {}
+    if not places:
+        return result
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "campaign"
+        LOGS[name](folder)
+        before, first = reduced(folder), identified(folder)
         for number in numbers():
-            if only not in number.place:
-                continue
-            if number.name not in asked.get(number.module, ()) and not _asked_elsewhere(number, asked):
-                result[number.place] = None
+            if number.place not in places:
                 continue
             moved = []
             for factor in FACTORS:
@@ -59,12 +61,6 @@ def of_campaign(name: str, only: str = "") -> dict[str, tuple[Moved, Moved] | No
             result[number.place] = (moved[0], moved[1])
             print(name, number.place, *moved, file=sys.stderr, flush=True)
         return result
-
-
-def keep_runs(manifest: Path, count: int) -> None:
-    """Leave out all but the first runs that a manifest lists."""
-    head, *runs = manifest.read_text(encoding="utf-8").split("[[runs]]")
-    manifest.write_text("[[runs]]".join([head, *runs[:count]]), encoding="utf-8")
 
 
 def reduced(folder: Path) -> str:
@@ -90,8 +86,10 @@ def identified(folder: Path) -> IdentifyResult | str:
 
 def compared(before: IdentifyResult | str, after: IdentifyResult | str) -> Moved:
     """Return how an answer differs from the one before."""
-    if isinstance(before, str) or isinstance(after, str):
-        return Moved(refused=isinstance(after, str) and not isinstance(before, str), other=before != after)
+    if isinstance(before, str):
+        return Moved(named=before != after)
+    if isinstance(after, str):
+        return Moved(refused=True)
     old = {one.name: one for one in before.parameters}
     shifts = []
     for one in after.parameters:

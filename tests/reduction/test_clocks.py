@@ -66,6 +66,8 @@ def test_a_log_whose_rate_is_wrong_is_named_by_how_long_it_lasts() -> None:
     found = offset_between(SharedSignal("ft", time, wrench, True), fast)
     assert found.value is None
     assert "check rate_hz" in found.reason
+    in_ms = replace(tracker, time=tracker.time * 1000.0)
+    assert "in ms and" in offset_between(SharedSignal("ft", time, wrench, True), in_ms).reason
 
 
 def test_given_offsets_are_taken_and_the_first_source_counts() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from stiffcal.campaign.checks.together import frames_of_signal
+from stiffcal.campaign.checks.source_checks import frames_of_signal
 from stiffcal.campaign.found.experiment_kinds import OF_SOME_KINDS, kinds_that_read
 from stiffcal.campaign.found.file_formats import format_names
 from stiffcal.campaign.manifest.manifest import Manifest

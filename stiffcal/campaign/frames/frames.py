@@ -170,7 +170,7 @@ def _load(manifest: Manifest, gravity: float) -> _Load:
             point = signal.point_frame or axes
             loads.append((place, _Load(axes, point, signal.moments_measured, force, moment, signal.tared)))
         elif isinstance(signal, DeadWeight) and manifest.sources[source].wrench is None:
-            # Next to a measured force it is what that force is compared with (stiffcal.reduction.states.known_weights).
+            # Next to a measured force it is what that force is compared with (stiffcal.mistakes.known_weights).
             mass = None if signal.sigma is None else signal.sigma.mass
             force = None if mass is None else mass * signal.unit_of("mass").factor * gravity
             loads.append((place, _Load("base", signal.point, False, force, None, "no", is_weight=True)))

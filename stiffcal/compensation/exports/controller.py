@@ -12,7 +12,7 @@ import numpy as np
 from stiffcal import __version__
 from stiffcal.campaign.checks.prismatic_checks import refuse_prismatic
 from stiffcal.compensation.fitted_robot import FittedRobot
-from stiffcal.compensation.path import pose_of_words, tool_of_words
+from stiffcal.compensation.option_words import pose_of_words, tool_of_words
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.trust.output_kinds import EXPORT

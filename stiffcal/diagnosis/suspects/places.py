@@ -9,12 +9,11 @@ from stiffcal.diagnosis.thresholds import LEAST_PLACES
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.uncertainty import NORMAL_MAD
 
 # m; a robot's own inaccuracy and its sag under weight, which differ from pose to pose, come to some 20 mm (physics,
 # section 0); five of these units are beyond that.
 LEAST_MISS = 6e-3
-# Of a normal distribution the median distance from the median, times this, is the standard deviation.
-NORMAL_MAD = 1.4826
 
 
 def place_misses(states: LoadStates, chain: Chain) -> Floats:

@@ -71,7 +71,7 @@ UNITS: tuple[tuple[float, str], ...] = (
 )
 """What a stiffness is to be multiplied by where a campaign has this mistake throughout, and its words. All that fit are
 named, as these factors differ by less than robots do. Pounds (4.4 N) are not among them: that much robots differ
-themselves, and only a known weight shows them (`stiffcal.reduction.states.known_weights`).
+themselves, and only a known weight shows them (`stiffcal.mistakes.known_weights`).
 """
 
 

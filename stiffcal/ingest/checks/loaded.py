@@ -88,8 +88,8 @@ def check_loaded(
     from stiffcal.ingest.reading.reducing import ReadingOptions, collect_raw_states, placed_states
     from stiffcal.ingest.reading.run_readings import earlier_readings
     from stiffcal.judgement.suspects import suspects_in
+    from stiffcal.mistakes.known_weights import weight_warnings
     from stiffcal.reduction.set_aside.outliers import reject_outliers
-    from stiffcal.reduction.states.known_weights import weight_warnings
     from stiffcal.store import Store
 
     any_table = any(source.is_states for source in campaign.manifest.sources.values())

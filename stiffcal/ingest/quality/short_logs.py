@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stiffcal.reduction.logs.summary import LogSummary
+from stiffcal.uncertainty import MEDIAN_OF_NORMAL
 from stiffcal.wording import significant
 
 SURE = 5.0
@@ -15,8 +16,6 @@ LEAST = 0.1
 """Of a run's length: with ten loads and more, one of them."""
 FEWEST_RUNS = 3
 """Of which one can differ from the others."""
-# Of a normal distribution the median distance from the median, in standard deviations.
-_MEDIAN_DISTANCE = 0.6745
 
 
 def short_logs(logs: Mapping[tuple[str, str, str], LogSummary]) -> list[str]:
@@ -44,7 +43,7 @@ def short_logs(logs: Mapping[tuple[str, str, str], LogSummary]) -> list[str]:
     for source, of_source in shares.items():
         values = np.array([share for share, _, _ in of_source])
         usual = float(np.median(values))
-        scatter = float(np.median(np.abs(values - usual))) / _MEDIAN_DISTANCE
+        scatter = float(np.median(np.abs(values - usual))) / MEDIAN_OF_NORMAL
         if len(of_source) < FEWEST_RUNS:
             continue
         for share, run, longest in of_source:

@@ -31,6 +31,7 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mistakes.absolute.place_faults import place_faults
 from stiffcal.mistakes.clocks.found import clock_warnings
+from stiffcal.mistakes.known_weights import weight_warnings
 from stiffcal.readers import WantedColumns
 from stiffcal.reduction.holds.finding import Holds, given_holds
 from stiffcal.reduction.logs.blocks import BlockAverager, Blocks
@@ -42,7 +43,6 @@ from stiffcal.reduction.registration.registering import in_instrument_axes, regi
 from stiffcal.reduction.set_aside.outliers import reject_outliers
 from stiffcal.reduction.set_aside.run_displacements import check_displacements
 from stiffcal.reduction.states.ingested_runs import IngestedRun, UnusedData, sum_up_dropped
-from stiffcal.reduction.states.known_weights import weight_warnings
 from stiffcal.reduction.states.load_states import load_states
 from stiffcal.reduction.states.raw_states import RawStates, no_states, of_run, stacked
 from stiffcal.reduction.states.recordings import beginning, reduce_run

@@ -18,6 +18,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.documents import KeyIf, Number
+from stiffcal.quantities import unit, unit_names
 from stiffcal.reduction.clocks.ramps import MOST_STEPS, Integral, ramp_answers, robust_mean, spread_of
 from stiffcal.reduction.holds.finding import Holds, find_holds
 from stiffcal.reduction.logs.blocks import noise_of
@@ -44,6 +45,20 @@ AGAIN, WHOLLY = 1.02, 0.999
 # of the one lag, with t = 5.
 STEPS_PER_NUMBER, STEPS = 3.0, 10.0
 SETTLED_S = 1e-6  # a lag that moves by less has settled: a fiftieth of the quickest logs' step
+# Of a log's range, for the noise of one that shows none (coarse digits, a simulation): less than any sensor's.
+LEAST_NOISE, LEAST_NOISE_OF_LOAD = 1e-6, 1e-9
+ROUNDING = 1e-6  # of a step of the grid: a reading that is on a grid point but for rounding is on it
+RIDGE = 1e-6  # of a regression's mean square: components of a load that do not move have no gain
+LEAST_LEFT = 1e-9  # of the squares: what is explained whole has a finite likelihood
+OF_RAMP = 0.25  # of the usual ramp: over it the load is averaged, so that a ramp has four such means
+SPARE_STEPS = 4  # steps more than components of a load: fewer show no contradiction
+RANK = 1e-6  # of the largest step: components that do not move
+END_SHARE = 0.25  # of a stretch at each end, whose means give its step
+LEAST_HOLDS = 4  # whose ramps determine a lag: three, of which two can outvote one
+MOST_OF_HOLD = 0.4  # of the way from hold to hold, on each side of a ramp: windows do not meet
+LEAST_OF_HOLD = 0.2  # of a hold on each side of a ramp: its level is known
+LEVEL_READINGS, NEARLY_ALL = 4.0, 0.9  # likewise of a slow log: so many readings, of no more than this of the hold
+WINDOWS, RAMPS_A_WINDOW = 24, 10.0  # where there are no holds: equal stretches, each averaged over a tenth of it
 
 
 @dataclass(frozen=True)
@@ -199,11 +214,11 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
     u = _on_grid(first, step)
     y = _on_grid(second, step)
     u = (u - u.mean(axis=0)) / np.maximum(u.std(axis=0), 1e-12 * max(np.abs(u).max(), 1e-300))
-    noise = np.maximum(noise_of(second.values), 1e-6 * np.maximum(np.ptp(second.values, axis=0), 1e-300))
+    noise = np.maximum(noise_of(second.values), LEAST_NOISE * np.maximum(np.ptp(second.values, axis=0), 1e-300))
     y = (y - y.mean(axis=0)) / noise
     lags, gain, share = _gain_of_lags(u, y)
     if lags.size == 0:
-        return f"{first.source} and {second.source} overlap too little"
+        return f"{first.source} and {second.source} overlap too little{_of_another_length(first, second)}"
     best = int(np.argmax(gain))
     n_free = u.shape[1] * y.shape[1]
     explained = share[best] * min(len(u), len(y))
@@ -227,14 +242,30 @@ def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
 
 
 def _of_another_length(first: SharedSignal, second: SharedSignal) -> str:
-    """Return in words that the two logs last so differently that a rate or a unit of time is wrong, or ""."""
+    """Return in words that the two logs last so differently that a rate or a unit of time is wrong, or "".
+
+    Which unit it is, the logs decide: with times in it one follows the other.
+    """
     lasts, other = float(np.ptp(second.time)), float(np.ptp(first.time))
-    if other <= MOST_APART * lasts and lasts <= MOST_APART * other:
+    if _as_long(lasts, other):
         return ""
-    return (
-        f", and lasts {significant(lasts, 4)} s where that lasts {significant(other, 4)} s: check "
-        f"rate_hz or the unit of time of both"
-    )
+    sentence = f", and lasts {significant(lasts, 4)} s where that lasts {significant(other, 4)} s: "
+    for name in unit_names("time"):
+        factor = unit(name, "time").factor
+        for scale, numbers, taken in ((factor, name, "s"), (1.0 / factor, "s", name)):
+            if not _as_long(scale * lasts, other):
+                continue
+            scaled = SharedSignal(second.source, scale * second.time, second.values, second.leads)
+            if not isinstance(_coarse_lag(first, scaled), str):
+                return (
+                    f"{sentence}it does where its times are in {numbers} and were taken for {taken}, or those of "
+                    f"{first.source} the other way round"
+                )
+    return f"{sentence}check rate_hz or the unit of time of both"
+
+
+def _as_long(lasts: float, other: float) -> bool:
+    return other <= MOST_APART * lasts and lasts <= MOST_APART * other
 
 
 def _interval(time: Floats) -> float:
@@ -243,7 +274,7 @@ def _interval(time: Floats) -> float:
 
 def _on_grid(signal: SharedSignal, step: float) -> Floats:
     """Return the values averaged in steps from the log's start, gaps filled from their neighbours."""
-    index = np.floor((signal.time - signal.time[0]) / step + 1e-6).astype(np.int64)
+    index = np.floor((signal.time - signal.time[0]) / step + ROUNDING).astype(np.int64)
     n = int(index[-1]) + 1
     count = np.bincount(index, minlength=n)
     sums = np.stack([np.bincount(index, weights=column, minlength=n) for column in signal.values.T], axis=1)
@@ -277,14 +308,14 @@ def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
     cross = np.empty((lags.size, design.shape[1], y.shape[1]))
     for column in range(y.shape[1]):
         cross[:, :, column] = np.fft.irfft(spectrum_u * spectrum_y[:, column : column + 1], size, axis=0)[lags % size]
-    ridge = 1e-6 * np.trace(gram, axis1=1, axis2=2)[:, None, None] / design.shape[1] * np.eye(design.shape[1])
+    ridge = RIDGE * np.trace(gram, axis1=1, axis2=2)[:, None, None] / design.shape[1] * np.eye(design.shape[1])
     explained = np.einsum("lpc,lpc->l", cross, np.linalg.solve(gram + ridge, cross))
     squares = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y * y, axis=0)])
     sums = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y, axis=0)])
     total = (squares[last] - squares[first]).sum(axis=1)
     constant = ((sums[last] - sums[first]) ** 2).sum(axis=1) / overlap
     about = np.maximum(total - constant, 1e-300)
-    residual = np.clip(total - explained, 1e-9 * about, about)
+    residual = np.clip(total - explained, LEAST_LEFT * about, about)
     return lags.astype(np.float64), overlap * np.log(about / residual), 1.0 - residual / about
 
 
@@ -294,12 +325,13 @@ def _refine_lag(first: SharedSignal, second: SharedSignal, lag: float) -> Source
     windows = _windows(first, first.holds, width)
     if not _steps_agree(windows, first, second, lag):
         return SourceClockOffset(None, None, f"{second.source} does not show the load steps in {first.source}")
-    noise = np.maximum(noise_of(second.values), 1e-6 * np.maximum(np.ptp(second.values, axis=0), 1e-300))
+    noise = np.maximum(noise_of(second.values), LEAST_NOISE * np.maximum(np.ptp(second.values, axis=0), 1e-300))
     white = second.values / noise
     running = Integral(
-        first.time, first.values / np.maximum(noise_of(first.values), 1e-9 * np.ptp(first.values) + 1e-300)
+        first.time,
+        first.values / np.maximum(noise_of(first.values), LEAST_NOISE_OF_LOAD * np.ptp(first.values) + 1e-300),
     )
-    scale = max(width, 0.25 * float(np.median([ramp for _, _, ramp in windows])))
+    scale = max(width, OF_RAMP * float(np.median([ramp for _, _, ramp in windows])))
     move, share, steps, weights, gentle = np.inf, 1.0, *np.zeros((3, 0))
     for _ in range(MOST_STEPS):
         steps, weights = ramp_answers(windows, running, second.time, white, lag, scale)
@@ -331,18 +363,18 @@ def _steps_agree(
     steps = [(_step(first, begin, end), _step(second, begin + lag, end + lag)) for begin, end, _ in windows]
     complete = [(a, b) for a, b in steps if a is not None and b is not None]
     n_free = first.values.shape[1]
-    if len(complete) < n_free + 4:
+    if len(complete) < n_free + SPARE_STEPS:
         return True  # too few to judge by
     u, y = np.stack([a for a, _ in complete]), np.stack([b for _, b in complete])
     y = y / np.maximum(np.sqrt(np.mean(y**2, axis=0)), 1e-300)
-    residual = y - u @ np.linalg.lstsq(u, y, rcond=1e-6)[0]
+    residual = y - u @ np.linalg.lstsq(u, y, rcond=RANK)[0]
     share = float(np.sum(residual**2) / np.sum(y**2))
     return bool(len(complete) * np.log(1.0 / max(share, 1e-12)) > STEPS_PER_NUMBER * n_free + STEPS)
 
 
 def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:
     """Return the change of a log from the first to the last quarter of a stretch, None where it has no readings."""
-    quarter = 0.25 * (end - begin)
+    quarter = END_SHARE * (end - begin)
     a, b, c, d = np.searchsorted(signal.time, [begin, begin + quarter, end - quarter, end])
     if a >= b or c >= d:
         return None
@@ -351,16 +383,18 @@ def _step(signal: SharedSignal, begin: float, end: float) -> Floats | None:
 
 def _windows(signal: SharedSignal, holds: Holds, width: float) -> list[tuple[float, float, float]]:
     """Return begin, end and ramp time of the stretches that determine the lag."""
-    if len(holds) >= 4:
+    if len(holds) >= LEAST_HOLDS:
         ramp = holds.reached[1:] - holds.left[:-1]
-        margin = np.minimum(np.maximum(ramp, 0.0), 0.4 * np.minimum(np.diff(holds.left), np.diff(holds.reached)))
+        margin = np.minimum(
+            np.maximum(ramp, 0.0), MOST_OF_HOLD * np.minimum(np.diff(holds.left), np.diff(holds.reached))
+        )
         # on either side enough to know the level: of a slow log four readings
-        margin = np.maximum(margin, 0.2 * (holds.left - holds.reached)[1:])
+        margin = np.maximum(margin, LEAST_OF_HOLD * (holds.left - holds.reached)[1:])
         shorter_hold = np.minimum((holds.left - holds.reached)[1:], (holds.left - holds.reached)[:-1])
-        margin = np.maximum(margin, np.minimum(4.0 * width, 0.9 * shorter_hold))
+        margin = np.maximum(margin, np.minimum(LEVEL_READINGS * width, NEARLY_ALL * shorter_hold))
         return [
             (float(a), float(b), float(r))
             for a, b, r in zip(holds.left[:-1] - margin, holds.reached[1:] + margin, ramp, strict=True)
         ]
-    edges = np.linspace(signal.time[0], signal.time[-1], 25)
-    return [(float(a), float(b), float(b - a) / 10.0) for a, b in pairwise(edges)]
+    edges = np.linspace(signal.time[0], signal.time[-1], WINDOWS + 1)
+    return [(float(a), float(b), float(b - a) / RAMPS_A_WINDOW) for a, b in pairwise(edges)]

@@ -10,8 +10,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.uncertainty import NORMAL_MAD
 
 MOST_STEPS = 50  # of what is found step by step: a lag, a robust mean
+LEAST_STEP_SQUARED = 50.0  # noises², of the load over a ramp: seven noises of its sensor, else there is no step here
+LEAST_ON_RAMP = 5  # readings: level, gain and lag of a ramp are three numbers
+ENDS_OF_RAMP = 6  # one of so many parts of a ramp at each end: their means give the direction of the load
+HUBER = 2.0  # scales from the middle: answers within them count whole (Huber 1981: 1.5 to 2)
+SETTLED = 1e-9  # of the answers' range
 
 
 class Integral:
@@ -50,17 +56,17 @@ def ramp_answers(
     first, last = running.first + scale, running.last - scale
     begin, end = (np.array([window[side] for window in windows]) for side in (0, 1))
     start, stop = np.searchsorted(time, [np.maximum(begin, first) + lag, np.minimum(end, last) + lag])
-    start, stop = start[stop - start >= 5], stop[stop - start >= 5]
+    start, stop = start[stop - start >= LEAST_ON_RAMP], stop[stop - start >= LEAST_ON_RAMP]
     if start.size == 0:
         return np.zeros(0), np.zeros(0)
     load, slope = running.course(time[_stretches(start, stop)] - lag, scale)
     # one scalar per ramp: the load along the direction in which it changes
     count = stop - start
-    edges, sixth = np.cumsum(count) - count, np.maximum(count // 6, 1)
+    edges, sixth = np.cumsum(count) - count, np.maximum(count // ENDS_OF_RAMP, 1)
     sums = np.add.reduceat(load, np.stack([edges, edges + sixth, edges + count - sixth], axis=1).ravel(), axis=0)
     direction = (sums[2::3] - sums[::3]) / sixth[:, None]
     length = np.sum(direction**2, axis=1)
-    ramps = length >= 50.0  # seven times the force sensor's noise: else there is no step here
+    ramps = length >= LEAST_STEP_SQUARED
     if not ramps.any():
         return np.zeros(0), np.zeros(0)
     ramp_of_sample = np.repeat(ramps, count)
@@ -113,10 +119,10 @@ def robust_mean(steps: Floats, weights: Floats) -> tuple[float, Floats]:
     centre = float(steps[order[int(np.searchsorted(cumulated, 0.5 * cumulated[-1]))]])
     for _ in range(MOST_STEPS):  # a mean that has not settled moves the lag, whose own test judges it
         away = np.abs(steps - centre) * np.sqrt(weights)
-        scale = max(1.4826 * _median(away), 1e-12)
-        gentle = weights * np.minimum(1.0, 2.0 * scale / np.maximum(away, 1e-300))
+        scale = max(NORMAL_MAD * _median(away), 1e-12)
+        gentle = weights * np.minimum(1.0, HUBER * scale / np.maximum(away, 1e-300))
         before, centre = centre, float((gentle @ steps) / gentle.sum())
-        if abs(centre - before) <= 1e-9 * float(np.ptp(steps)):
+        if abs(centre - before) <= SETTLED * float(np.ptp(steps)):
             break
     return centre, gentle
 

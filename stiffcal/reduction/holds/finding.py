@@ -16,11 +16,31 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch
-from stiffcal.reduction.logs.blocks import noise_of
+from stiffcal.reduction.logs.blocks import SECOND_DIFFERENCE, noise_of
+from stiffcal.uncertainty import chi_square_bound
 
 SAME_LEVEL = 0.003  # of the log's range: changes smaller than this do not cut a hold
 SAME_LOAD = 0.01  # of the log's range: holds side by side that differ by less are one (sensor drift, relaxation)
-LEAST_BLOCKS = 4  # of a level
+LEAST_BLOCKS = 4  # of a level; a log needs two of them
+ADJACENT = 0.1  # of the shorter of two holds: what cuts one load for no longer is a passing disturbance
+MEANS_OF = (8, 32)  # readings: noise slower than single readings shows in means of so many
+TAILS = 0.005  # of a log's readings at each end of its range: they may be spikes
+LEAST_NOISE = 1e-4  # of the largest range: stands in for the noise of a log that has none
+SPIKE = 6.0  # noises from the median of its neighbours: by chance one normal reading in 5·10⁸
+NEIGHBOURS = 2  # on each side, with which a spike is compared: more than half of five are sound next to two
+CORNER = 5.0  # noises of a second difference: the start of a ramp, not noise
+MANY_CORNERS = 0.05  # of the readings: ramps are a few readings long, and their corners are not smooth noise
+SMOOTH_MEANS = (2, 4)  # readings, in whose means the noise of a filtered sensor shows
+SMOOTH = (1.35, 1.5)  # times as much as single readings: white noise shows 1, means of two readings 1.9 and 2.2
+MOST_SMOOTH = 8.0  # times the noise of single readings: a filter over 64 of them
+LEAST_MEANS = 12  # of which a quartile is known to a half
+QUARTER, FIRST_QUARTILE = 0.25, 0.3186  # of |N(0, 1)|: ramps and steps leave the smallest quarter of differences alone
+CUT_EXPONENT = 16.0  # a cut by chance: at most e⁻¹⁶, 1e-7, a place
+EDGE_EXPONENT = 12.0  # an edge by chance: at most e⁻¹², 6e-6, a window
+OUTER = 4  # one of so many parts of a hold at each end may hold the end of a ramp: noise and level are the middle's
+EDGES = 5  # likewise where a hold is distinguished from a slice of a ramp, which is shorter
+SURE = 3.0  # noises of the mean of a few blocks, and tolerances at most, in which two levels may be one
+STEADY = 0.25  # of the tolerance: by what a level may change inside
 SLOW = 1.3  # times the noise of single readings, in means of several: it is not white
 MOST_LOOKS = 30  # for noise that is not white: each finds less of it, and it ends where none is left
 LEAST_SPREADS = 8  # of means, from which the noise in them is known to a quarter: 1 / √(2 · 8)
@@ -31,6 +51,7 @@ CLEAR_REST = 6.0  # likewise: surely a hold, whose durations give what is usual
 SLICE = 0.05  # of what most of the time is spent in: a slice of a ramp, not a hold
 SHORT_HOLD = 0.35  # of the usual duration: shorter ones are pauses or settling
 SHORT_PAUSE = 0.1  # likewise: shorter ones are not worth separating from the ramps
+LEAST_USUAL = 3  # holds, whose median is the usual one whatever one of them is
 LONG_END = 1.25  # of the median: a log that runs on before the first or after the last load is cut to the median
 EDGE_SHARE = 0.03  # of a hold: the window that looks for its edges, and the margin left off at each
 
@@ -88,7 +109,7 @@ def find_holds(time: Floats, values: Floats) -> Holds:
     >>> len(find_holds(time, load[:, None]))
     3
     """
-    if time.size < 8:
+    if time.size < 2 * LEAST_BLOCKS:
         return _none(UnusedStretch(0.0, 0.0, UnusedCode.TOO_FEW_READINGS))
     white, tolerance = _whiten(values)
     kept, pauses = _levels(time, white, tolerance)
@@ -126,7 +147,7 @@ def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece]
     inner = np.sort([d for d, p in zip(duration, holds, strict=True) if p.first > 0 and p.last < len(time)] or duration)
     heavy = inner[np.searchsorted(np.cumsum(inner), 0.5 * inner.sum())]
     clear = duration[(stay[level] > CLEAR_REST) & (duration > SLICE * heavy)]
-    usual = float(np.median(clear if clear.size >= 3 else duration))
+    usual = float(np.median(clear if clear.size >= LEAST_USUAL else duration))
     long_enough = duration >= SHORT_HOLD * usual
     # Before the first load nobody waits longer than until nothing moves; that is the reference.
     long_enough |= (stay[level] > CLEAR_REST) & np.array([piece.first == 0 for piece in holds], dtype=np.bool_)
@@ -141,7 +162,7 @@ def _side_by_side(holds: Sequence[_Piece], tolerance: float) -> list[_Piece]:
     merged = list(holds[:1])
     for piece in holds[1:]:
         last = merged[-1]
-        is_adjacent = piece.first - last.last <= 0.1 * min(piece.last - piece.first, last.last - last.first)
+        is_adjacent = piece.first - last.last <= ADJACENT * min(piece.last - piece.first, last.last - last.first)
         if is_adjacent and np.linalg.norm(piece.mean - last.mean) < tolerance * SAME_LOAD / SAME_LEVEL:
             n, n_added = last.last - last.first, piece.last - piece.first
             merged[-1] = _Piece(last.first, piece.last, (n * last.mean + n_added * piece.mean) / (n + n_added))
@@ -153,31 +174,31 @@ def _side_by_side(holds: Sequence[_Piece], tolerance: float) -> list[_Piece]:
 def _slow_noise(white: Floats, holds: Sequence[_Piece]) -> Floats:
     """Return (c,) how much more means of several readings scatter inside holds than white noise of the same size."""
     most = np.ones(white.shape[1])
-    for size in (8, 32):
+    for size in MEANS_OF:
         spreads = []
         for piece in holds:
             n = piece.last - piece.first
-            inside = white[piece.first + n // 4 : piece.last - n // 4]
+            inside = white[piece.first + n // OUTER : piece.last - n // OUTER]
             n_used = len(inside) // size * size
             if n_used >= 3 * size:
                 means = inside[:n_used].reshape(-1, size, white.shape[1]).mean(axis=1)
                 spreads.append(0.5 * np.diff(means, axis=0) ** 2 * size)
-        if sum(len(spread) for spread in spreads) >= (1 if size == 8 else LEAST_SPREADS):
+        if sum(len(spread) for spread in spreads) >= (1 if size == MEANS_OF[0] else LEAST_SPREADS):
             most = np.maximum(most, np.sqrt(np.concatenate(spreads).mean(axis=0)))
     return np.asarray(most)
 
 
 def _whiten(values: Floats) -> tuple[Floats, float]:
     """Return values over their noise with single spikes taken out, and the difference below which levels are one."""
-    low, high = np.quantile(values, [0.005, 0.995], axis=0)
+    low, high = np.quantile(values, [TAILS, 1.0 - TAILS], axis=0)
     spread = high - low
     # A log without noise (a simulation, coarse digits) still has levels: its resolution stands in.
-    floor = np.maximum(1e-4 * spread.max(), np.finfo(float).tiny)
+    floor = np.maximum(LEAST_NOISE * spread.max(), np.finfo(float).tiny)
     noise = np.maximum(_noise(values), floor)
     white = (values - np.median(values, axis=0)) / noise
-    padded = np.pad(white, ((2, 2), (0, 0)), mode="edge")
-    around = np.median(np.stack([padded[k : k + len(white)] for k in range(5)]), axis=0)
-    white = np.where(np.abs(white - around) > 6.0, around, white)
+    padded = np.pad(white, ((NEIGHBOURS, NEIGHBOURS), (0, 0)), mode="edge")
+    around = np.median(np.stack([padded[k : k + len(white)] for k in range(2 * NEIGHBOURS + 1)]), axis=0)
+    white = np.where(np.abs(white - around) > SPIKE, around, white)
     return white, _tolerance(white)
 
 
@@ -188,43 +209,42 @@ def _noise(values: Floats) -> Floats:
     few readings long, looks smooth too; its corners stand out from the noise, and it is left alone.
     """
     fine = noise_of(values)
-    if len(values) < 16:
-        return fine
     bend = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
-    if np.mean((bend > 5.0 * np.sqrt(6.0) * fine).any(axis=1)) > 0.05:
+    if np.mean((bend > CORNER * np.sqrt(SECOND_DIFFERENCE) * fine).any(axis=1)) > MANY_CORNERS:
         return fine
-    pairs, fours = _noise_of_means(values, 2), _noise_of_means(values, 4)
+    pairs, fours = (_noise_of_means(values, size) for size in SMOOTH_MEANS)
     noisy = fine > 0.0
-    smooth = (
-        noisy.any() and np.median(pairs[noisy] / fine[noisy]) > 1.35 and np.median(fours[noisy] / fine[noisy]) > 1.5
+    smooth = noisy.any() and all(
+        np.median(means[noisy] / fine[noisy]) > least for means, least in zip((pairs, fours), SMOOTH, strict=True)
     )
-    return np.asarray(np.clip(fours, fine, 8.0 * fine)) if smooth else fine
+    return np.asarray(np.clip(fours, fine, MOST_SMOOTH * fine)) if smooth else fine
 
 
 def _noise_of_means(values: Floats, size: int) -> Floats:
     """Return the noise (c,) by means of `size` readings: from the smallest quarter of their second differences.
 
-    Ramps and steps leave that quarter alone; 0.3186 is the first quartile of |N(0, 1)|.
+    Ramps and steps leave that quarter alone. Of too few readings it is 0.
     """
     n_used = len(values) // size * size
     means = values[:n_used].reshape(-1, size, values.shape[1]).mean(axis=1)
-    if len(means) < 12:
+    if len(means) < LEAST_MEANS:
         return np.zeros(values.shape[1])
     bend = np.abs(means[2:] - 2.0 * means[1:-1] + means[:-2])
-    return np.asarray(np.quantile(bend, 0.25, axis=0) / (0.3186 * np.sqrt(6.0)) * np.sqrt(size))
+    return np.asarray(
+        np.quantile(bend, QUARTER, axis=0) / (FIRST_QUARTILE * np.sqrt(SECOND_DIFFERENCE)) * np.sqrt(size)
+    )
 
 
 def _tolerance(white: Floats) -> float:
     """Return the change of level, in units of noise, that is too small to matter or to be detected."""
-    low, high = np.quantile(white, [0.005, 0.995], axis=0)
+    low, high = np.quantile(white, [TAILS, 1.0 - TAILS], axis=0)
     return max(SAME_LEVEL * float(np.linalg.norm(high - low)), 0.5)
 
 
 def _segment(white: Floats, tolerance: float) -> list[_Piece]:
     """Cut at every change of level: chunk by chunk, each where the step is most significant, until nothing changes."""
     n_channels = white.shape[1]
-    # chi-square of c degrees at a false alarm of about 1e-7 per place (Laurent & Massart 2000, Lemma 1, x = 16)
-    bound = n_channels + 2.0 * np.sqrt(16.0 * n_channels) + 32.0
+    bound = chi_square_bound(n_channels, CUT_EXPONENT)
     pieces: list[_Piece] = []
     for begin in range(0, len(white), CHUNK):
         stack = [(begin, min(begin + CHUNK, len(white)))]
@@ -262,8 +282,8 @@ def _merge_alike(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
     for piece in pieces[1:]:
         current = merged[-1]
         # the level of a piece of a few blocks is known only to its own noise
-        uncertain = 3.0 * np.sqrt(piece.mean.size / (piece.last - piece.first))
-        if np.linalg.norm(piece.mean - current.mean) < max(tolerance, min(uncertain, 3.0 * tolerance)):
+        uncertain = SURE * np.sqrt(piece.mean.size / (piece.last - piece.first))
+        if np.linalg.norm(piece.mean - current.mean) < max(tolerance, min(uncertain, SURE * tolerance)):
             n, n_added = current.last - current.first, piece.last - piece.first
             mean = (n * current.mean + n_added * piece.mean) / (n + n_added)
             merged[-1] = _Piece(current.first, piece.last, mean)
@@ -311,7 +331,7 @@ def _ramps(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> tuple[Float
 
 def _abruptness(white: Floats, before: _Piece, after: _Piece, way: float) -> float:
     """Return the share of the way between two levels that lies at their border: 1 for a step, a quarter in a ramp."""
-    quarter = max(min(before.last - before.first, after.last - after.first) // 4, 1)
+    quarter = max(min(before.last - before.first, after.last - after.first) // OUTER, 1)
     step = _mean(white[after.first : after.first + quarter]) - _mean(white[before.last - quarter : before.last])
     squared = float(step @ step) - 2.0 * white.shape[1] / quarter
     return min(float(np.sqrt(max(squared, 0.0))) / max(way, 1e-300), 1.0)
@@ -322,10 +342,11 @@ def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:
     n = piece.last - piece.first
     if n < LEAST_BLOCKS:
         return False
-    edge, half = n // 5, max((n - 2 * (n // 5)) // 2, 1)
+    edge = n // EDGES
+    half = max((n - 2 * edge) // 2, 1)
     inside = white[piece.first + edge : piece.last - edge]
     change = np.linalg.norm(_mean(inside[-half:]) - _mean(inside[:half]))
-    return bool(change < 0.25 * tolerance + 2.0 * np.sqrt(2.0 * white.shape[1] / half))
+    return bool(change < STEADY * tolerance + 2.0 * np.sqrt(2.0 * white.shape[1] / half))
 
 
 def _with_edges(
@@ -337,7 +358,7 @@ def _with_edges(
     piece_edges = [_edges(white, *around, tolerance) for around in zip(kept, lowest, highest, strict=True)]
     edges = np.array(piece_edges, dtype=np.int64)
     reached, left = time[edges[:, 0]], time[edges[:, 1]]
-    margin = np.minimum(EDGE_SHARE * (left - reached), 0.25 * (left - reached))
+    margin = EDGE_SHARE * (left - reached)
     start, end = reached + margin, left - margin
     dropped = [
         UnusedStretch(float(time[piece.first]), float(time[piece.last - 1]), UnusedCode.HELD_BRIEFLY)
@@ -354,12 +375,11 @@ def _with_edges(
 def _edges(white: Floats, piece: _Piece, lowest: int, highest: int, tolerance: float) -> tuple[int, int]:
     """Return the first and last block of the hold around the middle half of ``piece``."""
     n = piece.last - piece.first
-    begin, stop = piece.first + n // 4, piece.last - n // 4
+    begin, stop = piece.first + n // OUTER, piece.last - n // OUTER
     level = white[begin:stop].mean(axis=0)
     window = max(int(EDGE_SHARE * n), 1)
     n_channels = white.shape[1]
-    # chi-square of c degrees, false alarm about 1e-5 per window (Laurent & Massart, x = 12)
-    allowed = (n_channels + 2.0 * np.sqrt(12.0 * n_channels) + 24.0) / window + (0.5 * tolerance) ** 2
+    allowed = chi_square_bound(n_channels, EDGE_EXPONENT) / window + (0.5 * tolerance) ** 2
     after = np.concatenate([np.zeros((1, n_channels)), np.cumsum(white[lowest:highest] - level, axis=0)])
     running = (after[window:] - after[:-window]) / window
     inside = np.einsum("kc,kc->k", running, running) <= allowed
@@ -379,7 +399,7 @@ def _short_ends(start: Floats, end: Floats) -> tuple[Floats, Floats, list[Unused
     Before the first load and after the last nothing marks when the hold began or ended; minutes of it would be another
     average (drift, noise) than the other states.
     """
-    if start.size < 3:
+    if start.size < LEAST_USUAL:
         return start, end, []
     usual = float(np.median(end[1:-1] - start[1:-1]))
     start, end = start.copy(), end.copy()

@@ -38,6 +38,18 @@ BANDS = 100
 HELD_SHARE = 0.45
 # Of the range: a load within this of where it rests is resting.
 AT_REST = 0.02
+# The tenth of the bands that hold most.
+FULLEST = BANDS // 10
+# One of so many parts of a log, at its ends, gives the load at rest: a device waits for longer than that.
+RESTING = 50
+# Readings of a rest that makes a state.
+LEAST_RESTING = 8
+# Of a rest, left off at each end: the load has settled, and does not change yet.
+REST_MARGIN = 0.1
+# Readings of a window that makes a state: two have no scatter to compare.
+LEAST_IN_WINDOW = 3
+# Of a step from level to level: a load that is a level but for rounding is at it.
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -58,7 +70,7 @@ def swept_load(time: Floats, values: Floats) -> Floats:
     time : (n,) s.
     values : (n, c) force and moment (zero where not measured), any units.
     """
-    initial_load = values[: max(len(time) // 50, 1)].mean(axis=0)
+    initial_load = values[: max(len(time) // RESTING, 1)].mean(axis=0)
     change = values - initial_load
     _, _, axes = np.linalg.svd(change, full_matrices=False)
     along = change @ axes[0]
@@ -165,24 +177,24 @@ def is_swept(time: Floats, values: Floats) -> bool:
     under = load[moving[0] : moving[1] + 1]
     under = under[np.abs(under) > AT_REST * span]
     count = np.sort(np.histogram(under, bins=BANDS, range=(float(load.min()), float(load.max())))[0])[::-1]
-    return bool(count[: BANDS // 10].sum() < HELD_SHARE * max(count.sum(), 1))
+    return bool(count[:FULLEST].sum() < HELD_SHARE * max(count.sum(), 1))
 
 
 def _moving(load: Floats, turns: Integers, still: float) -> tuple[int, int] | None:
     """Return the indices at which the load leaves its first rest for good and reaches its last one."""
-    away = np.flatnonzero(np.abs(load - load[: max(turns[1] // 50, 1)].mean()) > still)
+    away = np.flatnonzero(np.abs(load - load[: max(turns[1] // RESTING, 1)].mean()) > still)
     if not len(away):
         return None
-    last = np.median(load[-max(len(load) // 50, 1) :])
+    last = np.median(load[-max(len(load) // RESTING, 1) :])
     back = np.flatnonzero(np.abs(load - last) > still)
     return max(int(away[0]) - 1, 0), min(int(back[-1]) + 1, len(load) - 1) if len(back) else len(load) - 1
 
 
 def _rest(time: Floats) -> list[tuple[float, float]]:
     """Return the window of an unloaded rest, its last tenth left to what comes after; none where it is too short."""
-    if len(time) < 8:
+    if len(time) < LEAST_RESTING:
         return []
-    margin = 0.1 * (time[-1] - time[0])
+    margin = REST_MARGIN * (time[-1] - time[0])
     return [(float(time[0] + margin), float(time[-1] - margin))]
 
 
@@ -194,17 +206,17 @@ def _windows_of(time: Floats, load: Floats, begin: int, end: int, step: float) -
     rising = bool(course[-1] > course[0])
     smooth = np.maximum.accumulate(course) if rising else np.minimum.accumulate(course)
     low, high = (course[0], course[-1]) if rising else (course[-1], course[0])
-    levels = step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
+    levels = step * np.arange(np.ceil(low / step - ROUNDING), np.floor(high / step + ROUNDING) + 1)
     # What is nearer to the turns than a window belongs to both passes, and only once to the states.
     inner = levels[(levels - low > WINDOW * step) & (high - levels > WINDOW * step)]
     windows = []
     for level in inner if rising else inner[::-1]:
         at_level = np.flatnonzero(np.abs(smooth - level) <= WINDOW * step)
-        if len(at_level) >= 3:
+        if len(at_level) >= LEAST_IN_WINDOW:
             windows.append((float(moment[at_level[0]]), float(moment[at_level[-1]])))
     turn = np.flatnonzero(np.abs(course - course[-1]) <= WINDOW * step)
     tail = turn[turn >= len(course) // 2]
-    if len(tail) >= 3 and abs(course[-1]) > 0.5 * step:
+    if len(tail) >= LEAST_IN_WINDOW and abs(course[-1]) > 0.5 * step:
         windows.append((float(moment[tail[0]]), float(moment[-1])))
     return windows
 

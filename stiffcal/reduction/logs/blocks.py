@@ -13,12 +13,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.uncertainty import MEDIAN_OF_NORMAL
 
 # Finer than any tracker's interval (the fastest give 1 kHz, typically 25 to 100 Hz) and than the 10 ms asked of clocks.
 SHORTEST_BLOCK_S = 0.005
 MOST_BLOCKS = 1 << 17
 # Share of the time from block to block; an interpolation over an excluded stretch gives it no more weight than this.
 _SAME_TIME = 1e-3
+# Variances of differences of white noise: sums of squared binomial coefficients.
+SECOND_DIFFERENCE, FOURTH_DIFFERENCE = 6.0, 70.0
 
 
 @dataclass(frozen=True)
@@ -219,6 +222,16 @@ def noise_of(values: Floats) -> Floats:
     if values.shape[0] < 3:
         return np.zeros(values.shape[1])
     bend = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
-    # 0.6745 is the median of |N(0, 1)|; a second difference of white noise has variance 6.
-    noise = np.median(bend, axis=0) / (0.6745 * np.sqrt(6.0))
+    noise = np.median(bend, axis=0) / (MEDIAN_OF_NORMAL * np.sqrt(SECOND_DIFFERENCE))
     return np.asarray(noise, dtype=np.float64)
+
+
+def noise_along_a_course(values: Floats) -> float:
+    """Return the standard deviation of fast noise in values (n,) of one course; its curvature does not affect it.
+
+    From fourth differences, which leave more of the course at zero than `noise_of`, and need more readings. Of fewer
+    than five it is 0.
+    """
+    if values.size < 5:
+        return 0.0
+    return float(np.median(np.abs(np.diff(values, 4))) / (MEDIAN_OF_NORMAL * np.sqrt(FOURTH_DIFFERENCE)))

@@ -20,6 +20,7 @@ from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.reduction.loads.courses import Group, alike_courses
 from stiffcal.reduction.loads.cycles import UNLOADED, UNLOADING, LoadCycles, find_load_cycles, load_vector
 from stiffcal.reduction.set_aside.bumped_readings import ComparedReadings
+from stiffcal.uncertainty import MEDIAN_OF_NORMAL, chi_square_bound
 from stiffcal.wording import length
 
 # Natural log of the false alarms: e^-16 is 1e-7 per state for one explanation alone, and several have to fail.
@@ -72,7 +73,7 @@ def outlier_readings(states: LoadStates) -> dict[int, str]:
     if wider:
         white /= np.array([wider.get(number, 1.0) for number in piece.tolist()])[:, None]
     n_components = white.shape[1]
-    bound = np.sqrt(n_components + 2.0 * np.sqrt(ALARM_EXPONENT * n_components) + 2.0 * ALARM_EXPONENT)
+    bound = np.sqrt(chi_square_bound(n_components, ALARM_EXPONENT))
     reason_of: dict[int, str] = {}
     in_use = states.used & np.isfinite(white).all(axis=1)
     doubtful = {int(piece[k]) for k in _far_readings(white, groups, in_use, bound)}
@@ -210,7 +211,7 @@ def _noise(residuals: Sequence[Floats]) -> Floats | None:
     if not residuals:
         return None
     stacked = np.abs(np.concatenate(residuals))
-    noise = np.median(stacked, axis=0) / 0.6745
+    noise = np.median(stacked, axis=0) / MEDIAN_OF_NORMAL
     floor = 1e-3 * float(np.median(noise[noise > 0.0])) if (noise > 0.0).any() else 0.0
     if len(stacked) < 12 or floor == 0.0:
         return None

@@ -28,6 +28,16 @@ _SETTLED_S = 1e-6
 _SCANNED = 128
 # Lags within so many standard uncertainties are one.
 _SAME_LAG = 5.0
+# Of a period, on each side of the lag at which both logs agree best: beyond it the motion goes the other way.
+_OF_PERIOD = 0.25
+# Steps of the grid in the shortest period that is looked for: fewer show no shape.
+_LEAST_PERIOD = 8.0
+# Of a step: two halves of a run that agree by chance know the lag no better.
+_LEAST_SPREAD = 0.05
+# Of a component's range, for the noise of one that shows none.
+_LEAST_NOISE = 1e-6
+# Readings by which the direction of the force is found: it is one direction of six.
+_FOR_DIRECTION = 2000
 _NOT_FOLLOWED = "the force does not follow the motor motion"
 
 
@@ -69,8 +79,8 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> S
     shift = float(lags[coarse]) * step
     start = float(other_time[0] - time[0]) + shift
     # The period's own shape makes the product flat at its top; the narrow loop is found nearby.
-    period = max(_period(a, step), 8.0 * step)
-    width = 0.25 * period
+    period = max(_period(a, step), _LEAST_PERIOD * step)
+    width = _OF_PERIOD * period
 
     def openness(part: Booleans) -> Callable[[float], float]:
         return lambda lag: _openness(time[part], angle[part], other_time, force, lag)
@@ -85,7 +95,7 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> S
         )
     halves = [openness(half) for half in (time < np.median(time), time >= np.median(time))]
     half_lags = [nearest_minimum(half, best.lag, step, width, _SETTLED_S).lag for half in halves]
-    spread = float(max(0.5 * abs(half_lags[0] - half_lags[1]), 0.05 * step))
+    spread = float(max(0.5 * abs(half_lags[0] - half_lags[1]), _LEAST_SPREAD * step))
     edges = np.quantile(time, np.linspace(0.0, 1.0, PARTS + 1))
     parts = [openness((time >= first) & (time <= last)) for first, last in pairwise(edges)]
     for rival in rivals:
@@ -99,11 +109,11 @@ def lag_of(time: Floats, angle: Floats, other_time: Floats, wrench: Floats) -> S
 def leading_component(wrench: Floats) -> Floats | None:
     """Return (m,) the combination of components that moves most over its noise, or None where none moves."""
     noise = noise_of(wrench)
-    scale = np.where(noise > 0.0, noise, np.maximum(np.ptp(wrench, axis=0) * 1e-6, 1e-12))
+    scale = np.where(noise > 0.0, noise, np.maximum(np.ptp(wrench, axis=0) * _LEAST_NOISE, 1e-12))
     scaled = (wrench - np.median(wrench, axis=0)) / scale
     if not np.ptp(scaled, axis=0).max() > 2.0 * MOVED:
         return None
-    thin = scaled[:: max(1, len(scaled) // 2000)]
+    thin = scaled[:: max(1, len(scaled) // _FOR_DIRECTION)]
     _, _, axes = np.linalg.svd(thin, full_matrices=False)
     return np.asarray(scaled @ axes[0])
 

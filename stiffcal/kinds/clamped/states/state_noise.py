@@ -100,13 +100,6 @@ def white(sigma: float) -> SeriesNoise:
     return SeriesNoise(np.array([sigma**2]))
 
 
-def fast_noise(values: Floats) -> float:
-    """Return the standard deviation of white noise in values (n,): of fourth differences, whose variance is 70 σ²."""
-    if values.size < 5:
-        return 0.0
-    return float(np.median(np.abs(np.diff(values, 4))) / (0.6745 * np.sqrt(70.0)))
-
-
 def residual_noise(remaining: Sequence[Floats], bases: Sequence[Floats]) -> SeriesNoise | None:
     """Return the noise from what parabolas leave of stretches; None where these are too short to show it.
 

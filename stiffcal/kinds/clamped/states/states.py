@@ -17,8 +17,9 @@ from stiffcal.arrays import Floats
 from stiffcal.kinds.clamped.held.faults import ONE_WAY, RunQuality
 from stiffcal.kinds.clamped.logs.readings import ClampedReadings
 from stiffcal.kinds.clamped.logs.sweeps import is_too_short, loop_corners
-from stiffcal.kinds.clamped.states.state_noise import SeriesNoise, fast_noise, residual_noise, white
+from stiffcal.kinds.clamped.states.state_noise import SeriesNoise, residual_noise, white
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
+from stiffcal.reduction.logs.blocks import noise_along_a_course
 from stiffcal.reduction.states.raw_states import RawStates
 from stiffcal.wording import significant
 
@@ -128,7 +129,7 @@ def clamped_states(
         if windows.repeated and of_cycles:
             series = windows.noise(values)
         else:
-            series = _residual_noise(values, stretches, bases).at_least(fast_noise(values))
+            series = _residual_noise(values, stretches, bases).at_least(noise_along_a_course(values))
         return np.array([series.of_weighted(weight) for weight in weights])
 
     # over many readings steps are dithered; over a few they weigh as the readings do
@@ -229,7 +230,7 @@ class _Windows:
         series = residual_noise([remaining[k] for k in straight], [self.bases[k] for k in straight])
         if series is None or (series.is_white and not of_cycles):
             # a parabola leaves of what bends more than fourth differences do
-            return white(fast_noise(values))
+            return white(noise_along_a_course(values))
         return series
 
 
@@ -268,7 +269,7 @@ def _residual_noise(values: Floats, stretches: list[_Stretch], bases: list[Float
     """Return the noise of values (n,) about the parabolas of all stretches."""
     own = [values[stretch.start : stretch.end] for stretch in stretches]
     remaining = [read - basis @ (basis.T @ read) for read, basis in zip(own, bases, strict=True)]
-    return residual_noise(remaining, bases) or white(fast_noise(values))
+    return residual_noise(remaining, bases) or white(noise_along_a_course(values))
 
 
 def _split(

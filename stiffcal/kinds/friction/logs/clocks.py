@@ -28,6 +28,12 @@ SCAN = 0.25  # of the window over which motion is smoothed: the misfit cannot be
 MOST_SCANNED = 300  # lags: the work grows with them
 SETTLED_S = 1e-5  # a lag that moves by less has settled: a hundredth of the quickest controllers' step
 SAME_LAG = 5.0  # standard uncertainties
+LEAST_WINDOWS = 4  # of smoothing that a log needs
+STANDS = 0.01  # of a joint's largest velocity: slower than this it stands, and has no direction
+OF_SPACING = 0.25  # of the scan's spacing: the first step towards the minimum of one part of a run
+LEAST_COMMON = 30  # readings at which both logs are compared: five for each of the six numbers of a joint
+RIDGE = 1e-9  # of the mean square: motion in one direction alone leaves terms that do not differ
+UNIFORM = 12.0  # the variance of what is known to one step: step² / 12
 
 
 def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats) -> SourceClockOffset:
@@ -45,12 +51,12 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
     step = max(float(np.median(np.diff(time))), float(np.median(np.diff(other_time))), span / MOST_POINTS)
     even = np.arange(time[0], time[-1], step)
     away = np.arange(other_time[0], other_time[-1], step)
-    if min(even.size, away.size) < 4 * WINDOW:
+    if min(even.size, away.size) < LEAST_WINDOWS * WINDOW:
         return SourceClockOffset(None, None, "the logs are too short to be aligned")
     even_angle = np.stack([np.interp(even, time, column) for column in angle.T], axis=1)
     place, velocity, acceleration = smoothed(even_angle, WINDOW, step)
     even = even[WINDOW // 2 : WINDOW // 2 + velocity.shape[0]]
-    standstill = 0.01 * np.abs(velocity).max(axis=0)
+    standstill = STANDS * np.abs(velocity).max(axis=0)
     direction = np.where(np.abs(velocity) > standstill, np.sign(velocity), 0.0)
     needed = np.stack([np.interp(away, other_time, column) for column in torque.T], axis=1)
     coarse = _coarse(direction, needed, step)
@@ -82,10 +88,12 @@ def torque_clock(time: Floats, angle: Floats, other_time: Floats, torque: Floats
         inside[block] = True
         if all(np.ptp(design[inside, 0]) >= 2.0 for design in designs):
             blocks.append(inside)
-    answers = [nearest_minimum(misfit(block), best.lag, 0.25 * spacing, NEARBY_S, SETTLED_S).lag for block in blocks]
+    answers = [
+        nearest_minimum(misfit(block), best.lag, OF_SPACING * spacing, NEARBY_S, SETTLED_S).lag for block in blocks
+    ]
     spread = float(np.std(answers, ddof=1) / np.sqrt(len(answers))) if len(answers) > 1 else step
     # the direction of motion is known sample by sample
-    spread = max(spread, float(step / np.sqrt(12.0)))
+    spread = max(spread, float(step / np.sqrt(UNIFORM)))
     for rival in rivals:
         if abs(rival.lag - best.lag) > max(SAME_LAG * spread, 2.0 * spacing) and not _stands_out(
             best, rival, [misfit(block) for block in blocks]
@@ -128,13 +136,13 @@ def _misfit(
     """Return the mean over joints of the share of the torque's variance that motion leaves unexplained."""
     shifted_time = time + lag
     common = inside & (shifted_time >= other_time[0]) & (shifted_time <= other_time[-1])
-    if common.sum() < 30:
+    if common.sum() < LEAST_COMMON:
         return 1.0
     shares = []
     for k, design in enumerate(designs):
         y = np.interp(shifted_time[common], other_time, torque[:, k])
         X = design[common]
         gram = X.T @ X
-        answer = np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), X.T @ y)
+        answer = np.linalg.solve(gram + RIDGE * np.trace(gram) * np.eye(len(gram)), X.T @ y)
         shares.append(float(np.mean((y - X @ answer) ** 2) / max(float(y.var()), 1e-300)))
     return float(np.mean(shares))

@@ -10,10 +10,10 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.kinds.friction.logs.readings import FreeMotion
-from stiffcal.kinds.friction.logs.steady import angle_noise
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rigid_body import drive_matrix
+from stiffcal.reduction.logs.blocks import noise_along_a_course
 
 # A robot's path planner ramps its accelerations in 50 to 100 ms; what is faster is ripple of the drives.
 WINDOW_S = 0.055
@@ -44,7 +44,7 @@ def free_motion(
     coupling = chain.coupling.T
     to_drives = np.linalg.inv(drive_matrix(chain)).T
     drives = velocity @ coupling @ to_drives
-    noise = np.array([angle_noise(column) for column in logged.T])
+    noise = np.array([noise_along_a_course(column) for column in logged.T])
     doubt = noise @ np.abs(coupling @ to_drives) * np.sqrt(12.0 / width**3) / step  # a fitted slope's
     standstill = np.maximum(STANDS * np.abs(drives).max(axis=0), NOISE_BAND * doubt)
     windows = np.lib.stride_tricks.sliding_window_view(drives, width // 2 * 2 + 1, axis=0)

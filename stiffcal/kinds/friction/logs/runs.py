@@ -17,13 +17,13 @@ from stiffcal.kinds.friction.logs.free_motion import free_motion
 from stiffcal.kinds.friction.logs.friction_run import FrictionRun
 from stiffcal.kinds.friction.logs.readings import FreeMotion, SteadyReadings, stacked_motion
 from stiffcal.kinds.friction.logs.samples import PassSamples, pass_samples
-from stiffcal.kinds.friction.logs.steady import JointLog, JointPass, angle_noise, readings_of, steady_passes
+from stiffcal.kinds.friction.logs.steady import JointLog, JointPass, readings_of, steady_passes
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.measurements.set_aside import set_aside_columns
 from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.clocks.offsets import SourceClockOffset
 from stiffcal.reduction.holds.unused import UnusedStretch, by_cause, cause_text
-from stiffcal.reduction.logs.blocks import Blocks
+from stiffcal.reduction.logs.blocks import Blocks, noise_along_a_course
 from stiffcal.wording import significant
 
 # A joint moves when it travels this far, more than this share of the widest, and out of its noise: others are held by
@@ -237,7 +237,7 @@ def moved_joints(run: FrictionRun) -> list[int]:
 
 def _moving(angle: Floats) -> list[int]:
     travel = np.ptp(angle, axis=0)
-    least = np.maximum(LEAST_TRAVEL_RAD, TRAVEL_NOISE * np.array([angle_noise(column) for column in angle.T]))
+    least = np.maximum(LEAST_TRAVEL_RAD, TRAVEL_NOISE * np.array([noise_along_a_course(column) for column in angle.T]))
     return [int(k) + 1 for k in np.flatnonzero(travel > np.maximum(least, TRAVEL_SHARE * travel.max(initial=0.0)))]
 
 

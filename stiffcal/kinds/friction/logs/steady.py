@@ -16,6 +16,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch
+from stiffcal.reduction.logs.blocks import noise_along_a_course
 
 # A turn of the motion counts when it goes back by more than this share of the whole travel, and by more than noise.
 TURN_SHARE = 0.02
@@ -90,16 +91,6 @@ class JointLog:
     readings of a pass."""
 
 
-def angle_noise(angle: Floats) -> float:
-    """Return the standard deviation of fast noise in angles (n,), rad; accelerations do not affect it.
-
-    From fourth differences. A fourth difference of white noise has variance 70; 0.6745 is the median of |N(0, 1)|.
-    """
-    if angle.size < 5:
-        return 0.0
-    return float(np.median(np.abs(np.diff(angle, 4))) / (0.6745 * np.sqrt(70.0)))
-
-
 def turning_points(angle: Floats) -> list[int]:
     """Return the samples at which a motion turns, first and last sample included.
 
@@ -113,7 +104,7 @@ def turning_points(angle: Floats) -> list[int]:
     >>> turning_points(np.concatenate([there, back, there[1:11]]))
     [0, 20, 40, 50]
     """
-    least = max(TURN_SHARE * float(np.ptp(angle)), TURN_NOISE * angle_noise(angle))
+    least = max(TURN_SHARE * float(np.ptp(angle)), TURN_NOISE * noise_along_a_course(angle))
     values = angle.tolist()
     turns, low, high, direction = [0], 0, 0, 0
     for k, value in enumerate(values):
@@ -138,7 +129,7 @@ def steady_passes(log: JointLog) -> tuple[list[Pass], list[UnusedStretch]]:
     passes : in the order of the log.
     dropped : strokes that never held a velocity, and those of whose pass nearly all is excluded, with the reason.
     """
-    noise = angle_noise(log.angle)
+    noise = noise_along_a_course(log.angle)
     turns = turning_points(log.angle)
     strokes = [_without_rests(log.angle, first, last) for first, last in pairwise(turns)]
     # What the joint did before the log began is not known.

@@ -9,8 +9,8 @@ import pytest
 
 from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.ingest.checks.loaded import check_campaign
+from stiffcal.mistakes.known_weights import STANDARD_GRAVITY, force_over_weight, weight_warnings
 from stiffcal.quantities import unit
-from stiffcal.reduction.states.known_weights import STANDARD_GRAVITY, force_over_weight, weight_warnings
 from stiffcal.reduction.states.raw_states import RawStates, no_states
 from tests.laboratory.small_campaign import write_small_campaign
 
