@@ -24,7 +24,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.judgement.inner_products import Inner, InnerProducts
-from stiffcal.judgement.numbers import NUMBERS_AT_ONCE, SWEEPS
+from stiffcal.judgement.numbers import LARGE_FACTOR, NUMBERS_AT_ONCE, SWEEPS
 from stiffcal.judgement.tails import Readings
 
 Key = tuple[int, ...]
@@ -182,7 +182,8 @@ class SetEvidence:
                 at = np.flatnonzero(old[j])
                 if not len(at):
                     continue
-                lines[j][at] = self._line(inner.at(at), chosen, sizes[at], j, bounded) + one.log_weights
+                those = inner if len(at) == t else inner.at(at)
+                lines[j][at] = self._line(those, chosen, sizes[at], j, bounded) + one.log_weights
                 best = np.argmax(lines[j][at], axis=1)
                 old[:, at[best != sizes[at, j]]] = True
                 old[j, at], sizes[at, j] = False, best
@@ -281,14 +282,11 @@ class SetEvidence:
         The others are taken out at their sizes; along the eigenvectors of what is left of the member's own inner
         products every size is a division.
         """
-        own = np.concatenate([np.full(len(self.members[i].rows), j == varied) for j, i in enumerate(chosen)])
-        scale = np.concatenate(
-            [np.zeros((len(sizes), 0))]
-            + [self.members[i].scales[sizes[:, j]] for j, i in enumerate(chosen) if j != varied],
-            axis=1,
-        )
-        member = self.members[chosen[varied]]
-        value = _along(inner, own, bounded, _taken_out(inner, own, scale), member, self.noise)
+        ends = np.cumsum([0, *(len(self.members[i].rows) for i in chosen)])
+        own = slice(int(ends[varied]), int(ends[varied + 1]))
+        scale = [self.members[i].scales[sizes[:, j]] for j, i in enumerate(chosen) if j != varied]
+        others = _taken_out(inner, own, np.concatenate([np.zeros((len(sizes), 0)), *scale], axis=1))
+        value = _along(inner, own, bounded, others, self.members[chosen[varied]], self.noise)
         return value.reshape(len(value), -1)
 
 
@@ -297,17 +295,17 @@ TakenOut = tuple[Floats, Floats, Floats]
 
 
 def _along(
-    inner: Inner, own: Booleans, bounded: Booleans, others: TakenOut, member: MemberColumns, noise: NoiseScale
+    inner: Inner, own: slice, bounded: Booleans, others: TakenOut, member: MemberColumns, noise: NoiseScale
 ) -> Floats:
     """Return (t, g, s) the log evidence for each pattern and size of a member's coefficients."""
     inverse, across, half = others
-    left = inner.gram[:, own][:, :, own] - np.swapaxes(across, 1, 2) @ across
-    target = inner.target[:, own] - np.einsum("tov,to->tv", across, half)
+    left = inner.gram[:, own, own] - np.swapaxes(across, 1, 2) @ across
+    target = inner.target[:, own] - (half[:, None] @ across)[:, 0]
     before = inner.square - np.sum(half**2, axis=1)
     determinant = np.sum(np.log(np.diagonal(inverse, axis1=1, axis2=2)), axis=1)
     grid, found = member.sizes[:, None] ** 2, []
     for values, turned in _axes(left, member.patterns):
-        along = np.einsum("tgvj,tv->tgj", turned, target)[:, :, None]
+        along = target[:, None, None] @ turned
         share = grid / (1.0 + grid * values)
         square = before[:, None, None] - np.sum(share * along**2, axis=3)
         value = noise.log_density(square) + determinant[:, None, None] - 0.5 * np.sum(np.log1p(grid * values), axis=3)
@@ -335,26 +333,38 @@ def _axes(gram: Floats, patterns: Floats) -> Iterator[tuple[Floats, Floats]]:
         yield np.maximum(values, 0.0)[:, :, None, None], turned
 
 
-def _taken_out(inner: Inner, own: Booleans, scale: Floats) -> TakenOut:
+def _taken_out(inner: Inner, own: slice, scale: Floats) -> TakenOut:
     """Take all out that is not one's own, as far as priors of these sizes allow.
 
     Parameters
     ----------
-    own : (k,).
-    scale : (t, o) sizes of the others.
+    own : of the k columns. scale : (t, o) sizes of the others.
     """
-    gram = inner.gram[:, ~own]
-    others = gram[:, :, ~own] * scale[:, :, None] * scale[:, None, :]
+    of_others = np.delete(np.arange(inner.gram.shape[1]), own)
+    gram = inner.gram[:, of_others]
+    others = gram[:, :, of_others] * scale[:, :, None] * scale[:, None, :]
     others[:, range(scale.shape[1]), range(scale.shape[1])] += 1.0
-    inverse = np.asarray(np.linalg.inv(np.linalg.cholesky(others)), dtype=np.float64)
-    right = np.concatenate([gram[:, :, own], inner.target[:, ~own, None]], axis=2) * scale[:, :, None]
+    inverse = _inverse_of_lower(np.linalg.cholesky(others))
+    right = np.concatenate([gram[:, :, own], inner.target[:, of_others, None]], axis=2) * scale[:, :, None]
     parts = inverse @ right
     return inverse, parts[..., :-1], parts[..., -1]
 
 
+def _inverse_of_lower(factors: Floats) -> Floats:
+    """Return the inverses of lower triangular matrices (t, o, o), of large ones one by one: half is zero."""
+    from scipy.linalg.lapack import dtrtri
+
+    if factors.shape[1] < LARGE_FACTOR:
+        return np.asarray(np.linalg.inv(factors))
+    found = np.empty_like(factors)
+    for factor, inverse in zip(factors, found, strict=True):
+        inverse[...] = dtrtri(factor.T)[0].T
+    return found
+
+
 def _of_coefficients(
     bounded: Booleans,
-    own: Booleans,
+    own: slice,
     turned: Floats,
     share: Floats,
     along: Floats,
@@ -371,7 +381,7 @@ def _of_coefficients(
     mine = np.swapaxes(turned[:, :, bounded[own]], 2, 3)
     mean = [(share * along) @ mine]
     variance = [share @ mine**2]
-    others = bounded[~own]
+    others = np.delete(bounded, own)
     if others.any():
         rows = np.swapaxes(inverse[:, :, others], 1, 2)
         theirs = np.swapaxes((rows @ across)[:, None] @ turned, 2, 3)

@@ -82,8 +82,8 @@ class LingeringNoise:
 
     def products(self, rows: Floats, along: Floats, others: Floats, along_others: Floats, plain: Floats) -> Floats:
         """Return (s, k, l) by how much inner products are less at each size; as of `CovarianceKind.products`."""
-        alone = self.lingers == 0.0
-        lingering = plain - rows[:, alone] @ others[:, alone].T
+        alone = self._alone
+        lingering = plain - rows[:, alone] @ others[:, alone].T if len(alone) else plain
         own, neighbours = self._weights.T
         return np.asarray(np.multiply.outer(neighbours, rows @ along_others.T) - np.multiply.outer(own, lingering))
 
@@ -110,6 +110,11 @@ class LingeringNoise:
     def _weights(self) -> Floats:
         """(s, 2) of every size."""
         return np.array([self.weights(size) for size in self.sizes])
+
+    @cached_property
+    def _alone(self) -> Integers:
+        """Positions of readings that are alone in their run."""
+        return np.flatnonzero(self.lingers == 0.0)
 
     @property
     def _itself(self) -> Floats:
@@ -139,7 +144,10 @@ class LingeringNoise:
 
     def _neighbours(self, rows: Floats) -> Floats:
         """Return L times rows (k, r)."""
-        return np.asarray((rows[:, self.before] + rows[:, self.after]) * self.lingers)
+        found = np.take(rows, self.before, axis=1)
+        found += np.take(rows, self.after, axis=1)
+        found *= self.lingers
+        return found
 
     def _next_to_lasting(self, rows: Floats) -> Floats:
         """Return rows (k, r) from which half of what lasts in runs is taken: S times them."""

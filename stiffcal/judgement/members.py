@@ -48,6 +48,8 @@ class Member:
     """Runs and states that are off or exchanged."""
     setting: SettingOff | None = None
     """The setting that is wrong."""
+    symbols: tuple[str, ...] = ()
+    """Of an effect the parameters that its columns are of, those of its shape left out."""
 
     @property
     def kind(self) -> MemberKind:
@@ -90,7 +92,8 @@ def list_members(
             shape = dict(placed.values) if placed is not None and whole else dict(regressor.shape)
             as_tried = replace(candidate, effect=regressor.effect)
             columns = columns_of(ground, regressor, scale)
-            found.append(Member(candidate.name, share, as_tried, shape, log_share, columns, settled=settled))
+            member = Member(candidate.name, share, as_tried, shape, log_share, columns, settled=settled)
+            found.append(replace(member, symbols=regressor.symbols))
     for law in unlisted:
         columns = unlisted_columns(ground, law.columns)
         if not columns.rows.any():

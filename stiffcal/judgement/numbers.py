@@ -237,6 +237,8 @@ NUMBERS_AT_ONCE = 1 << 20
 """Of columns that are reduced together: 8 MB."""
 DIRECTIONS_AT_ONCE = 1 << 11
 """Of inner products along directions: of twenty columns and all sizes these stay in the processor's cache."""
+LARGE_FACTOR = 10
+"""Columns from which on it takes less time to make triangular inverses one by one than whole ones at once."""
 MOST_KEPT = 1 << 21
 """Numbers of reduced columns that are kept for sets to come: 16 MB."""
 ALIKE_IN_SWEEPS = 0.28

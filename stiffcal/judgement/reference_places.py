@@ -56,15 +56,14 @@ def _said(
     """Return by how many nats places are more probable with an effect than without."""
     assert member.candidate is not None
     effect, place = member.candidate.effect, member.candidate.place
-    symbols = ground.state.regressor(effect, place, member.shape).symbols
     best, coefficients = evidence.coefficients((number,))
-    if len(symbols) != len(coefficients):
+    if len(member.symbols) != len(coefficients):
         return 0.0
     information = float(coefficients @ evidence.inner.own[number][best] @ coefficients)
-    typical = [scale.typical(effect, place, symbol) for symbol in symbols]
+    typical = [scale.typical(effect, place, symbol) for symbol in member.symbols]
     values = {
         symbol: effect.spec(symbol).value_of(float(coefficient * size))
-        for symbol, coefficient, size in zip(symbols, coefficients, typical, strict=True)
+        for symbol, coefficient, size in zip(member.symbols, coefficients, typical, strict=True)
     }
     placed = PlacedEffect(effect, place, {**member.shape, **values})
     others = tuple(one for one in ground.state.robot.placed if (one.effect.name, one.place) != (effect.name, place))
