@@ -267,4 +267,8 @@ def _table(curves: tuple[FrictionCurve, ...]) -> Table:
                     else (Estimate(value=value, interval=[value - half, value + half]),)
                 )
         rows.append(((curve.joint,), *cells, (Digits(curve.rms),), (Digits(curve.noise),)))
-    return Table(columns, tuple(rows), "Friction of the drives, ± 95 %. A dash: not in the model, or not identified.")
+    return Table(
+        columns,
+        tuple(rows),
+        "Friction of the drives, ± 95 %. What is not in the model, or not identified, has no value.",
+    )
