@@ -21,17 +21,19 @@ def overviews(result: IdentifyResult) -> list[Overview]:
     return [overview for overview in overviews_of_kinds if overview is not None]
 
 
-def show_overviews(console: Console, chosen: list[Overview]) -> None:
-    """Draw the tables and sentences of kinds of experiment."""
+def show_overviews(console: Console, chosen: list[Overview], details: bool) -> None:
+    """Draw the tables and sentences of kinds of experiment; those of single runs as details."""
     from stiffcal.kinds.presentation import Sentence
     from stiffcal.kinds.texts import text_of
 
     for overview in chosen:
-        for block in overview.blocks:
+        for block in (*overview.blocks, *(overview.details if details else ())):
             if isinstance(block, Sentence):
                 console.print(text_of(block.words), soft_wrap=True)
             else:
                 _show_table(console, block)
+    if not details and any(overview.details for overview in chosen):
+        console.print("--details shows each run, and how these values are defined")
 
 
 def _show_table(console: Console, table: Table) -> None:

@@ -20,7 +20,7 @@ from stiffcal.cli.tables import plain_table, show_parameters
 from stiffcal.cli.verdict import Level, show_verdict
 from stiffcal.cli.wording import deviation, significant
 from stiffcal.quantity import JOINT_ANGLE
-from stiffcal.results.geometry_words import IN_ROWS
+from stiffcal.results.geometry_words import FRAME, IN_ROWS
 from stiffcal.results.next_step import Step, is_within_noise
 from stiffcal.results.unidentified_words import unidentified_in_words
 from stiffcal.wording import in_unit, length
@@ -71,6 +71,10 @@ def identify(
     return OK
 
 
+MOST_VALUES = 10
+"""Values that are listed next to stiffness: without details."""
+
+
 def show_fit(console: AnswerConsole, result: IdentifyResult, details: bool = False) -> None:
     """Draw a fit: how well it fits, then the table and what these data do not identify."""
     show_verdict(console, *fit_verdict(result))
@@ -81,7 +85,7 @@ def show_fit(console: AnswerConsole, result: IdentifyResult, details: bool = Fal
 
 def fit_verdict(result: IdentifyResult) -> tuple[Level, str]:
     """Return how a fit stands: against the noise, and whether these data identify the model."""
-    names = {name for group in result.not_identifiable for name in group.parameters}
+    names = {name for group in result.not_identifiable for name in group.parameters} - _in_rows(result)
     known = [parameter for parameter in result.parameters if parameter.value is not None]
     if result.parameters and not known:
         return "fail", "no parameter is identifiable from these data"
@@ -108,7 +112,7 @@ def show_fitted(
 
     Parameters
     ----------
-    details : also the parameters that the rows of the geometry state in another form.
+    details : also single runs, all values, and parameters that the rows of the geometry state in another form.
     is_part : whether it is a part of another answer, whose verdict stands before it: then the fit is compared with the
         noise in a line of its own.
     unclaimed : joints whose compliance is not identified, as `show_parameters` takes them.
@@ -119,14 +123,14 @@ def show_fitted(
     kinds = overviews(result)
     elsewhere = {name for overview in kinds for name in overview.parameters}
     shown = [parameter for parameter in result.parameters if parameter.name not in elsewhere]
-    if _has_rows(result) and not details:
-        shown = [parameter for parameter in shown if parameter.effect != IN_ROWS]
-    show_parameters(console, shown, unclaimed, result.shifted)
-    show_overviews(console, kinds)
+    if not details:
+        shown = [parameter for parameter in shown if parameter.name not in _in_rows(result)]
+    show_parameters(console, shown, unclaimed, result.shifted, None if details else MOST_VALUES)
+    show_overviews(console, kinds, details)
     if result.geometry is not None:
         _show_geometry(console, result.geometry, in_uncertainty=result.covariance_from_geometry is not None)
     for agreement in result.agreement or ():
-        _show_agreement(console, agreement)
+        _show_agreement(console, agreement, details)
     if is_part:
         console.print(_fit_in_words(result))
     console.print(_conditioning(result), soft_wrap=True)
@@ -138,7 +142,8 @@ def show_fitted(
         show_links(console, result.links)
     if result.rejected:
         console.print(f"{len(result.rejected)} states set aside before the fit (excluded, bumped or not measured)")
-    show_suspects(console, result.suspects, result.suspects_not_checked)
+    show_suspects(console, result.suspects, result.suspects_not_checked if details else None)
+    elsewhere |= set() if details else _in_rows(result)  # the lines below the rows name what is a convention
     for sentence in unidentified_in_words(
         group for group in result.not_identifiable if not (elsewhere and set(group.parameters) <= elsewhere)
     ):
@@ -167,6 +172,11 @@ def _has_rows(result: IdentifyResult) -> bool:
     return isinstance(result.geometry, GeometryFound)
 
 
+def _in_rows(result: IdentifyResult) -> set[str]:
+    """Return the parameters that the rows of the geometry state, and the frames that they are counted from."""
+    return {one.name for one in result.parameters if _has_rows(result) and one.effect in (IN_ROWS, FRAME)}
+
+
 def _of_places_alone(result: IdentifyResult) -> bool:
     """Return whether a fit is of absolute poses without load runs."""
     from stiffcal.identification.answers.geometry_results import GeometryFound
@@ -181,14 +191,19 @@ def _conditioning(result: IdentifyResult) -> str:
     if condition is not None:
         texts.append(f"condition number {significant(condition)}")
     elif result.not_identifiable:
-        texts.append("condition number infinite: some parameters cannot be identified (below)")
+        names = {name for group in result.not_identifiable for name in group.parameters} - _in_rows(result)
+        why = "some parameters cannot be identified (below)" if names else "the geometry contains conventions"
+        texts.append(f"condition number infinite: {why}")
     return ", ".join(texts)
 
 
-def _show_agreement(console: Console, agreement: Agreement) -> None:
-    """Draw what two kinds of experiment determine, each alone, and whether they agree."""
+def _show_agreement(console: Console, agreement: Agreement, details: bool) -> None:
+    """Draw whether two kinds of experiment agree; what each determines alone where they do not, and as details."""
     from stiffcal.results.agreement_words import rows, runs_of_kinds, verdict
 
+    if agreement.agree and not details:
+        console.print(verdict(agreement))
+        return
     first, second = runs_of_kinds(agreement)
     table = plain_table(
         "parameter", f"{first} alone, ± 95 %>", f"{second} alone, ± 95 %>", "",

@@ -33,6 +33,7 @@ def show_parameters(
     parameters: Sequence[IdentifiedParameter],
     unclaimed: Collection[int] = (),
     shifted: Collection[str] = (),
+    most: int | None = None,
 ) -> None:
     """Draw identified parameters: compliances as the stiffness people ask for, the others as they are.
 
@@ -42,6 +43,7 @@ def show_parameters(
     parameters : of a fit.
     unclaimed : joints whose compliance has a value and is not identified by these poses, as ``validate`` states.
     shifted : names of values that adding what the model lacks moves beyond their intervals, as ``diagnose`` states.
+    most : values that are listed next to stiffness; None: all.
     """
     estimates = {one.name: as_shown(one, unclaimed, shifted) for one in parameters}
     units = Units((estimate.quantity, [estimate.value]) for estimate in estimates.values() if estimate.quantity)
@@ -54,7 +56,9 @@ def show_parameters(
     ):
         members = [parameter for parameter in parameters if parameter.is_compliance == of_compliances]
         table = plain_table(*columns, *from_geometry, "")
-        for parameter in members:
+        # a line that says one more takes the room of that one
+        shown = members if of_compliances or most is None or len(members) <= most + 1 else members[:most]
+        for parameter in shown:
             estimate = estimates[parameter.name]
             unit = units.of(estimate.quantity or parameter.quantity)
             words = remark(estimate)
@@ -67,6 +71,8 @@ def show_parameters(
             )
         if members:
             console.print(table)
+        if len(shown) < len(members):
+            console.print(f"  and {len(members) - len(shown)} more (--details)")
 
 
 def share_from_geometry(parameter: IdentifiedParameter) -> str:

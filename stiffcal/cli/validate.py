@@ -96,7 +96,7 @@ def show_validation(console: AnswerConsole, result: ValidateResult, details: boo
     table.add_row(f"share of {whole_error(result)}", _shares(result.relative))
     console.print(table)
     if result.distance is not None:
-        _show_distances(console, result.distance, result.ladder or [])
+        _show_distances(console, result.distance, result.ladder or [], details)
     show_elasticity(console, result.elasticity)
     slices = {
         "experiment": result.by_experiment,
@@ -159,8 +159,17 @@ def _verdict(result: ValidateResult) -> tuple[Level, str]:
     return ("pass", text) if is_within_noise(result.rms, result.noise) else ("warn", text)
 
 
-def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequence[LadderStep]) -> None:
-    """Draw the distances of the targets, and the ladder from the nominal robot to the present model."""
+def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequence[LadderStep], details: bool) -> None:
+    """Draw the distances of the targets as details, and the ladder from the nominal robot to the present model.
+
+    The last step of the ladder is the present model: where there is one, the distances state its errors once more.
+    """
+    if details or not ladder:
+        _show_targets(console, distance)
+    _show_ladder(console, ladder)
+
+
+def _show_targets(console: AnswerConsole, distance: Distances) -> None:
     table = plain_table("distance", "mean>", "median>", "95 %>", "worst>", "rms>")
     for title, summary in (
         ("fit", distance.fit),
@@ -180,6 +189,9 @@ def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequenc
     console.print(table)
     if noise is not None:
         console.print(NOISE_IN_DISTANCE, soft_wrap=True)
+
+
+def _show_ladder(console: AnswerConsole, ladder: Sequence[LadderStep]) -> None:
     table = plain_table(
         "model", "parameters>", "fit, rms>", "random, rms>", "region, rms>", "random, mean>", "region, mean>"
     )
@@ -189,8 +201,16 @@ def _show_distances(console: AnswerConsole, distance: Distances, ladder: Sequenc
     console.print(table)
 
 
+def _are_alike(parts: Sequence[ErrorSlice]) -> bool:
+    """Return whether the errors of all parts are nearly the same, so that a table of them says nothing."""
+    from stiffcal.results.validate_result import NEARLY_ALIKE
+
+    errors = [part.rms.translation for part in parts if part.rms.translation]
+    return len(errors) == len(parts) and max(errors) < NEARLY_ALIKE * min(errors)
+
+
 def _show_slices(console: AnswerConsole, title: str, parts: Sequence[ErrorSlice], whole: str, most: int | None) -> None:
-    if len(parts) < 2:
+    if len(parts) < 2 or (most is not None and _are_alike(parts)):
         return
     of_deflection = (f"share of {whole}>",) if parts[0].zero_model is not None else ()
     table = plain_table(title, "states>", "rms>", "max>", *of_deflection)

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import StringIO
 
 import pytest
 
 from stiffcal.cli.check import REPORT_ASKED, _moved, _show_ranges, _show_runs, show_check
 from stiffcal.cli.console import AnswerConsole
+from stiffcal.cli.experiments import show_overviews
+from stiffcal.cli.identify import fit_verdict
+from stiffcal.cli.tables import show_parameters
+from stiffcal.cli.validate import _show_slices
+from stiffcal.identification.answers.geometry_results import GeometryFound
 from stiffcal.ingest.checks.results import CheckedColumn, CheckedRun, CheckedSource, CheckResult
+from stiffcal.kinds.presentation import Overview, Sentence
+from stiffcal.measurements.rms import Rms
+from stiffcal.validation.results import ErrorSlice
+from tests.laboratory.fits import with_fit
+from tests.laboratory.report_content import made_up_content
 
 
 def _console() -> tuple[AnswerConsole, StringIO]:
@@ -86,3 +97,50 @@ def test_whose_robot_it_is_is_asked_until_the_campaign_has_a_report(
     )  # fmt: skip
     show_check(console, result)
     assert (REPORT_ASKED in stream.getvalue()) is asked
+
+
+@pytest.mark.parametrize(("errors", "n_lines"), [([1e-4, 1.1e-4], 0), ([1e-4, 1.3e-4], 4)])
+def test_errors_that_are_nearly_alike_are_no_table(errors: list[float], n_lines: int) -> None:
+    console, stream = _console()
+    parts = [
+        ErrorSlice(label=str(k), low=None, high=None, n=9, rms=Rms(rms, None), max=Rms(2.0 * rms, None))
+        for k, rms in enumerate(errors)
+    ]
+    _show_slices(console, "branch", parts, "the deflection", 3)
+    assert len(stream.getvalue().splitlines()) == n_lines
+    _show_slices(console, "branch", parts, "the deflection", None)
+    assert len(stream.getvalue().splitlines()) == n_lines + 4
+
+
+@pytest.mark.parametrize("details", [False, True])
+def test_single_runs_of_a_kind_are_details(details: bool) -> None:
+    console, stream = _console()
+    show_overviews(console, [Overview((Sentence(("of all",), "x"),), (Sentence(("of a run",), "x"),))], details)
+    assert ("of a run" in stream.getvalue(), "--details" in stream.getvalue()) == (details, not details)
+
+
+def test_a_model_of_many_values_lists_some() -> None:
+    content = with_fit(made_up_content(n_runs=1), parameters=[_value(k) for k in range(9)])
+    assert content.identify is not None
+    parameters = content.identify.parameters
+    for most, listed in ((4, 4), (8, 9), (None, 9)):
+        console, stream = _console()
+        show_parameters(console, parameters, most=most)
+        assert stream.getvalue().count("backlash.") == listed
+
+
+def test_what_is_a_convention_is_no_failure() -> None:
+    frame = _value(1) | {"name": "frame.tracker.z", "effect": "frame", "value": None, "identifiable": False}
+    left = [{"parameters": ["frame.tracker.z"], "known": None, "value": None, "std": None, "reason": ""}]
+    content = with_fit(made_up_content(n_runs=1), parameters=[_value(2), frame], not_identifiable=left)
+    assert content.identify is not None
+    assert "1 parameter is" in fit_verdict(content.identify)[1]
+    rows = GeometryFound(convention="dh", zeros=[], links=[], beta=[], offsets_alone=None)
+    assert "all parameters are" in fit_verdict(replace(content.identify, geometry=rows))[1]
+
+
+def _value(k: int) -> dict[str, object]:
+    return {
+        "name": f"backlash.j{k}.width", "effect": "backlash", "where": {"joints": [k]}, "value": 1e-3, "std": 1e-5,
+        "interval": [0.98e-3, 1.02e-3], "unit": "rad", "fixed": False, "identifiable": True,
+    }  # fmt: skip

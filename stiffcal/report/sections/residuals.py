@@ -22,7 +22,7 @@ from stiffcal.report.content import ReportContent, ReportStates
 from stiffcal.report.figures.residual_against import MOST_POINTS, draw_residual_against
 from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residuals_by_run
 from stiffcal.report.sections.summary import noise_sentence
-from stiffcal.results.validate_result import ValidateResult
+from stiffcal.results.validate_result import NEARLY_ALIKE, ValidateResult
 from stiffcal.validation.results import ErrorSlice
 from stiffcal.validation.schemes import held_out
 
@@ -81,7 +81,7 @@ def _extremes(parts: Sequence[ErrorSlice], kind: str = "") -> str:
     least, most = _translation(low), _translation(high)
     if len(with_length) < 2 or least <= 0:
         return f"{high.label} {wording.measure_text(high.rms)} rms."
-    if most < 1.15 * least:
+    if most < NEARLY_ALIKE * least:
         return f"nearly the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
     return (
         f"largest in {kind}{high.label} ({wording.length(most)} rms), smallest in {kind}{low.label} "
