@@ -84,6 +84,8 @@ class Overview:
     """What ``identify`` shows of a kind in the terminal."""
 
     blocks: tuple[Sentence | Table, ...]
+    details: tuple[Sentence | Table, ...] = ()
+    """Printed with ``--details`` only."""
     parameters: frozenset[str] = frozenset()
     """Names of parameters that stand here: the table of all parameters leaves them out."""
 

@@ -28,6 +28,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.drawing import Picture, draw_pictures
 from stiffcal.report.sections import all_sections
 from stiffcal.report.typesetting import set_pages
+from stiffcal.report.wording import DASH
 
 _LOGO_FILE = "logo.png"
 
@@ -165,6 +166,16 @@ def _as_data(sections: Sequence[ReportSection], folder: Path, progress: Progress
     return data
 
 
+def _without_empty_columns(table: TableBlock) -> TableBlock:
+    """Return a table without columns in which no row has anything."""
+    shown = [k for k in range(len(table.columns)) if any(row[k] not in ("", DASH) for row in table.rows)]
+    rows = tuple(tuple(row[k] for k in shown) for row in table.rows)
+    return TableBlock(
+        tuple(table.columns[k] for k in shown), rows, table.caption,
+        tuple((row, shown.index(k)) for row, k in table.doubtful if k in shown),
+    )  # fmt: skip
+
+
 def _block_data(block: Block) -> dict[str, Any]:
     kinds = {
         Paragraph: "paragraph",
@@ -175,4 +186,5 @@ def _block_data(block: Block) -> dict[str, Any]:
         Facts: "facts",
         TableBlock: "table",
     }
-    return {"kind": kinds[type(block)], **asdict(block)}
+    shown = _without_empty_columns(block) if isinstance(block, TableBlock) and block.rows else block
+    return {"kind": kinds[type(block)], **asdict(shown)}

@@ -88,8 +88,8 @@ def influence_picture(names: Sequence[str], runs: Sequence[str], changes: Floats
     series: list[Series] = [
         Band(np.array([-0.5, len(runs) - 0.5]), np.full(2, -1.0), np.full(2, 1.0), label="one standard uncertainty")
     ]
-    for k in np.setdiff1d(np.arange(len(names)), leading):
-        series.append(Marks(x, changes[:, k], "o", "quiet", size=2.0))
+    for i, k in enumerate(np.setdiff1d(np.arange(len(names)), leading)):
+        series.append(Marks(x, changes[:, k], "o", "quiet", size=2.0, label="" if i else "other parameters"))
     series += [Marks(x, changes[:, k], str(i), i, label=names[k]) for i, k in enumerate(leading)]
     alone = np.flatnonzero(np.isnan(changes).any(axis=1))
     if alone.size:
@@ -122,7 +122,7 @@ def correlation_picture(names: Sequence[str], covariance: Floats) -> Picture:
             own, share = step == k, k / STEPS
             series.append(
                 Marks(column[own].astype(np.float64), row[own].astype(np.float64), "s", colour, size=LARGEST_PT * share,
-                      is_hollow=False, label=f"{label}, to {share:.1f}" if k == step.max() else "")
+                      is_hollow=False, label=f"{label}, up to {share:.1f}" if k == step.max() else "")
             )  # fmt: skip
     edge = len(names) - 0.5
     panel = Panel(

@@ -15,6 +15,8 @@ from stiffcal.identification.answers.geometry_results import (
 from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import listing, plus_minus, significant
 
+FRAME = "frame"
+"""The effect of poses of frames that the fit finds."""
 IN_ROWS = "link-geometry"
 """The effect whose parameters the rows of the geometry state in another form."""
 HEADER = (

@@ -22,6 +22,10 @@ def heldout_types() -> dict[str, type[HeldoutSection]]:
     return dict.fromkeys(section_types(), HeldoutSection)
 
 
+NEARLY_ALIKE = 1.15
+"""Largest error over the least one below which errors of parts are stated as one."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ValidateResult(CommandResult):
     """Answer of ``validate``."""

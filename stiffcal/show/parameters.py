@@ -19,6 +19,7 @@ def add_parameters(
     parameters: Sequence[IdentifiedParameter],
     unclaimed: Collection[int] = (),
     shifted: Collection[str] = (),
+    most: int | None = None,
 ) -> None:
     """Add identified parameters: compliances as the stiffness people ask for, the others as they are.
 
@@ -27,6 +28,7 @@ def add_parameters(
     parameters : of a fit.
     unclaimed : joints whose compliance has a value and is not identified by these poses, as ``validate`` states.
     shifted : names of values that adding what the model lacks moves beyond their intervals, as ``diagnose`` states.
+    most : values that are listed next to stiffness; None: all.
     """
     estimates = {one.name: as_shown(one, unclaimed, shifted) for one in parameters}
     units = Units((estimate.quantity, [estimate.value]) for estimate in estimates.values() if estimate.quantity)
@@ -38,8 +40,10 @@ def add_parameters(
         (False, ("parameter", "place", number("value, ± 95 %"))),
     ):
         members = [parameter for parameter in parameters if parameter.is_compliance == of_compliances]
+        # a line that says one more takes the room of that one
+        shown = members if of_compliances or most is None or len(members) <= most + 1 else members[:most]
         rows = []
-        for parameter in members:
+        for parameter in shown:
             estimate = estimates[parameter.name]
             unit = units.of(estimate.quantity or parameter.quantity)
             words = remark(estimate)
@@ -53,6 +57,8 @@ def add_parameters(
                 )
             )
         made.table((*titles, *from_geometry, ""), rows)
+        if len(shown) < len(members):
+            made.say(f"  and {len(members) - len(shown)} more (--details)", "more")
 
 
 def _share_from_geometry(parameter: IdentifiedParameter) -> str:

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import StringIO
 
 import pytest
 
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.pages import draw_page
+from stiffcal.identification.answers.geometry_results import GeometryFound
 from stiffcal.ingest.checks.results import CheckedColumn, CheckedRun, CheckedSource, CheckResult
+from stiffcal.measurements.rms import Rms
 from stiffcal.presentation.texts import printed_rows
-from stiffcal.presentation.values import Table
+from stiffcal.presentation.values import Overview, Sentence, Table
 from stiffcal.show.answers.check import REPORT_ASKED, _add_ranges, _add_runs, _moved, page
+from stiffcal.show.answers.identify import add_overviews, fit_verdict
+from stiffcal.show.answers.validate import _add_slices
 from stiffcal.show.builder import PageBuilder
+from stiffcal.show.parameters import add_parameters
+from stiffcal.validation.results import ErrorSlice
+from tests.laboratory.fits import with_fit
+from tests.laboratory.report_content import made_up_content
 
 
 def _rows(made: PageBuilder) -> list[tuple[str, ...]]:
@@ -98,3 +107,50 @@ def test_whose_robot_it_is_is_asked_until_the_campaign_has_a_report(
     )  # fmt: skip
     draw_page(console, page(result, False))
     assert (REPORT_ASKED in stream.getvalue()) is asked
+
+
+@pytest.mark.parametrize(("errors", "n_rows"), [([1e-4, 1.1e-4], 0), ([1e-4, 1.3e-4], 2)])
+def test_errors_that_are_nearly_alike_are_no_table(errors: list[float], n_rows: int) -> None:
+    parts = [
+        ErrorSlice(label=str(k), low=None, high=None, n=9, rms=Rms(rms, None), max=Rms(2.0 * rms, None))
+        for k, rms in enumerate(errors)
+    ]
+    for most, expected in ((3, n_rows), (None, 2)):
+        made = PageBuilder("")
+        _add_slices(made, "branch", parts, "the deflection", most)
+        assert len(_rows(made)) == expected
+
+
+@pytest.mark.parametrize("details", [False, True])
+def test_single_runs_of_a_kind_are_details(details: bool) -> None:
+    made = PageBuilder("")
+    add_overviews(made, [Overview((Sentence(("of all",), "all"),), (Sentence(("of a run",), "run"),))], details)
+    codes = [block.code for block in made.page().blocks if isinstance(block, Sentence)]
+    assert codes == ["all", "run" if details else "more"]
+
+
+def test_a_model_of_many_values_lists_some() -> None:
+    content = with_fit(made_up_content(n_runs=1), parameters=[_value(k) for k in range(9)])
+    assert content.identify is not None
+    parameters = content.identify.parameters
+    for most, listed in ((4, 4), (8, 9), (None, 9)):
+        made = PageBuilder("")
+        add_parameters(made, parameters, most=most)
+        assert len(_rows(made)) == listed
+
+
+def test_what_is_a_convention_is_no_failure() -> None:
+    frame = _value(1) | {"name": "frame.tracker.z", "effect": "frame", "value": None, "identifiable": False}
+    left = [{"parameters": ["frame.tracker.z"], "known": None, "value": None, "std": None, "reason": ""}]
+    content = with_fit(made_up_content(n_runs=1), parameters=[_value(2), frame], not_identifiable=left)
+    assert content.identify is not None
+    assert "1 parameter is" in fit_verdict(content.identify)[1]
+    rows = GeometryFound(convention="dh", zeros=[], links=[], beta=[], offsets_alone=None)
+    assert "all parameters are" in fit_verdict(replace(content.identify, geometry=rows))[1]
+
+
+def _value(k: int) -> dict[str, object]:
+    return {
+        "name": f"backlash.j{k}.width", "effect": "backlash", "where": {"joints": [k]}, "value": 1e-3, "std": 1e-5,
+        "interval": [0.98e-3, 1.02e-3], "unit": "rad", "fixed": False, "identifiable": True,
+    }  # fmt: skip

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
-from stiffcal.report.blocks import ReportSection, TableBlock
+from stiffcal.report.blocks import Facts, ReportSection, TableBlock, TableColumn
+from stiffcal.report.building import _without_empty_columns
+from stiffcal.report.content import ReportRun
 from stiffcal.report.sections import all_sections, not_identified, residuals, stiffness, summary
+from stiffcal.report.sections.campaign import runs_table
 from tests.laboratory.fits import validation_of, with_fit, with_validation
 from tests.laboratory.report_content import made_up_content
 
@@ -127,3 +132,27 @@ def test_the_share_of_geometry_has_a_column_where_it_is_known() -> None:
     table = table_of(compliance(from_geometry=0.27))
     assert "share of\ngeometry" in [column.title for column in table.columns]
     assert cells(compliance(from_geometry=0.27))[4] == "27"
+
+
+def test_a_report_without_a_diagnosis_asks_for_one() -> None:
+    made = summary.section(with_validation(made_up_content(n_runs=1)))
+    assert isinstance(made, ReportSection)
+    (facts,) = [block for block in made.blocks if isinstance(block, Facts)]
+    assert dict(facts.rows)["next step"] == "stiffcal diagnose DIR"
+
+
+def test_runs_without_a_pose_are_no_rows_of_dashes() -> None:
+    content = made_up_content(n_runs=2)
+    bare = ReportRun("turning", np.full(3, np.nan), kind="friction")
+    table = runs_table(replace(content, runs=(*content.runs, bare), states=None))
+    assert [row[0] for row in table.rows] == ["run_0", "run_1"]
+    assert "turning" in table.caption
+
+
+def test_a_column_in_which_no_row_has_anything_is_not_set() -> None:
+    columns = (TableColumn("joint"), TableColumn("stribeck"), TableColumn("viscous"))
+    table = TableBlock(columns, (("A1", "–", "3"), ("A2", "", "–")), "", doubtful=((0, 2),))
+    shown = _without_empty_columns(table)
+    assert [column.title for column in shown.columns] == ["joint", "viscous"]
+    assert shown.rows == (("A1", "3"), ("A2", "–"))
+    assert shown.doubtful == ((0, 1),)

@@ -49,6 +49,7 @@ def test_each_run_has_its_change_of_each_parameter() -> None:
     panel = influence_picture(names, [f"run{k}" for k in range(5)], changes).panels[0]
     labels = {one.label: one for one in marks_of(panel) if one.label}
     assert labels.pop("determines a value alone").x.tolist() == [4.0]
+    assert labels.pop("other parameters").y.tolist() != []
     assert len(labels) == MOST_PARAMETERS
     assert next(iter(labels)) == "p3"
     assert labels["p3"].y[2] == -40.0

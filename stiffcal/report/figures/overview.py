@@ -61,6 +61,11 @@ def draw_overview(
     return figure
 
 
+_LABEL_AWAY_PT = 11.0
+_SAME_M = 1e-3
+"""Joints that are closer are drawn as one."""
+
+
 def _free_corner(line: Floats) -> tuple[bool, bool]:
     """Return the corner of the picture that is farthest from the arm (n, 2): whether right, whether up."""
     span = np.maximum(np.ptp(line, axis=0), 1e-9)
@@ -69,6 +74,23 @@ def _free_corner(line: Floats) -> tuple[bool, bool]:
     points = (ends[None, :-1] + along * np.diff(ends, axis=0)[None]).reshape(-1, 2)
     corners = ((True, False), (False, False), (True, True), (False, True))
     return max(corners, key=lambda corner: float(np.linalg.norm(points - np.array(corner, float), axis=1).min()))
+
+
+def _away_from_arm(line: Floats, at: Floats) -> Floats:
+    """Return the direction (2,) in which a label at a place of the arm (n, 2) is farthest from its two neighbours."""
+    away = np.zeros(2)
+    nearest = int(np.argmin(np.linalg.norm(line - at, axis=1)))
+    for side in (line[nearest::-1], line[nearest:]):
+        length = np.linalg.norm(side - at, axis=1)
+        if (length > _SAME_M).any():
+            next_one = int(np.argmax(length > _SAME_M))
+            away -= (side[next_one] - at) / length[next_one]
+    if np.linalg.norm(away) < 0.2:  # the arm goes straight on: across it
+        along = line[min(nearest + 1, len(line) - 1)] - line[max(nearest - 1, 0)]
+        # to the right: the errors of the fits are on the left
+        away = np.array([abs(along[1]), -along[0] * np.sign(along[1])])
+    size = float(np.linalg.norm(away))
+    return away / size if size else np.array([0.0, 1.0])
 
 
 def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> None:
@@ -95,9 +117,10 @@ def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> Non
         axes.plot(x, y, marker="o", markersize=size, color=canvas.ACCENT, alpha=0.55, zorder=3)
         axes.plot(x, y, marker="o", markersize=2.0, color=canvas.INK, zorder=4)
     for (x, y), marks in names.items():
+        aside = _LABEL_AWAY_PT * _away_from_arm(line, np.array([x, y]))
         axes.annotate(
-            ", ".join(sorted(marks)), (x, y), xytext=(0, 9), textcoords="offset points", ha="center", va="bottom",
-            fontsize=6, zorder=5,
+            ", ".join(sorted(marks)), (x, y), xytext=(float(aside[0]), float(aside[1])), textcoords="offset points",
+            ha="center", va="center", fontsize=6, zorder=5,
         )  # fmt: skip
     written = [place for place in shares if place.share >= _LEAST_WRITTEN][:_MOST_WRITTEN]
     text = "\n".join(["share of the deflection", *(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)])

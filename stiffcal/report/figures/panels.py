@@ -66,7 +66,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
     axes.set_xlabel(panel.x_label)
     axes.set_ylabel(panel.y_label)
     if panel.has_own_legend and axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper left", handletextpad=0.2, borderpad=0.2)
+        axes.legend(loc="best", handletextpad=0.2, borderpad=0.2)
 
 
 def _draw_series(axes: Axes, series: Series) -> None:
@@ -107,7 +107,7 @@ def _draw_marks(axes: Axes, marks: Marks, label: str | None) -> None:
     if marks.note and np.size(marks.x):
         axes.annotate(
             marks.note, (float(marks.x[-1]), float(marks.y[-1])), xytext=(0, 7), textcoords="offset points",
-            ha="center", va="bottom", rotation=90, fontsize=5.0, color=canvas.QUIET,
+            ha="center", va="bottom", rotation=90, fontsize=5.5, color=canvas.INK,
         )  # fmt: skip
 
 

@@ -131,7 +131,12 @@ def draw_pose_sheet(
     """
     rows = -(-len(numbers) // columns)
     view = _view(_azimuth(runs) - _ASIDE, _ELEVATION)
-    low, high = _extent(runs, numbers, view)
+    tips = [
+        _end(runs[number]) + scale * vector
+        for number in numbers if states is not None
+        for vector in residual_arrows(states, number)[1]
+    ]  # fmt: skip
+    low, high = _extent(runs, numbers, view, tips)
     cell = canvas.PAGE_WIDTH_MM / columns
     height = cell * float(np.clip((high - low)[1] / (high - low)[0], 0.6, 1.0)) + 4
     figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, rows * height + 6)
@@ -162,10 +167,13 @@ def _azimuth(runs: Sequence[ReportRun]) -> float:
     return float(np.rad2deg(np.arctan2(reach[1], reach[0])))
 
 
-def _extent(runs: Sequence[ReportRun], numbers: Sequence[int], view: Floats) -> tuple[Floats, Floats]:
-    """Corners (2,) of the picture that holds all robots and their shadows, with room for arrows and ruler."""
+def _extent(
+    runs: Sequence[ReportRun], numbers: Sequence[int], view: Floats, tips: Sequence[Floats]
+) -> tuple[Floats, Floats]:
+    """Corners (2,) of the picture that holds all robots, shadows and tips of arrows, with room for a ruler."""
     drawn = [np.concatenate([stick, _end(runs[n])[None]]) for n in numbers if (stick := runs[n].stick) is not None]
-    points = np.concatenate([shape for outline in drawn for shape in (outline, outline * [1.0, 1.0, 0.0])]) @ view.T
+    shapes = [shape for outline in drawn for shape in (outline, outline * [1.0, 1.0, 0.0])]
+    points = np.concatenate([*shapes, np.reshape(tips, (-1, 3))]) @ view.T
     size = float(np.ptp(points, axis=0).max())
     room = np.array([0.12, 0.06]) * size
     return points.min(axis=0) - room - [0.0, 0.12 * size], points.max(axis=0) + room
@@ -176,14 +184,18 @@ def _draw_axes(axes: Axes, view: Floats, size: float) -> None:
     for letter, direction in zip(canvas.AXES_NAMES, np.eye(3), strict=True):
         tip = view @ direction * size
         axes.plot([0.0, tip[0]], [0.0, tip[1]], color=canvas.COLOURS[0], linewidth=0.7, zorder=1)
-        axes.annotate(letter, tuple(1.25 * tip), ha="center", va="center", fontsize=6, color=canvas.COLOURS[0])
+        # the robot's column stands on the axis that points upwards
+        aside = -4.0 if letter == "z" else 0.0
+        axes.annotate(
+            letter, tuple(tip if aside else 1.25 * tip), xytext=(aside, 0.0), textcoords="offset points",
+            ha="center", va="center", fontsize=6, color=canvas.COLOURS[0],
+        )  # fmt: skip
 
 
 def _draw_ruler(axes: Axes, low: Floats, scale: float | None) -> None:
     """Draw a bar of half a metre, and what it means for the arrows."""
     text = "0.5 m" if scale is None else f"0.5 m; for arrows {wording.length(0.5 / scale)}"
-    left, height = axes.get_xlim()[0], low[1] + 0.1 * (axes.get_ylim()[1] - low[1])
-    axes.plot([left, left + 0.5], [height] * 2, color=canvas.INK, linewidth=1.8, solid_capstyle="butt")
-    # the text ends with the panel: it is longer than the bar, and the panel is the last of its row
-    right = axes.get_xlim()[1]
+    right, height = axes.get_xlim()[1], low[1] + 0.1 * (axes.get_ylim()[1] - low[1])
+    axes.plot([right - 0.5, right], [height] * 2, color=canvas.INK, linewidth=1.8, solid_capstyle="butt")
+    # both end with the panel: the text may be longer than the bar, and the panel is the last of its row
     axes.annotate(text, (right, height), xytext=(0, -3), textcoords="offset points", ha="right", va="top", fontsize=6)

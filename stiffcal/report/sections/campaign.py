@@ -81,7 +81,8 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
         rows.append(("loads", f"up to {wording.significant(float(load.max()))} N"))
     if np.isfinite(deflection).any():  # clamped states have none
         rows.append((_largest(content), wording.length(float(np.nanmax(deflection)))))
-    rows.append(("measured", "displacement and rotation" if states.has_rotation else "displacement, no rotation"))
+    what = "position" if content.absolute_alone else "displacement"
+    rows.append(("measured", f"{what} and rotation" if states.has_rotation else f"{what}, no rotation"))
     return tuple(rows)
 
 
@@ -101,7 +102,13 @@ def _instruments(content: ReportContent) -> TableBlock:
         )
         for instrument in content.instruments
     )
-    return TableBlock(columns, rows, "Instruments. Averaged: the log has one row for each load state, no rate.")
+    averaged = any(instrument.rate is None for instrument in content.instruments)
+    caption = "Instruments." + " Averaged: the log has one row for each load state, no rate." * averaged
+    return TableBlock(columns, rows, caption)
+
+
+_MOST_BARE = 8
+"""Runs without a pose that are listed by name."""
 
 
 def runs_table(content: ReportContent) -> TableBlock:
@@ -141,7 +148,11 @@ def runs_table(content: ReportContent) -> TableBlock:
     lengths_text = (
         "loads, deflections, and distances of places from the nominal ones" if several else "loads and deflections"
     )
-    caption = f"Runs: logged joint angles (mean over the run), {lengths_text}."
+    caption = "Runs: logged joint angles (mean over the run)" + (f", {lengths_text}." if states is not None else ".")
+    bare = [row[0] for row in rows if all(cell == wording.DASH for cell in row[1:])]
+    if finite and bare:
+        rows = [row for row in rows if row[0] not in bare]
+        caption += f" Without a pose: {wording.listing(bare, _MOST_BARE)}."
     if content.absolute_alone:
         loads_too = ", loads" if loads else ""
         caption = f"Poses: logged joint angles{loads_too} and distances of the measured from the nominal positions."

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from stiffcal.quantity import FORCE, MOMENT, ShownUnit, Units, of_joint
+from stiffcal.quantity import ANGLE, FORCE, LENGTH, MOMENT, ShownUnit, Units, of_joint
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -22,7 +22,7 @@ from stiffcal.report.content import ReportContent, ReportStates
 from stiffcal.report.figures.residual_against import MOST_POINTS, draw_residual_against
 from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residuals_by_run
 from stiffcal.report.sections.summary import noise_sentence
-from stiffcal.results.validate_result import ValidateResult
+from stiffcal.results.validate_result import NEARLY_ALIKE, ValidateResult
 from stiffcal.validation.results import ErrorSlice
 from stiffcal.validation.schemes import held_out
 
@@ -81,7 +81,7 @@ def _extremes(parts: Sequence[ErrorSlice], kind: str = "") -> str:
     least, most = _translation(low), _translation(high)
     if len(with_length) < 2 or least <= 0:
         return f"{high.label} {wording.measure_text(high.rms)} rms."
-    if most < 1.15 * least:
+    if most < NEARLY_ALIKE * least:
         return f"nearly the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
     return (
         f"largest in {kind}{high.label} ({wording.length(most)} rms), smallest in {kind}{low.label} "
@@ -185,24 +185,27 @@ def _worst(validation: ValidateResult, of_places: bool) -> list[Block]:
     worst = validation.worst[:_MOST_WORST]
     if not worst:
         return []
-    columns: list[TableColumn] = [TableColumn("run", align="left"), TableColumn("row"), TableColumn("residual")]
     shown = Units([("m", [state.residual_m for state in worst]), ("rad", [state.residual_rad for state in worst])])
-    rows: list[tuple[str, ...]] = [
-        (
-            state.run.replace(" ", "\u00a0"),
-            str(state.row),
-            wording.length(state.residual_m, shown)
-            if state.residual_rad is None
-            else wording.angle(state.residual_rad, shown),
-        )
-        for state in worst
+    units = {shown.of(LENGTH if state.residual_rad is None else ANGLE) for state in worst}
+    alike = len(units) == 1
+    columns = [
+        TableColumn("run", align="left"),
+        TableColumn("row"),
+        TableColumn("residual", "".join(u.name for u in units) * alike),
     ]
+    rows: list[tuple[str, ...]] = []
+    for state in worst:
+        value, quantity = (state.residual_m, LENGTH) if state.residual_rad is None else (state.residual_rad, ANGLE)
+        unit = shown.of(quantity)
+        cell = wording.significant(unit.factor * (value or 0.0)) + ("" if alike else f" {unit.name}")
+        # a row of absolute runs is named by its run
+        row = "" if of_places and state.run.endswith(f" {state.row}") else str(state.row)
+        rows.append((state.run.replace(" ", "\u00a0"), row, cell))
     if any(state.load for state in worst):
-        units = [(FORCE if state.residual_rad is None else MOMENT).usual.name for state in worst]
-        alike = len(set(units)) == 1
-        columns.append(TableColumn("load", units[0] if alike else ""))
+        of_loads = [(FORCE if state.residual_rad is None else MOMENT).usual.name for state in worst]
+        columns.append(TableColumn("load", of_loads[0] if alike else ""))
         loads = [wording.significant(state.load) for state in worst]
-        cells = loads if alike else [f"{load} {unit}" for load, unit in zip(loads, units, strict=True)]
+        cells = loads if alike else [f"{load} {unit}" for load, unit in zip(loads, of_loads, strict=True)]
         rows = [(*row, cell) for row, cell in zip(rows, cells, strict=True)]
     branches = [state.branch for state in worst]
     if len(set(branches)) > 1 and not of_places:

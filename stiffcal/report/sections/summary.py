@@ -236,11 +236,9 @@ def _next_step(content: ReportContent) -> str:
         noise=None if validation is None else validation.noise,
         diagnosis=diagnosis,
     )
-    step = next_step(standing, Step.VALIDATE)
-    if step in (Step.DIAGNOSE, Step.IMPROVE):
+    step = Step.DIAGNOSE if diagnosis is None else next_step(standing, Step.VALIDATE)
+    if diagnosis is None or step in (Step.DIAGNOSE, Step.IMPROVE):
         return f"stiffcal {step.value} DIR"
-    if diagnosis is None:
-        return "use the model: stiffcal predict, map, compensate"
     if diagnosis.undecided:
         return "repeat the poses on which the result depends, then run stiffcal diagnose"
     if diagnosis.pattern is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiffcal.quantity import JOINT_ANGLE
-from stiffcal.results.geometry_words import IN_ROWS
+from stiffcal.results.geometry_words import FRAME, IN_ROWS
 from stiffcal.results.next_step import is_within_noise
 from stiffcal.results.unidentified_words import unidentified_in_words
 from stiffcal.show import parts
@@ -16,7 +16,7 @@ from stiffcal.show.parameters import add_parameters
 from stiffcal.wording import deviation, in_unit, length, significant
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
 
     from stiffcal.identification.answers.agreement_results import Agreement
     from stiffcal.identification.answers.fit_results import DualQuaternionFit, GeometryTaken
@@ -24,11 +24,15 @@ if TYPE_CHECKING:
     from stiffcal.presentation.values import Level, Overview, Page
     from stiffcal.results.identify_result import IdentifyResult
 
+MOST_VALUES = 10
+"""Values that are listed next to stiffness: without details."""
+
 
 def page(result: IdentifyResult, details: bool) -> Page:
     """Return how well it fits, then the values and what these data do not identify.
 
-    With details there are also the parameters that the rows of the geometry state in another form.
+    With details there are also single runs, all values, and the parameters that the rows of the geometry state in
+    another form.
     """
     made = PageBuilder("Fit")
     level, text = fit_verdict(result)
@@ -41,7 +45,7 @@ def page(result: IdentifyResult, details: bool) -> Page:
 
 def fit_verdict(result: IdentifyResult) -> tuple[Level, str]:
     """Return how a fit stands: against the noise, and whether these data identify the model."""
-    names = {name for group in result.not_identifiable for name in group.parameters}
+    names = {name for group in result.not_identifiable for name in group.parameters} - _in_rows(result)
     known = [parameter for parameter in result.parameters if parameter.value is not None]
     if result.parameters and not known:
         return "fail", "no parameter is identifiable from these data"
@@ -68,7 +72,7 @@ def add_fitted(
 
     Parameters
     ----------
-    details : also the parameters that the rows of the geometry state in another form.
+    details : also single runs, all values, and parameters that the rows of the geometry state in another form.
     is_part : whether it is a part of another answer, whose verdict stands before it: then the fit is compared with the
         noise in a line of its own.
     unclaimed : joints whose compliance is not identified, as `add_parameters` takes them.
@@ -78,15 +82,14 @@ def add_fitted(
     kinds = _overviews(result)
     elsewhere = {name for overview in kinds for name in overview.parameters}
     shown = [parameter for parameter in result.parameters if parameter.name not in elsewhere]
-    if _has_rows(result) and not details:
-        shown = [parameter for parameter in shown if parameter.effect != IN_ROWS]
-    add_parameters(made, shown, unclaimed, result.shifted or ())
-    for overview in kinds:
-        made.add(overview.blocks)
+    if not details:
+        shown = [parameter for parameter in shown if parameter.name not in _in_rows(result)]
+    add_parameters(made, shown, unclaimed, result.shifted or (), None if details else MOST_VALUES)
+    add_overviews(made, kinds, details)
     if result.geometry is not None:
         _add_geometry(made, result.geometry, in_uncertainty=result.covariance_from_geometry is not None)
     for agreement in result.agreement or ():
-        _add_agreement(made, agreement)
+        _add_agreement(made, agreement, details)
     if is_part:
         made.say(_fit_in_words(result), "fit")
     made.say(_conditioning(result), "conditioning")
@@ -100,7 +103,8 @@ def add_fitted(
         made.say(
             f"{len(result.rejected)} states set aside before the fit (excluded, bumped or not measured)", "set-aside"
         )
-    made.add(parts.suspects(result.suspects, result.suspects_not_checked))
+    made.add(parts.suspects(result.suspects, result.suspects_not_checked if details else None))
+    elsewhere |= set() if details else _in_rows(result)  # the lines below the rows name what is a convention
     for sentence in unidentified_in_words(
         group for group in result.not_identifiable if not (elsewhere and set(group.parameters) <= elsewhere)
     ):
@@ -111,6 +115,14 @@ def add_fitted(
         add_coupling(made, result.coupling)
     if result.dual_quaternions is not None:
         _add_dual_quaternions(made, result.dual_quaternions)
+
+
+def add_overviews(made: PageBuilder, overviews: Sequence[Overview], details: bool) -> None:
+    """Add what kinds of experiment have to show; of single runs as details."""
+    for overview in overviews:
+        made.add((*overview.blocks, *(overview.details if details else ())))
+    if not details and any(overview.details for overview in overviews):
+        made.say("--details shows each run, and how these values are defined", "more")
 
 
 def _overviews(result: IdentifyResult) -> list[Overview]:
@@ -136,6 +148,11 @@ def _has_rows(result: IdentifyResult) -> bool:
     return isinstance(result.geometry, GeometryFound)
 
 
+def _in_rows(result: IdentifyResult) -> set[str]:
+    """Return the parameters that the rows of the geometry state, and the frames that they are counted from."""
+    return {one.name for one in result.parameters if _has_rows(result) and one.effect in (IN_ROWS, FRAME)}
+
+
 def _of_places_alone(result: IdentifyResult) -> bool:
     """Return whether a fit is of absolute poses without load runs."""
     from stiffcal.identification.answers.geometry_results import GeometryFound
@@ -150,14 +167,19 @@ def _conditioning(result: IdentifyResult) -> str:
     if condition is not None:
         texts.append(f"condition number {significant(condition)}")
     elif result.not_identifiable:
-        texts.append("condition number infinite: some parameters cannot be identified (below)")
+        names = {name for group in result.not_identifiable for name in group.parameters} - _in_rows(result)
+        why = "some parameters cannot be identified (below)" if names else "the geometry contains conventions"
+        texts.append(f"condition number infinite: {why}")
     return ", ".join(texts)
 
 
-def _add_agreement(made: PageBuilder, agreement: Agreement) -> None:
-    """Add what two kinds of experiment determine, each alone, and whether they agree."""
+def _add_agreement(made: PageBuilder, agreement: Agreement, details: bool) -> None:
+    """Add whether two kinds of experiment agree; what each determines alone where they do not, and as details."""
     from stiffcal.results.agreement_words import rows, runs_of_kinds, verdict
 
+    if agreement.agree and not details:
+        made.say(verdict(agreement), "agreement")
+        return
     first, second = runs_of_kinds(agreement)
     alone = (number(f"{name} alone, ± 95 %") for name in (first, second))
     made.table(("parameter", *alone, "", number("standard errors")), rows(agreement))

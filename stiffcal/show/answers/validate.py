@@ -49,7 +49,7 @@ def page(result: ValidateResult, details: bool) -> Page:
     ]
     made.table(("", number("rms")), rows)
     if result.distance is not None:
-        _add_distances(made, result.distance, result.ladder or [])
+        _add_distances(made, result.distance, result.ladder or [], details)
     made.add(elasticity_sentences(result.elasticity))
     slices = {
         "experiment": result.by_experiment,
@@ -114,8 +114,22 @@ def _verdict(result: ValidateResult) -> tuple[Level, str]:
     return ("pass", text) if is_within_noise(result.rms, result.noise) else ("warn", text)
 
 
-def _add_distances(made: PageBuilder, distance: Distances, ladder: Sequence[LadderStep]) -> None:
-    """Add the distances of the targets, and the ladder from the nominal robot to the present model."""
+def _add_distances(made: PageBuilder, distance: Distances, ladder: Sequence[LadderStep], details: bool) -> None:
+    """Add the distances of the targets as details, and the ladder from the nominal robot to the present model.
+
+    The last step of the ladder is the present model: where there is one, the distances state its errors once more.
+    """
+    if details or not ladder:
+        _add_targets(made, distance)
+    titles = ("parameters", "fit, rms", "random, rms", "region, rms", "random, mean", "region, mean")
+    rows = []
+    for step in ladder:
+        cells = [step.fit, step.heldout_random, step.heldout_region, step.mean_random, step.mean_region]
+        rows.append((step.step, str(step.n_parameters), *(length(v) for v in cells)))
+    made.table(("model", *map(number, titles)), rows)
+
+
+def _add_targets(made: PageBuilder, distance: Distances) -> None:
     sizes = [distance.fit, distance.heldout_random, distance.heldout_region, distance.noise]
     units = Units([(LENGTH, [one.rms for one in sizes if one is not None])])
     rows: list[tuple[str, ...]] = []
@@ -138,17 +152,19 @@ def _add_distances(made: PageBuilder, distance: Distances, ladder: Sequence[Ladd
     made.table(("distance", *map(number, ("mean", "median", "95 %", "worst", "rms"))), rows)
     if noise is not None:
         made.say(NOISE_IN_DISTANCE, "noise-in-distance")
-    titles = ("parameters", "fit, rms", "random, rms", "region, rms", "random, mean", "region, mean")
-    rows = []
-    for step in ladder:
-        cells = [step.fit, step.heldout_random, step.heldout_region, step.mean_random, step.mean_region]
-        rows.append((step.step, str(step.n_parameters), *(length(v) for v in cells)))
-    made.table(("model", *map(number, titles)), rows)
+
+
+def _are_alike(slices: Sequence[ErrorSlice]) -> bool:
+    """Return whether the errors of all parts are nearly the same, so that a table of them says nothing."""
+    from stiffcal.results.validate_result import NEARLY_ALIKE
+
+    errors = [part.rms.translation for part in slices if part.rms.translation]
+    return len(errors) == len(slices) and max(errors) < NEARLY_ALIKE * min(errors)
 
 
 def _add_slices(made: PageBuilder, title: str, slices: Sequence[ErrorSlice], whole: str, most: int | None) -> None:
     """Add the error in parts, the largest first; `most`: so many rows at most, None: all."""
-    if len(slices) < 2:
+    if len(slices) < 2 or (most is not None and _are_alike(slices)):
         return
     of_deflection = (number(f"share of {whole}"),) if slices[0].zero_model is not None else ()
     units = Units.of_errors(error for part in slices for error in (part.rms, part.max))

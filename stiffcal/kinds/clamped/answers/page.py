@@ -51,8 +51,7 @@ def clamped_overview(section: ClampedSection) -> Overview:
         Sentence((f"{LOW_SLOPE}: {section.definition.low_slope}",), "definition"),
         Sentence((f"reversal error: {section.definition.reversal_error}",), "definition"),
     ]
-    blocks: tuple[Table | Sentence, ...] = (Table(columns, tuple(rows)), _runs_table(section), *sentences)
-    return Overview(blocks)
+    return Overview((Table(columns, tuple(rows)),), (_runs_table(section), *sentences))
 
 
 def _overview_columns(with_interval: str) -> tuple[Column, ...]:

@@ -60,7 +60,7 @@ def friction_overview(section: FrictionSection, identified: IdentifiedModel) -> 
         ]
     parameters = frozenset(parameter.name for parameter in friction_parameters)
     if not rows:
-        return Overview((), parameters)
+        return Overview((), parameters=parameters)
     blocks: list[Sentence | Table] = [Table(_OVERVIEW_COLUMNS, tuple(rows))]
     if stribeck_rows:
         blocks.append(Table(_STRIBECK_COLUMNS, tuple(stribeck_rows)))
@@ -68,7 +68,7 @@ def friction_overview(section: FrictionSection, identified: IdentifiedModel) -> 
         blocks.append(Table(_MORE_COLUMNS, tuple(more_rows)))
     blocks += reference_sentences(section, friction_parameters)
     blocks += [_bearing_sentence(bearing) for bearing in section.bearings or ()]
-    return Overview(tuple(blocks), parameters)
+    return Overview(tuple(blocks), parameters=parameters)
 
 
 _OVERVIEW_COLUMNS = (
@@ -257,4 +257,8 @@ def _table(curves: tuple[FrictionCurve, ...]) -> Table:
                     else (Estimate(value=value, interval=[value - half, value + half]),)
                 )
         rows.append(((curve.joint,), *cells, (Digits(curve.rms),), (Digits(curve.noise),)))
-    return Table(columns, tuple(rows), "Friction of the drives, ± 95 %. A dash: not in the model, or not identified.")
+    return Table(
+        columns,
+        tuple(rows),
+        "Friction of the drives, ± 95 %. What is not in the model, or not identified, has no value.",
+    )
