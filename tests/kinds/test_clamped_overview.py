@@ -58,7 +58,10 @@ def test_each_quantity_has_one_unit_and_each_run_its_reversal_error() -> None:
     # as backlash's width
     assert units[LOW_SLOPE] == units["reversal error"] == "rad"
     assert [str(row[0][0]) for row in runs.rows] == ["wide", "narrow"]
-    assert [block.code for block in (*overview.blocks, *overview.details) if isinstance(block, Sentence)] == ["joint", *["definition"] * 3]
+    assert [block.code for block in (*overview.blocks, *overview.details) if isinstance(block, Sentence)] == [
+        "joint",
+        *["definition"] * 3,
+    ]
 
 
 def test_a_description_is_no_second_play() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.effects.joint_eccentricity import JointEccentricity
 from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.fitting.identify import identify_parameters
+from stiffcal.ingest.checks.absolute import _how_to_determine
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
@@ -25,6 +28,9 @@ from stiffcal.validation.elasticity import (
 )
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
+
+if TYPE_CHECKING:
+    from stiffcal.identification.fitting.fit import Fit
 
 N_POSES = 150
 
@@ -74,6 +80,22 @@ def test_a_softer_joint_needs_less_payload() -> None:
     assert soft == pytest.approx(stiff / 10.0)
     assert payload_that_shows(fit, 1, 1e-5) is None
     assert np.isfinite(stiff)
+    # within 2 to 100 % of what the maker allows
+    assert soft is not None
+    for share, shown in ((0.9, None), (1.1, soft), (100.0, 2.0 * soft)):
+        rated = replace(fit.robot, chain=replace(fit.robot.chain, rated_payload=share * soft))
+        assert payload_that_shows(replace(fit, robot=rated), 2, 1e-5) == (shown and pytest.approx(shown))
+
+
+@pytest.mark.parametrize(("range_deg", "asks_joint_2"), [(59.0, True), (61.0, False)])
+def test_larger_motions_are_advised_of_joints_that_moved_little(range_deg: float, asks_joint_2: bool) -> None:
+    chain = six_axes()
+    angles = np.deg2rad(np.outer(np.full(6, 170.0), [0.0, 0.5, 1.0]))
+    angles[1] *= range_deg / 170.0
+    fit = SimpleNamespace(data=SimpleNamespace(angles=angles), robot=SimpleNamespace(chain=chain))
+    advice = _how_to_determine(cast("Fit", fit))
+    assert ("joint 2" in advice) is asks_joint_2
+    assert "joint 1" not in advice
 
 
 def robot_with_wave(joint: int, wave: float, softness: list[float], seed: int) -> tuple[CompliantRobot, LoadStates]:
