@@ -237,10 +237,14 @@ def json_value(value: Any) -> Any:
         return value if math.isfinite(value) else None
     if kind in _PLAIN:
         return value
+    if kind is list:  # as most of long answers are
+        return [json_value(item) for item in value]
+    if kind is dict:
+        return {str(key): json_value(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):
         finite = value.dtype.kind in "biuUS" or bool(np.isfinite(value).all())
         return value.tolist() if finite else json_value(value.tolist())
-    if isinstance(value, list | tuple):
+    if isinstance(value, list | tuple):  # of a type of its own too
         return [json_value(item) for item in value]
     if isinstance(value, Mapping):
         return {str(key): json_value(item) for key, item in value.items()}

@@ -290,6 +290,34 @@ def measures(rms: Measures | None, of_motors: str = "", units: Units = USUAL) ->
     return texts
 
 
+def deviation(rms: Measures | None, units: Units = USUAL) -> str:
+    """Return an error ``{translation, rotation, …}`` as one phrase; a dash for none.
+
+    Parameters
+    ----------
+    rms : the error. units : of the answer that it stands in.
+
+    Examples
+    --------
+    >>> deviation({"translation": 0.0003721, "rotation": 2.5e-4})
+    '0.372 mm, 0.250 mrad'
+    >>> deviation({"translation": 0.0003721, "rotation": None, "length": 1.2e-6})
+    '0.372 mm, 0.00120 mm at the rods'
+    """
+    return ", ".join(measures(rms, units=units)) or DASH
+
+
+def change_words(relative: float | None) -> str:
+    """Return a relative change with its sign.
+
+    Examples
+    --------
+    >>> change_words(1.19), change_words(-0.02), change_words(None)
+    ('+119 %', '−2.00 %', '–')
+    """
+    return f"+{share(relative)}" if relative is not None and relative > 0 else share(relative)
+
+
 def ranges(numbers: Sequence[int]) -> str:
     """Return numbers in order, three and more in a row as a range.
 

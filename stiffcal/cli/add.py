@@ -77,8 +77,8 @@ def edit(
 
 def show_edit(console: Console, result: EditResult) -> None:
     """Write what changed and what the model holds now."""
-    from stiffcal.cli.history import model_in_words
+    from stiffcal.results.model_words import model_words
 
     for line in result.changes:
         console.print(line, soft_wrap=True)
-    console.print(f"model now: {model_in_words(result.model)}, not fitted yet", soft_wrap=True)
+    console.print(f"model now: {model_words(result.model)}, not fitted yet", soft_wrap=True)

@@ -66,6 +66,23 @@ class Answer:
         with supervision.answering() if supervision is not None else nullcontext():
             self._give(result, show, then)
 
+    def show(self, result: CommandResult, then: NextLine | None = None, details: bool = False) -> None:
+        """Print the answer as its page.
+
+        Parameters
+        ----------
+        result : what the command answers. then : the next sensible step; None: nothing follows.
+        details : also what most readers do not ask for.
+        """
+
+        def draw(console: AnswerConsole, shown: CommandResult) -> None:
+            from stiffcal.cli.pages import draw_page
+            from stiffcal.show.pages import page_of
+
+            draw_page(console, page_of(shown, details), shown.warnings)
+
+        self.give(result, draw, then)
+
     def _give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: NextLine | None) -> None:
         if self.as_json:
             from stiffcal.documents import document_of

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
-from stiffcal.cli.wording import share, short_places
+from stiffcal.cli.wording import short_places
 from stiffcal.results.value_words import value_in_model
+from stiffcal.wording import change_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -56,14 +57,3 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
             f"  {n_within} other value{'s' * (n_within > 1)} stay{'s' * (n_within == 1)} within the 95 % interval "
             "(all in --json)"
         )
-
-
-def change_words(relative: float | None) -> str:
-    """Return a relative change with its sign.
-
-    Examples
-    --------
-    >>> change_words(1.19), change_words(-0.02), change_words(None)
-    ('+119 %', '−2.00 %', '–')
-    """
-    return f"+{share(relative)}" if relative is not None and relative > 0 else share(relative)

@@ -10,13 +10,14 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.history import show_history
 from stiffcal.cli.improve import print_step
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import AsJson, Overwrite
+from stiffcal.cli.pages import draw_blocks
 from stiffcal.cli.run import show_run
 from stiffcal.escapes.shell import command_line
 from stiffcal.results.next_step import Step
+from stiffcal.show.pages import page_of
 
 if TYPE_CHECKING:
     from stiffcal.cli.console import AnswerConsole
@@ -53,4 +54,4 @@ def show_demo(console: AnswerConsole, result: RunResult, ladder: HistoryResult, 
     """Draw the ladder from the first model to the noise, then what `run` shows of the last."""
     show_run(console, result, page)
     console.print(f"\nhistory of fits (the hidden effect: {result.folder}/truth.json):", soft_wrap=True)
-    show_history(console, ladder)
+    draw_blocks(console, page_of(ladder).blocks)

@@ -10,10 +10,10 @@ import typer
 from stiffcal.cli.answers import answering
 from stiffcal.cli.bodies import show_cartesian, show_joints
 from stiffcal.cli.endings import OK
-from stiffcal.cli.experiments import overviews, show_overviews
 from stiffcal.cli.links import show_coupling, show_links
 from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, StoreAt
+from stiffcal.cli.pages import draw_blocks
 from stiffcal.cli.registration import show_registration
 from stiffcal.cli.suspects import show_suspects
 from stiffcal.cli.tables import plain_table, show_parameters
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from stiffcal.identification.answers.agreement_results import Agreement
     from stiffcal.identification.answers.fit_results import DualQuaternionFit, GeometryTaken
     from stiffcal.identification.answers.geometry_results import GeometryFound
+    from stiffcal.presentation.values import Overview
     from stiffcal.results.identify_result import IdentifyResult
 
 
@@ -116,13 +117,14 @@ def show_fitted(
     console.show_warnings(result.warnings)
     show_registration(console, result.registration)
     console.print(f"{_read_in_words(result)} in {result.n_runs} run{'s' * (result.n_runs != 1)}")
-    kinds = overviews(result)
+    kinds = _overviews(result)
     elsewhere = {name for overview in kinds for name in overview.parameters}
     shown = [parameter for parameter in result.parameters if parameter.name not in elsewhere]
     if _has_rows(result) and not details:
         shown = [parameter for parameter in shown if parameter.effect != IN_ROWS]
     show_parameters(console, shown, unclaimed, result.shifted)
-    show_overviews(console, kinds)
+    for overview in kinds:
+        draw_blocks(console, overview.blocks)
     if result.geometry is not None:
         _show_geometry(console, result.geometry, in_uncertainty=result.covariance_from_geometry is not None)
     for agreement in result.agreement or ():
@@ -149,6 +151,13 @@ def show_fitted(
         show_coupling(console, result.coupling)
     if result.dual_quaternions is not None:
         _show_dual_quaternions(console, result.dual_quaternions)
+
+
+def _overviews(result: IdentifyResult) -> list[Overview]:
+    """Return what kinds of experiment have to show of a fit."""
+    from stiffcal.kinds import all_kinds
+
+    return [overview for kind in all_kinds() if (overview := kind.overview(result)) is not None]
 
 
 def _read_in_words(result: IdentifyResult) -> str:

@@ -31,7 +31,8 @@ def view_campaign(
     Returns
     -------
     ViewResult
-        The page. Nothing is fitted where the store is current.
+        The page. Nothing is fitted where the store is current, but for the profiles of parameters that bend their law
+        or are near a bound.
 
     Raises
     ------
@@ -78,7 +79,7 @@ def page_of(folder: Path, context: RunContext, raw: bool = True) -> PageOfCampai
 
     context.progress("collecting the results", None)
     content = view_content(data, identified, validation, raw)
-    statistics = statistics_page(data, identified)
+    statistics = statistics_page(data, identified, context)
     content = replace(content, pages=[*content.pages, *([] if statistics is None else [statistics])])
     shown = 0 if content.states is None else len(content.states.run)
     fault = content.meshes_fault

@@ -90,12 +90,13 @@ def _single(value: Any) -> str:
 
 
 def _is_flat(value: Any) -> bool:
-    """Return whether a value is an object that holds something, and no containers."""
+    """Return whether a value is an object that holds something, and no containers but empty ones."""
     return isinstance(value, dict) and bool(value) and not _holds_containers(value.values())
 
 
 def _holds_containers(values: Iterable[Any]) -> bool:
-    return not _KINDS.isdisjoint(map(type, values))
+    """Return whether any value is a container that holds something: an empty one is written as a number is."""
+    return not _KINDS.isdisjoint(map(type, values)) and any(value for value in values if type(value) in _KINDS)
 
 
 def _escape_hidden(text: str) -> str:

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.judgement.numbers import DIRECTIONS_AT_ONCE
 
 
 class CovarianceKind(Protocol):
@@ -51,11 +52,15 @@ class CovarianceKind(Protocol):
 
 def weighed_products(weights: Floats, mine: Floats, theirs: Floats) -> Floats:
     """Return (s, k, l) the inner products of (k, d) and (l, d), each direction weighed by (s, d)."""
-    found = np.empty((len(weights), len(mine), len(theirs)))
-    if len(theirs) < len(weights):
-        for j, one in enumerate(theirs):
-            found[:, :, j] = weights @ (mine * one).T
-    else:
-        for t, own in enumerate(weights):
-            found[t] = (mine * own) @ theirs.T
+    found = np.zeros((len(weights), len(mine), len(theirs)))
+    same = mine is theirs
+    for first in range(0, weights.shape[1], DIRECTIONS_AT_ONCE):
+        at = slice(first, first + DIRECTIONS_AT_ONCE)
+        own, weight = mine[:, at], weights[:, at]
+        for j, one in enumerate(theirs[:, at]):
+            # of what is symmetric half is made
+            k = j if same else 0
+            found[:, k:, j] += weight @ (own[k:] * one).T
+    for j in range(len(mine) if same else 0):
+        found[:, j, j:] = found[:, j:, j]
     return found

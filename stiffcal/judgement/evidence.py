@@ -302,21 +302,37 @@ def _along(
     """Return (t, g, s) the log evidence for each pattern and size of a member's coefficients."""
     inverse, across, half = others
     left = inner.gram[:, own][:, :, own] - np.swapaxes(across, 1, 2) @ across
-    patterns = member.patterns
-    values, vectors = np.linalg.eigh(left[:, None] * patterns[:, :, None] * patterns[:, None, :])
-    values, turned = np.maximum(values, 0.0)[:, :, None], patterns[:, :, None] * vectors
     target = inner.target[:, own] - np.einsum("tov,to->tv", across, half)
-    along = np.einsum("tgvj,tv->tgj", turned, target)[:, :, None]
-    grid = member.sizes[:, None] ** 2
-    share = grid / (1.0 + grid * values)
-    square = (inner.square - np.sum(half**2, axis=1))[:, None, None] - np.sum(share * along**2, axis=3)
-    determinant = np.sum(np.log(np.diagonal(inverse, axis1=1, axis2=2)), axis=1)[:, None, None]
-    value = noise.log_density(square) + determinant - 0.5 * np.sum(np.log1p(grid * values), axis=3)
-    if not bounded.any():
-        return np.asarray(value)
-    mean, variance = _of_coefficients(bounded, own, turned, share, along, inverse, across, half)
-    scale = noise.scale(np.maximum(square, 0.0))[..., None]
-    return np.asarray(value + _within(mean / (scale * np.sqrt(np.maximum(variance, 1e-300)))))
+    before = inner.square - np.sum(half**2, axis=1)
+    determinant = np.sum(np.log(np.diagonal(inverse, axis1=1, axis2=2)), axis=1)
+    grid, found = member.sizes[:, None] ** 2, []
+    for values, turned in _axes(left, member.patterns):
+        along = np.einsum("tgvj,tv->tgj", turned, target)[:, :, None]
+        share = grid / (1.0 + grid * values)
+        square = before[:, None, None] - np.sum(share * along**2, axis=3)
+        value = noise.log_density(square) + determinant[:, None, None] - 0.5 * np.sum(np.log1p(grid * values), axis=3)
+        if bounded.any():
+            mean, variance = _of_coefficients(bounded, own, turned, share, along, inverse, across, half)
+            scale = noise.scale(np.maximum(square, 0.0))[..., None]
+            value = value + _within(mean / (scale * np.sqrt(np.maximum(variance, 1e-300))))
+        found.append(value)
+    return np.concatenate(found, axis=1)
+
+
+def _axes(gram: Floats, patterns: Floats) -> Iterator[tuple[Floats, Floats]]:
+    """Give variances (t, g, 1, j) of inner products (t, q, q) along their axes (t, g, q, j), patterns in their order.
+
+    Of several coefficients there are as many axes; one alone is its own.
+    """
+    several = patterns[patterns.sum(axis=1) > 1.0]
+    if len(several):
+        values, vectors = np.linalg.eigh(gram[:, None] * several[:, :, None] * several[:, None, :])
+        yield np.maximum(values, 0.0)[:, :, None], several[:, :, None] * vectors
+    alone = patterns[len(several) :]
+    if len(alone):
+        values = np.diagonal(gram, axis1=1, axis2=2)[:, np.argmax(alone, axis=1)]
+        turned = np.broadcast_to(alone[:, :, None], (len(gram), *alone.shape, 1))
+        yield np.maximum(values, 0.0)[:, :, None, None], turned
 
 
 def _taken_out(inner: Inner, own: Booleans, scale: Floats) -> TakenOut:

@@ -235,6 +235,8 @@ STEP_MASS, STEP_MOMENT = 10.0, 10.0
 """kg and kg·m of the differences."""
 NUMBERS_AT_ONCE = 1 << 20
 """Of columns that are reduced together: 8 MB."""
+DIRECTIONS_AT_ONCE = 1 << 11
+"""Of inner products along directions: of twenty columns and all sizes these stay in the processor's cache."""
 MOST_KEPT = 1 << 21
 """Numbers of reduced columns that are kept for sets to come: 16 MB."""
 ALIKE_IN_SWEEPS = 0.28

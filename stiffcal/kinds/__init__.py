@@ -18,21 +18,21 @@ from typing import TYPE_CHECKING, Any, cast
 
 from stiffcal.campaign.found.experiment_kinds import KnownKind, experiment_kind, kind_names
 from stiffcal.campaign.toml.typed import TomlTable
-from stiffcal.kinds.presentation import Table
 from stiffcal.measurements.state_measures import StateMeasure
+from stiffcal.presentation.values import Table
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
     from stiffcal.identification.readings.state_kinds import StateKind
     from stiffcal.kinds.drawn_rows import DrawnRows, DrawnVariable
     from stiffcal.kinds.measured import MeasuredRuns
-    from stiffcal.kinds.presentation import Overview, Page, Plot
     from stiffcal.kinds.reduction import RunsReduction
     from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.kinds.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.model.assembled.composite import CompliantRobot
     from stiffcal.model.effect import Effect
+    from stiffcal.presentation.values import Overview, Page, Plot
     from stiffcal.simulation.kinds import RunSimulation
 
 

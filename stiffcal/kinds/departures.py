@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
-from stiffcal.kinds.presentation import Digits, Line, Words
+from stiffcal.presentation.values import Digits, Line, Words
 from stiffcal.wording import significant
 
 # Readings of a stretch; their mean is judged.

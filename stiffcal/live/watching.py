@@ -174,10 +174,11 @@ class LogWatcher:
         if waits or checked is None:
             return WatchedRun(id=run, stage="waiting", lines=waits)
         if not checked.faults:
+            # what is said of all runs together stands above them, once
+            own = [line for line in checked.lines if line not in self._lines]
             return WatchedRun(
-                id=run, stage="read", n_states=checked.n_states, n_readings=checked.n_readings,
-                lines=_shortened(checked.lines),
-            )  # fmt: skip
+                id=run, stage="read", n_states=checked.n_states, n_readings=checked.n_readings, lines=_shortened(own)
+            )
         unfinished = [f"{file}: {Stage.CUT.value}" for file, log in logs.items() if log.cut]
         unfinished += [f"{file}: {Stage.GROWING.value}" for file, log in logs.items() if log.stage is Stage.SETTLED]
         if unfinished:

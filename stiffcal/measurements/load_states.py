@@ -290,6 +290,8 @@ class LoadStates:
     @property
     def tracker(self) -> Integers:
         """(n,) which of the set-up's trackers read each state."""
+        if len(self.setup.trackers) == 1:
+            return np.zeros(len(self), dtype=np.int64)
         return np.array([run.tracker for run in self.runs], dtype=np.int64)[self.run]
 
     @property

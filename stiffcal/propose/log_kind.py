@@ -32,6 +32,7 @@ from stiffcal.propose.unnamed_columns import are_numbered, missing_names, roles_
 from stiffcal.readers import Reader, WantedColumns, find_reader
 
 FIRST_BYTES = 1 << 14
+XML = "rsi"
 
 # Words of a maker in the name or the first lines, what it is called here, and the name of the source.
 MAKERS: tuple[tuple[str, str, str], ...] = (
@@ -39,7 +40,11 @@ MAKERS: tuple[tuple[str, str, str], ...] = (
     (r"TwinCAT|Beckhoff|SampleTime ?\[|Starttime of export|\.svdx?\b", "Beckhoff TwinCAT Scope", "scope"),
     (r"\bFARO\b|\bVantage\b|\bCAM2\b", "FARO tracker", "tracker"),
     (r"\bAPI\b.{0,40}(tracker|Radian|OT2|T3)|\bRadian (Pro|Plus|Core)\b|Automated Precision", "API tracker", "tracker"),
-    (r"\bLeica\b|Spatial ?Analyzer|\bAT9[36]0\b|T-?Mac\b|T-?Probe\b|Tracker Pilot", "Leica tracker", "tracker"),
+    (
+        r"\bLeica\b|Spatial ?Analyzer|\bAT9[36]0\b|T-?Mac\b|T-?Probe\b|Tracker Pilot|OTG Applied",
+        "Leica tracker",
+        "tracker",
+    ),
     (r"\bNikon\b|\bMetris\b|K-?Series|\bK[46]\d0\b|\biGPS\b|Space ?Probe", "Nikon tracker", "tracker"),
     (r"\bKUKA\b|\bKRC\d?\b|\$(AXIS|POS|TORQUE)_ACT|AxisPos", "KUKA controller trace", "controller"),
     (r"\bABB\b|RobotStudio|Test ?Signal Viewer|\bIRC5\b", "ABB controller trace", "controller"),
@@ -152,7 +157,7 @@ def log_kind(
     """
     found_format = format_of(display_name)
     text = _first_bytes(path).decode("latin-1")
-    device, name = _maker(path.name.replace("_", " ") + "\n" + (text if found_format in (None, TEXT) else ""))
+    device, name = _maker(path.name.replace("_", " ") + "\n" + (text if found_format in (None, TEXT, XML) else ""))
     try:
         reader = find_reader(path, found_format, display_name)
         tables = tables_of(reader, path, display_name)

@@ -13,7 +13,8 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame
 from stiffcal.quantity import LENGTH, Units, of_joint, quantity_of
-from stiffcal.report.wording import length, measure_text, model_words, part
+from stiffcal.report.wording import length, measure_text, part
+from stiffcal.results.model_words import model_words
 from stiffcal.results.value_words import as_shown, remark, value_text
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import count, place_label, share, significant
@@ -54,6 +55,12 @@ class CampaignAnswer:
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the result must know, a line each."""
         return tuple(self.result.warnings)
+
+    def _repr_html_(self) -> str:
+        from stiffcal.python.notebook import html_of
+        from stiffcal.show.pages import page_of
+
+        return html_of(page_of(self.result), self.warnings)
 
     def _html(self, summary: str, *tables: pd.DataFrame) -> str:
         lines = "".join(f"<div>{html.escape(line)}</div>" for line in summary.splitlines())
@@ -404,9 +411,6 @@ class FitHistory(CampaignAnswer):
             + ("not validated" if fit.heldout_rms is None else f"{measure_text(fit.heldout_rms)} in held-out data")
             for fit in self.result.fits
         )
-
-    def _repr_html_(self) -> str:
-        return self._html(self.summary(), self.fits)
 
     def __repr__(self) -> str:
         return self.summary()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import Progress, no_progress
+from stiffcal.python.answers import CampaignAnswer
 from stiffcal.python.frames import frame_of_rows
 from stiffcal.stages.steps import RunContext
 from stiffcal.wording import place_label
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger("stiffcal")
 
 
-class RobotTrend:
+class RobotTrend(CampaignAnswer):
     """The parameters of one robot over its campaigns; made by `stiffcal.trend`.
 
     Parameters
@@ -28,8 +29,7 @@ class RobotTrend:
     result : what ``stiffcal trend`` answers.
     """
 
-    def __init__(self, result: TrendResult) -> None:
-        self.result = result
+    result: TrendResult
 
     @property
     def alarms(self) -> list[str]:

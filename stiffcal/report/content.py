@@ -20,10 +20,10 @@ from stiffcal.diagnosis.answers.results import DiagnoseResult, EarlierDiagnosis,
 from stiffcal.identification.answers.before_after import BeforeAfter
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.ingest.results import IngestResult
-from stiffcal.kinds.presentation import Page, Table
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.summary import EffectAt
+from stiffcal.presentation.values import Page, Table
 from stiffcal.report.compensation_content import WithAndWithout
 from stiffcal.report.joint_curves import JointPicture
 from stiffcal.report.link_pictures import LinkPicture

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stiffcal.kinds.presentation import Picture
+from stiffcal.presentation.values import Picture
 from stiffcal.report.figures.panels import draw_panels
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from stiffcal import wording
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.summary import EffectInModel, ModelSummary, Where
+from stiffcal.model.summary import Where
 from stiffcal.quantity import unit_words
 from stiffcal.wording import (
     DASH,
@@ -33,15 +33,12 @@ __all__ = [
     "capital",
     "count",
     "effect_at",
-    "effect_text",
     "in_sheets",
     "in_unit",
     "length",
     "listing",
     "measure_cell",
     "measure_text",
-    "model_change",
-    "model_words",
     "part",
     "place",
     "plus_minus",
@@ -129,72 +126,3 @@ def capital(text: str) -> str:
 def effect_at(effect: Placed) -> str:
     """Write an effect with its place, as far as it has one."""
     return f"{effect.effect} ({place(effect.where)})" if dict(effect.where.items()) else effect.effect
-
-
-def effect_text(entry: EffectInModel) -> str:
-    """Write one entry of a model's list of effects.
-
-    Examples
-    --------
-    >>> effect_text(EffectInModel("backlash", joints=[4])), effect_text(EffectInModel("base-offset"))
-    ('backlash, joint 4', 'base-offset')
-    """
-    where = dict(entry.where.items())
-    return f"{entry.type}, {place(where)}" if where else entry.type
-
-
-def model_change(before: ModelSummary, after: ModelSummary) -> str:
-    """Write what a model gained (+) and lost (−) against the one before, "" where it is the same.
-
-    Examples
-    --------
-    >>> springs = EffectInModel("joint-compliance", joints=[1, 2])
-    >>> one = ModelSummary("deformed", [springs])
-    >>> two = ModelSummary("deformed", [springs, EffectInModel("backlash", joints=[4])])
-    >>> model_change(one, two), model_change(two, one), model_change(one, one)
-    ('+ backlash, joint 4', '− backlash, joint 4', '')
-    >>> model_change(ModelSummary("deformed", []), one)
-    '+ joint-compliance, joints 1, 2'
-    """
-    old, new = _single_places(before), _single_places(after)
-    gained = [f"+ {text}" for text in _of_all_places([effect for effect in new if effect not in old])]
-    lost = [f"− {text}" for text in _of_all_places([effect for effect in old if effect not in new])]
-    return "; ".join([*gained, *lost])
-
-
-def _of_all_places(singles: Sequence[EffectInModel]) -> list[str]:
-    """Write effects of single places, each effect once with all of its places."""
-    entries: dict[str, EffectInModel] = {}
-    for one in singles:
-        entry = entries.get(one.type, EffectInModel(one.type))
-        entries[one.type] = EffectInModel(
-            one.type,
-            joints=[*(entry.joints or []), *(one.joints or [])] or None,
-            links=[*(entry.links or []), *(one.links or [])] or None,
-            pairs=[*(entry.pairs or []), *(one.pairs or [])] or None,
-        )
-    return [effect_text(entry) for entry in entries.values()]
-
-
-def _single_places(model: ModelSummary) -> list[EffectInModel]:
-    """List a model's effects place by place."""
-    effects: list[EffectInModel] = []
-    for entry in model.effects:
-        single = [
-            *(EffectInModel(entry.type, joints=[joint]) for joint in entry.joints or []),
-            *(EffectInModel(entry.type, links=[link]) for link in entry.links or []),
-            *(EffectInModel(entry.type, pairs=[pair]) for pair in entry.pairs or []),
-        ]
-        effects += single or [entry]
-    return effects
-
-
-def model_words(model: ModelSummary) -> str:
-    """Write a model as one phrase.
-
-    Examples
-    --------
-    >>> model_words(ModelSummary("deformed", [EffectInModel("joint-compliance", joints=[1, 2])]))
-    'joint-compliance, joints 1, 2'
-    """
-    return "; ".join(effect_text(entry) for entry in model.effects) or "no effect"

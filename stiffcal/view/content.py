@@ -11,8 +11,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
-from stiffcal.kinds.presentation import Page
 from stiffcal.measurements.rms import Rms
+from stiffcal.presentation.values import Page
 from stiffcal.quantity import ANGLE, LENGTH, ShownUnit, Units, of_measure
 
 
@@ -225,9 +225,9 @@ class ViewChange:
     added: list[str]
     """Effects, ``effect place``."""
     variable: str
-    """Name of the variable that the first of them follows."""
+    """Name of the variable that the first of them follows; "" where nothing is known to follow any."""
     component: str
-    """Which residual shows it: one of `ViewShare.component`, or "e1", "e2", … of the evidence."""
+    """Which residual shows it: one of `ViewShare.component`, or "e1", "e2", … of the evidence; "" likewise."""
 
 
 @dataclass(frozen=True, kw_only=True)

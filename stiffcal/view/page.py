@@ -15,8 +15,8 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.documents import Document
 from stiffcal.escapes.html_text import escaped
-from stiffcal.kinds.presentation import Table
-from stiffcal.kinds.texts import printed_columns, printed_rows, text_of
+from stiffcal.presentation.texts import printed_columns, printed_rows, text_of
+from stiffcal.presentation.values import Table
 from stiffcal.view.content import ViewContent, ViewForecast, ViewVariable
 from stiffcal.view.packing import NOISE_SHARE, Packer
 

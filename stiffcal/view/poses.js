@@ -1,6 +1,6 @@
 (function (S) {
   const ROW = 20,
-    HEAD = 34,
+    LINE = 13,
     LEAST_ROW = 15,
     LEAST_COLUMN = 36,
     MOST_HEIGHT = 8000;
@@ -14,7 +14,9 @@
     const words = byComponent ? ["x", "y", "z"] : direction ? direction.levels : ["all"];
     // runs of another kind of experiment have nothing in this measure
     const runs = [...data.runs.keys()].filter((run) => S.members[run].some((i) => Number.isFinite(data.states.measured[0][3 * i])));
-    const height = Math.min(HEAD + 34 + (runs.length > 40 ? LEAST_ROW : ROW) * runs.length, MOST_HEIGHT);
+    // a heading may need a line for each of its words
+    const head = 8 + LINE * Math.max(2, ...words.map((word) => word.split(" ").length));
+    const height = Math.min(head + 34 + (runs.length > 40 ? LEAST_ROW : ROW) * runs.length, MOST_HEIGHT);
     const cell = (run, k) => S.members[run].filter((i) => byComponent || !direction || direction.values[i] === k);
     const of = byComponent ? "component" : direction ? direction.label : "all states";
     const panel = S.panel({
@@ -34,7 +36,7 @@
     let place = null;
     panel.canvas.addEventListener("click", (event) => {
       const k = Math.floor((event.offsetX - place.left) / place.w),
-        run = runs[Math.floor((event.offsetY - HEAD) / place.h)];
+        run = runs[Math.floor((event.offsetY - head) / place.h)];
       if (run !== undefined) S.select(k >= 0 ? cell(run, k) : S.members[run], event.shiftKey);
     });
     /** (row, column) rms, SI. */
@@ -68,12 +70,23 @@
       kept = { of: residual, rows, most: Math.max(largest(rows), ...others) };
       return kept;
     }
+    /** A heading in lines as wide as its column, broken between words. */
+    function linesOf(g, text, room) {
+      const lines = [];
+      for (const part of text.split(" ")) {
+        const last = lines[lines.length - 1],
+          longer = `${last} ${part}`;
+        if (last !== undefined && g.measureText(longer).width <= room) lines[lines.length - 1] = longer;
+        else lines.push(part);
+      }
+      return lines;
+    }
     function draw(canvas) {
       const { g, width, height: h } = S.begin(canvas),
         { rows, most: worst } = shown(),
         names = Math.max(...runs.map((run) => g.measureText(`▸ ● ${S.visible(data.runs[run].name)}`).width)) + 12,
         left = Math.min(names, 140, width - LEAST_COLUMN * words.length);
-      place = { left, w: (width - left - 8) / words.length, h: (h - HEAD - 8) / Math.max(runs.length, 1) };
+      place = { left, w: (width - left - 8) / words.length, h: (h - head - 8) / Math.max(runs.length, 1) };
       const every = Math.ceil(13 / place.h),
         [, most] = S.locked("errors by run", [0, worst]),
         count = S.theme.scale.length;
@@ -82,14 +95,12 @@
       g.textAlign = "center";
       g.fillStyle = S.theme.ink;
       words.forEach((word, k) => {
-        const text = S.visible(word),
-          parts = g.measureText(text).width > place.w - 8 ? text.split(" ") : [text];
-        const lines = parts.length > 1 ? [parts[0], parts.slice(1).join(" ")] : parts;
-        lines.forEach((part, line) => g.fillText(part, left + (k + 0.5) * place.w, HEAD - 20 + (lines.length > 1 ? 13 * line : 8), place.w - 6));
+        const parts = linesOf(g, S.visible(word), place.w - 6);
+        parts.forEach((part, line) => g.fillText(part, left + (k + 0.5) * place.w, head - 8 - LINE * (parts.length - 1 - line), place.w - 6));
       });
       rows.forEach((row, number) => {
         const run = runs[number],
-          y = HEAD + number * place.h,
+          y = head + number * place.h,
           selected = S.members[run].some((i) => S.selected[i]);
         g.textAlign = "left";
         g.fillStyle = S.theme.ink;

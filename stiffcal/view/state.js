@@ -236,7 +236,7 @@
     ]);
     // the effect that was added last, before and after; else what the diagnosis reads of what is missing
     const missing = data.evidence.findIndex((one) => one.standing === "missing");
-    const opening = data.change
+    const opening = data.change?.variable
       ? { x: data.change.variable, y: `r.${data.change.component}` }
       : missing >= 0
         ? { x: data.evidence[missing].variable, y: `r.e${missing + 1}` }

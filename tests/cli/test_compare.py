@@ -11,14 +11,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.cli.compare import show_comparison
 from stiffcal.cli.console import AnswerConsole
+from stiffcal.cli.pages import draw_page
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.answers.before_after import EstimatedParameter, values_before_and_after
 from stiffcal.mechanics.axis_distances import first_difference
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.summary import Where
+from stiffcal.show.pages import page_of
 from stiffcal.validation.compare_result import CompareResult
 from stiffcal.validation.one_robot import require_one_robot
 
@@ -39,7 +40,7 @@ def test_a_stiffness_is_not_called_a_compliance() -> None:
         origin="own",
     )  # fmt: skip
     shown = StringIO()
-    show_comparison(AnswerConsole(file=shown, width=200), result)
+    draw_page(AnswerConsole(file=shown, width=200), page_of(result))
     first, second = (line for line in shown.getvalue().splitlines() if "joint 2" in line)
     assert "stiffness" in first.split()
     assert "c" not in first.split()

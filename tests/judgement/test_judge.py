@@ -9,6 +9,7 @@ import pytest
 
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement import rivals
+from stiffcal.judgement.ground_of_states import GroundOfStates
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.priors import RobotScale
 from stiffcal.judgement.reading import read_off
@@ -206,6 +207,7 @@ def test_a_force_sensor_that_was_zeroed_anew_is_no_step_of_the_target() -> None:
 def test_about_the_same_fit_a_set_is_as_probable_as_it_was(friction: FieldCampaign, judged_friction: Judged) -> None:
     """A set without an effect of the fit had the readings without that effect's part: 127 nats for nothing."""
     weighed, ground = judged_friction.weighed, judged_friction.ground
+    assert isinstance(ground, GroundOfStates)
     assert ground.present
     scale = RobotScale.of(ground.state.robot, ground.state.loads)
     about = rivals._about_fit(weighed, (), (), ground, scale, rivals.no_setting)

@@ -13,8 +13,8 @@ from stiffcal.kinds.clamped.answers.joints import joints_of
 from stiffcal.kinds.clamped.answers.page import AT_SEARCH_LIMIT, LOW_SLOPE, clamped_overview
 from stiffcal.kinds.clamped.answers.results import ClampedRunResult, ClampedSection, Definition, JointResult
 from stiffcal.kinds.clamped.loops.torque_angle_fit import CURVE
-from stiffcal.kinds.presentation import Column, Sentence, Table
-from stiffcal.kinds.texts import text_of
+from stiffcal.presentation.texts import text_of
+from stiffcal.presentation.values import Column, Sentence, Table
 from stiffcal.uncertainty import NORMAL_95
 from tests.laboratory.clamped_runs import clamped_run
 from tests.laboratory.torque_angle_laws import clamped_law

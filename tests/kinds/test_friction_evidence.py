@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.kinds.friction.answers.parts import friction_evidence
-from stiffcal.kinds.presentation import Marks, Picture
 from stiffcal.model.summary import EffectAt, Where
+from stiffcal.presentation.values import Marks, Picture
 from stiffcal.stages.experiments import measured_runs
 from stiffcal.stages.steps import RunContext, up_to_date_states
 

@@ -105,6 +105,17 @@ def test_runs_appear_as_their_logs_come_in_pieces(measuring: Measuring) -> None:
     assert measuring.version == 2  # nothing has come
 
 
+def test_what_holds_for_all_runs_is_stated_once(measuring: Measuring) -> None:
+    unused = '\n[frames.unused]\nparent = "flange"\nxyz_m = [0.0, 0.0, 0.1]\n'
+    (measuring.folder / "campaign.toml").write_text(measuring.manifest + unused)
+    measuring.write("pose1", measuring.logs["pose1"])
+    (run,) = measuring.runs(SETTLED_S).values()
+    assert [sum("frames.unused" in line for line in lines) for lines in (measuring.watcher.seen.lines, run.lines)] == [
+        1,
+        0,
+    ]
+
+
 def test_a_run_that_was_read_is_not_read_again(measuring: Measuring, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[str] = []
 

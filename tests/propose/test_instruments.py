@@ -629,6 +629,18 @@ def test_what_a_controller_computes_of_its_angles_is_no_place(tmp_path: Path, na
     assert {c.column for c in kind.columns if "controller computes" in c.why} == set(names[7:])
 
 
+def test_makers_whose_names_do_not_stand_in_the_export(tmp_path: Path) -> None:
+    angles = " ".join(f'A{k}="1.5"' for k in range(1, 7))
+    assert proposed(tmp_path, "l.xml", f'<Rob TYPE="KUKA"><AIPos {angles}/></Rob>\n' * 3).device.startswith("KUKA")
+    pilot = "X  [mm],Y  [mm],Z  [mm],Time Stamp,OTG Applied\n" + "1.5,2.5,3.5,11.10.2026 15:00:00.043,FALSE\n" * 3
+    assert proposed(tmp_path, "l.csv", pilot).device.startswith("Leica")
+
+
+def test_markup_is_no_table(tmp_path: Path) -> None:
+    kind = proposed(tmp_path, "robot.urdf", "<robot>\n" + '<origin xyz="0 0 1" rpy="0 0 0"/> <axis xyz="0 1 0"/>\n' * 9)
+    assert "line of names" not in kind.why_not
+
+
 def test_units_in_cells_are_named(tmp_path: Path) -> None:
     text = "t,Fx,Fy,Fz\n" + "".join(f"{t},{x} N,{y} N,{z} N\n" for t, (x, y, z) in zip(TIME, FORCE, strict=True))
     kind = proposed(tmp_path, "log.csv", text)

@@ -27,7 +27,7 @@ BEFORE = [spring(1, 7.3e5, 1e4), spring(2, 5e4, 1e3), spring(3, 2.74e4, 150.0)]
 AFTER = [spring(1, 7.31e5, 1e4), spring(2, 5.2e4, 1e3), spring(3, 5.99e4, 960.0), WIDTH]
 
 
-def change(own: bool = True, gained: str = "+ backlash, joint 3") -> FitChange:
+def change(own: bool = True, gained: str = "+ backlash (joint 3)") -> FitChange:
     values = tuple(values_before_and_after(BEFORE, AFTER))
     return FitChange(before="1", after="2", change=gained, values=values, own=own)
 
@@ -37,7 +37,7 @@ def test_what_moved_comes_first_then_what_is_new() -> None:
     assert isinstance(made, ReportSection)
     lead, heading, table = made.blocks
     assert isinstance(lead, Paragraph)
-    assert heading == SubheadingBlock("+ backlash, joint 3: fit 1 → fit 2")
+    assert heading == SubheadingBlock("+ backlash (joint 3): fit 1 → fit 2")
     assert isinstance(table, TableBlock)
     rows = [tuple(cell.replace(chr(0x202F), " ") for cell in row) for row in table.rows]
     assert [row[0] for row in rows] == ["joint 3 (A3)", "joint 2 (A2)", "joint 3 (A3)"]

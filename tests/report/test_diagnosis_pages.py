@@ -30,7 +30,6 @@ from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms, VarianceRatio
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.summary import EffectAt, EffectInModel, ModelSummary, Where
-from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Items,
     LeftOut,
@@ -48,6 +47,7 @@ from stiffcal.report.figures.ladder import ladder_rungs
 from stiffcal.report.sections import diagnosis, evidence, next_measurement, ranking, stiffness, summary
 from stiffcal.report.sections.stiffness import short_stiffness_table
 from stiffcal.results.history_results import HistoryEntry
+from stiffcal.results.model_words import model_change
 from stiffcal.results.value_words import SHIFTED
 from tests.laboratory.report_content import made_up_content
 
@@ -298,9 +298,10 @@ def test_rungs_say_what_the_model_gained() -> None:
     ]
     labels = [rung.label for rung in ladder_rungs(fits, Rms(1e-3, None), "translation")]
     assert labels == [
-        "no model", "fit 1: joint-compliance, joints 1–3", "fit 2: + backlash, joint 2", "fit 3: − backlash, joint 2",
+        "no model", "fit 1: joint-compliance (joints 1–3)", "fit 2: + backlash (joint 2)",
+        "fit 3: − backlash (joint 2)",
     ]  # fmt: skip
-    assert wording.model_change(fits[0].model, fits[0].model) == ""
+    assert model_change(fits[0].model, fits[0].model) == ""
 
 
 def first_page(of: ReportContent) -> dict[type, Any]:

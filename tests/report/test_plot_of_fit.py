@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from stiffcal.identification.fitting.identify import identify_parameters
-from stiffcal.kinds.presentation import Picture
 from stiffcal.measurements.load_states import Sigma
+from stiffcal.presentation.values import Picture
 from stiffcal.report.gathering.plot_of_fit import picture_of_fit, residuals_in_noises, statistics_page
 from stiffcal.report.pictures_of_fit import PictureOfFit
 from stiffcal.stages.fit import up_to_date_fit_at_hand
@@ -52,12 +52,19 @@ def test_a_picture_in_the_report_is_known_by_the_key_of_its_fit_and_computed_whe
     assert same[0] == same[1] != same[2]
 
 
-def test_the_statistics_of_a_fit_are_a_page_of_pictures(campaign: Path) -> None:
+def test_the_statistics_of_a_fit_are_a_page_of_pictures(campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     context = RunContext()
     data = up_to_date_states(campaign, context)
-    page = statistics_page(data, up_to_date_fit_at_hand(data, context)[0])
+    identified = up_to_date_fit_at_hand(data, context)[0]
+    page = statistics_page(data, identified, context)
     assert page is not None
     drawn = [block for block in page.blocks if isinstance(block, Picture)]
     assert len(drawn) == len(page.blocks) == 2
     assert all(picture.caption for picture in drawn)
     assert drawn[0].panels[0].series
+    # every parameter has a profile that is asked for one
+    monkeypatch.setattr("stiffcal.identification.profiles.NEAR_BOUND", 1e9)
+    page = statistics_page(data, identified, context)
+    assert page is not None
+    assert isinstance(page.blocks[0], Picture)
+    assert {panel.title.split(".")[0] for panel in page.blocks[0].panels} == {"joint-compliance"}

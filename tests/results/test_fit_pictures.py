@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stiffcal.identification.profiles import REACH, Profile
-from stiffcal.kinds.presentation import Band, Marks
 from stiffcal.model.parameters import ParameterSpec
+from stiffcal.presentation.values import Band, Marks
 from stiffcal.results.fit_pictures import (
     MOST_PARAMETERS,
     correlation_picture,

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stiffcal.commands.view import view_campaign
-from stiffcal.kinds.presentation import Picture
+from stiffcal.presentation.values import Picture
 from stiffcal.view.page import build_page
 from tests.laboratory.browser import axe_findings, colours_of, opened, settled
 

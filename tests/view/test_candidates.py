@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from stiffcal.diagnosis.answers.results import DiagnoseResult, LookAlike
@@ -11,7 +12,9 @@ from stiffcal.model.summary import Where
 from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states
+from stiffcal.view.content import ViewModel
 from stiffcal.view.gathering.candidates import view_candidates
+from stiffcal.view.gathering.change import LastAdded
 from stiffcal.wording import probability_in_words
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 
@@ -38,3 +41,10 @@ def test_what_is_rejected_has_none(diagnosis: DiagnoseResult) -> None:
     found = view_candidates(diagnosis)
     assert found[0].sure
     assert {one.sure for one in found if one.standing == "rejected"} == {""}
+
+
+def test_before_and_after_are_shown_though_nothing_explains_what_is_left() -> None:
+    before = ViewModel(id="fit1", kind="fit", label="", short="", residual_fit=np.zeros((1, 3)))
+    change = LastAdded(before="fit1", names=["link-springs arm"]).change([before], [])
+    assert change is not None
+    assert (change.before, change.variable) == ("fit1", "")

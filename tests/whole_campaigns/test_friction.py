@@ -14,7 +14,7 @@ import pytest
 
 from stiffcal.cli.app import main
 from stiffcal.commands.history import read_history
-from stiffcal.kinds.presentation import Table
+from stiffcal.presentation.values import Table
 from stiffcal.report.building import lay_out
 from stiffcal.report.gathering.content import report_content
 from stiffcal.stages.fit import up_to_date_fit

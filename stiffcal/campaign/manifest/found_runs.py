@@ -131,16 +131,17 @@ def pattern_faults(manifest: Manifest, found: FoundFiles | None) -> list[Fault]:
         if source.run is not None:
             reason = "file names one log for each run, and run states that one file holds the rows of several"
             faults.append(Fault(FaultCode.KEY_CONFLICT, MANIFEST_FILE, place, reason, "keep one of file and run"))
+    runs = {} if found is None else found.runs
     for entry in () if found is None else found.ambiguous:
         first, second = entry.files
         reason = f'{first} and {second} are both a log of run "{entry.run}"'
-        files = {entry.source: first}
+        files = dict(runs.get(entry.run, {})) | {entry.source: first}  # all: others are not matched then
         mend = (
             "write more of the name into the pattern, move one of them away, or name all files of the run: "
             f"[[runs]], {toml_text.pair('id', entry.run)}, {toml_text.pair('files', files)}"
         )
         faults.append(Fault(FaultCode.KEY_CONFLICT, MANIFEST_FILE, f"sources.{entry.source}.file", reason, mend))
-    for name in () if found is None else found.runs:
+    for name in runs:
         wrong = wrong_name(name)
         if wrong is not None:
             faults.append(Fault(FaultCode.NAME_INVALID, MANIFEST_FILE, "sources", *wrong))

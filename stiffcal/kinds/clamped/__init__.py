@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from stiffcal.kinds.clamped.answers.results import ClampedSection
     from stiffcal.kinds.clamped.simulated.simulation_settings import Clamping
     from stiffcal.kinds.measured import MeasuredRuns
-    from stiffcal.kinds.presentation import Overview, Page, Plot, Table
     from stiffcal.kinds.reduction import RunsReduction
     from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.model.assembled.composite import CompliantRobot
+    from stiffcal.presentation.values import Overview, Page, Plot, Table
     from stiffcal.simulation.kinds import RunSimulation
 
 

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from stiffcal.kinds.friction.answers.results import FrictionSection
     from stiffcal.kinds.friction.simulated.simulation_settings import FrictionMotion
     from stiffcal.kinds.measured import MeasuredRuns
-    from stiffcal.kinds.presentation import Overview, Page, Plot
     from stiffcal.kinds.reduction import RunsReduction
     from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.kinds.row_search import RowProblem
     from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.model.effect import Effect
+    from stiffcal.presentation.values import Overview, Page, Plot
     from stiffcal.simulation.kinds import RunSimulation
 
 

@@ -161,7 +161,12 @@ def _is_table(path: Path) -> bool:
         layout = text_layout(content.decode(encoding), encoding)
     except (InputError, OSError, UnicodeDecodeError):
         return False
-    return b"\0" not in content and layout.rows.holds_numbers and len(layout.columns) > 1
+    return (
+        b"\0" not in content
+        and not content.lstrip().startswith(b"<")
+        and layout.rows.holds_numbers
+        and len(layout.columns) > 1
+    )
 
 
 class _WordError(Exception):

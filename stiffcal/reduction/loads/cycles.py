@@ -172,7 +172,8 @@ def _loaded_alone(states: LoadStates) -> tuple[Integers, Floats]:
     changes = np.diff(states.run) != 0
     alone = np.flatnonzero(np.append(True, changes) & np.append(changes, True)) if len(states) else states.run
     alone = alone[states.wrench[alone].any(axis=1)]
-    size = np.array([float(np.linalg.norm(load_vector(row[None]))) for row in states.wrench[alone]])
+    each = np.arange(len(alone))
+    size = np.linalg.norm(_load_vectors(states.wrench[alone], each, each), axis=1) if len(alone) else np.zeros(0)
     return alone[size > 0.0], size[size > 0.0]
 
 

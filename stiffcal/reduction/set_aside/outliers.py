@@ -168,14 +168,19 @@ def _groups(piece: Integers, cycles: LoadCycles) -> list[Group]:
     """Gather the readings of one run or piece of it, direction and branch; peaks belong to loading."""
     branch = np.where(cycles.branch == UNLOADED, 0, np.where(cycles.branch == UNLOADING, 2, 1))
     key = np.where(branch == 0, -1, cycles.direction)
-    groups: list[Group] = []
-    for members in members_of(piece):
-        largest = max(float(cycles.magnitude[members].max()), np.finfo(float).tiny)
-        pairs = 3 * key[members] + branch[members]
-        for pair in np.unique(pairs).tolist():
-            of_pair = members[pairs == pair]
-            groups.append(Group(of_pair, cycles.magnitude[of_pair] / largest, pair % 3 != 0, pair // 3))
-    return groups
+    order = np.lexsort((np.arange(len(piece)), branch, key, piece))
+    _, length = np.unique(piece, return_counts=True)
+    order = order[np.repeat(length, length) > 1]  # a reading that is alone has nothing to contradict
+    if not order.size:
+        return []
+    _, first, length = np.unique(piece[order], return_index=True, return_counts=True)
+    largest = np.maximum(np.maximum.reduceat(cycles.magnitude[order], first), np.finfo(float).tiny)
+    share = cycles.magnitude[order] / np.repeat(largest, length)
+    cuts = np.flatnonzero(np.diff(np.stack([piece, key, branch])[:, order]).any(axis=0)) + 1
+    return [
+        Group(members, own, bool(branch[members[0]] != 0), int(key[members[0]]))
+        for members, own in zip(np.split(order, cuts), np.split(share, cuts), strict=True)
+    ]
 
 
 def _smooth_residuals(readings: Floats, groups: Sequence[Group]) -> list[Floats | None]:

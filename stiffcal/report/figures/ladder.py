@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from stiffcal.quantity import ShownUnit, of_measure
 from stiffcal.report import wording
 from stiffcal.report.figures import canvas
+from stiffcal.results.model_words import model_change, model_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -135,7 +136,7 @@ def ladder_rungs(fits: Sequence[HistoryEntry], zero_model: Rms | None, component
         rungs.append(Rung("no model", wording.part(zero_model, component), None))
     before: ModelSummary | None = None
     for fit in fits:
-        text = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
+        text = model_words(fit.model) if before is None else model_change(before, fit.model)
         label = f"fit {fit.id}: {text or 'the same model'}"
         rungs.append(Rung(label, wording.part(fit.heldout_rms, component), wording.part(fit.fit_rms, component)))
         before = fit.model

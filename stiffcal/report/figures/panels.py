@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stiffcal.kinds.presentation import Band, Colour, Line, Marks, Panel, Picture, Series, Span
+from stiffcal.presentation.values import Band, Colour, Line, Marks, Panel, Picture, Series, Span
 from stiffcal.report.figures import canvas
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import itertools
 
 from stiffcal.identification.answers.before_after import values_before_and_after
-from stiffcal.report import wording
 from stiffcal.report.content import FitChange
 from stiffcal.results.history_results import StoredFit
+from stiffcal.results.model_words import model_change
 from stiffcal.stages.steps import HISTORY, Ingested, key_of_table, stored_document
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
@@ -36,7 +36,7 @@ def _change(before: StoredFit, after: StoredFit) -> FitChange | None:
     """Return what changed from one fit to the next; None where the models are the same."""
     if before.model.same_as(after.model):
         return None
-    text = wording.model_change(before.model, after.model)
+    text = model_change(before.model, after.model)
     if before.model.balance != after.model.balance:
         balance = f"balance {before.model.balance} → {after.model.balance}"
         text = f"{text}; {balance}" if text else balance

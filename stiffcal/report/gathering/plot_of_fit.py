@@ -13,8 +13,8 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.profiles import profiled, profiles
 from stiffcal.identification.readings.row_layout import MEASURES
-from stiffcal.kinds.presentation import Page, Picture
 from stiffcal.model.catalogue.campaign_effects import placed_robot
+from stiffcal.presentation.values import Page, Picture
 from stiffcal.quantity import of_measure
 from stiffcal.results.fit_pictures import (
     correlation_picture,
@@ -136,13 +136,21 @@ def pictures_of_fit(
     return made | {"correlation": partial(_of_results, "correlation", data, identified)} if several else made
 
 
-def statistics_page(data: Ingested, identified: IdentifyResult) -> Page | None:
-    """Return the pictures of the present fit that need no fit, as a page; None of a fit without a free parameter."""
-    if len(data.states) == 0 or not identified.free_parameters:
+def statistics_page(data: Ingested, identified: IdentifyResult, context: RunContext) -> Page | None:
+    """Return pictures of the present fit as a page; None of a fit without a free parameter.
+
+    The fit is made again where a parameter has a profile, and only there.
+
+    Parameters
+    ----------
+    data, identified, context : as in `pictures_of_fit`.
+    """
+    pictures = pictures_of_fit(data, identified, context)
+    if not pictures:
         return None
-    several = len(identified.free_parameters) > 1
-    wanted = ["correlation", "history"] if several else ["history"]
-    blocks = [replace(_of_results(of, data, identified), caption=(CAPTIONS[of],)) for of in wanted]
+    pictures["history"] = partial(_of_results, "history", data, identified)
+    wanted = [of for of in ("profile", "correlation", "history") if of in pictures]
+    blocks = [replace(pictures[of](), caption=(CAPTIONS[of],)) for of in wanted]
     return Page(STATISTICS, tuple(blocks), "statistics of the fit")
 
 

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from functools import partial
 
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.summary import ModelSummary
-from stiffcal.quantity import Units, of_measure
 from stiffcal.report import wording
-from stiffcal.report.blocks import Block, LeftOut, Paragraph, PictureBlock, ReportSection, TableBlock, TableColumn
+from stiffcal.report.blocks import Block, LeftOut, Paragraph, PictureBlock, ReportSection
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.ladder import draw_ladder, leading_component
 from stiffcal.report.figures.overview import MOST_RUNGS
+from stiffcal.report.page_blocks import block_of
 from stiffcal.results.history_results import HistoryEntry
+from stiffcal.show.pages import page_of
 
 ORDER = 15
 _TITLE = "History of fits: from no model to the noise"
@@ -25,19 +25,12 @@ _ALSO = {
     "motor_angle": "History of fits: angles of clamped motors.",
     "torque": "History of fits: torques of drives in motion.",
 }
-_TITLES = {
-    "translation": "position",
-    "rotation": "rotation",
-    "length": "rods",
-    "motor_angle": "clamped motors",
-    "torque": "drives' torque",
-}
 
 
 def section(content: ReportContent) -> ReportSection | LeftOut:
     """Lay out every fit with its error in held-out poses, next to the noise."""
     fits = [] if content.history is None else content.history.fits
-    if not fits:
+    if content.history is None or not fits:
         return LeftOut(_TITLE, "the history contains no fit yet")
     zero = None if content.validate is None else content.validate.zero_model
     noise = content.known_noise or next((fit.noise for fit in reversed(fits) if fit.noise is not None), None)
@@ -55,7 +48,7 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
             blocks.append(PictureBlock(partial(draw_ladder, drawn_fits, zero, noise, component), caption))
     if not blocks and len(fits) == 1 and on_first_page is None:
         return LeftOut(_TITLE, "there is one fit, and no error in it")
-    blocks.append(_table(fits))
+    blocks += [block_of(block) for block in page_of(content.history).blocks]
     return ReportSection(_TITLE, tuple(blocks))
 
 
@@ -75,43 +68,3 @@ def _caption(held_out: str, fits: Sequence[HistoryEntry], zero: Rms | None, nois
 def _amount(component: str, value: float | None) -> str:
     """Return an error with its unit."""
     return wording.measure_text({component: value})
-
-
-def _cell(component: str, value: float | None, units: Units) -> str:
-    """Return an error in the unit of its column."""
-    return wording.DASH if value is None else wording.significant(value * units.of(of_measure(component)).factor)
-
-
-def _table(fits: Sequence[HistoryEntry]) -> TableBlock:
-    measures = [name for name in _TITLES if any(wording.part(fit.fit_rms, name) is not None for fit in fits)]
-    units = Units.of_errors(rms for fit in fits for rms in (fit.heldout_rms, fit.fit_rms))
-    columns = (
-        TableColumn("fit", align="left"),
-        TableColumn("time (UTC)", align="left"),
-        TableColumn("model", align="left", width=1.0),
-        *(
-            TableColumn(f"{_TITLES[name]},\n{data}", units.of(of_measure(name)).name)
-            for name in measures
-            for data in ("held-out", "fitted")
-        ),
-    )
-    rows = []
-    before: ModelSummary | None = None
-    for fit in fits:
-        time = fit.time[:16].replace("T", "\n")
-        model = wording.model_words(fit.model) if before is None else wording.model_change(before, fit.model)
-        before = fit.model
-        errors = [
-            _cell(name, wording.part(rms, name), units) for name in measures for rms in (fit.heldout_rms, fit.fit_rms)
-        ]
-        text = model or "the same model"
-        rows.append(
-            (
-                fit.id,
-                time,
-                f"{text} (not computed by you)" if fit.origin == "foreign" else text,
-                *errors,
-            )
-        )
-    caption = "All fits of this campaign, oldest first: the model, then what changed; errors are rms."
-    return TableBlock(columns, tuple(rows), caption)

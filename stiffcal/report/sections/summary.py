@@ -28,11 +28,12 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.evidence import draw_evidence
 from stiffcal.report.figures.ladder import Rung, ladder_rungs, leading_component
 from stiffcal.report.figures.overview import MOST_RUNGS, draw_overview
+from stiffcal.report.page_blocks import table_of
 from stiffcal.report.sections.campaign import MOST_WARNINGS, warnings_of
 from stiffcal.report.sections.diagnosis import probable_law
-from stiffcal.report.sections.experiments import table_of
 from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_table, where_words
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.model_words import model_words
 from stiffcal.results.next_step import Standing, Step, next_step
 from stiffcal.results.registration_words import convention_in_words
 from stiffcal.results.validate_result import ValidateResult
@@ -348,7 +349,7 @@ def _fit_sentences(content: ReportContent) -> list[str]:
     states = f"{wording.count(fit.n_states, 'load state')} in {wording.count(fit.n_runs, 'run')}"
     if content.absolute_alone:
         states = wording.count(fit.n_states, "pose")
-    model, robot = wording.model_words(fit.model), the_robot(content.provenance.robot)
+    model, robot = model_words(fit.model), the_robot(content.provenance.robot)
     text = f"The model ({model}) was fitted to {states} of {robot}"
     return [f"{text}; residual of the fit: {wording.measure_text(fit.rms)} rms."]
 
@@ -366,7 +367,7 @@ def the_robot(name: str) -> str:
 
 
 def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
-    model = f"The model ({wording.model_words(fit.model)})"
+    model = f"The model ({model_words(fit.model)})"
     fitted_model = (content.readings_alone[0].fitted if len(content.readings_alone) == 1 else "") or model
     readings = wording.count(fit.n_readings, "reading") if fit.n_readings else wording.count(fit.n_states, "state")
     return (

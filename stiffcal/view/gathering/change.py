@@ -62,7 +62,8 @@ class LastAdded:
     def change(self, models: Sequence[ViewModel], evidence: Sequence[ViewEvidence]) -> ViewChange | None:
         """Return where the page shows what was added; None where the model before it cannot be drawn.
 
-        What the diagnosis read of an added effect comes first, else what explained most of the earlier residual.
+        What the diagnosis read of an added effect comes first, else what explained most of the earlier residual, if
+        anything did.
 
         Parameters
         ----------
@@ -76,10 +77,8 @@ class LastAdded:
             return ViewChange(
                 before=self.before, added=self.names, variable=read[0].variable, component=f"e{read[1] + 1}"
             )
-        if not before.shares:
-            return None
-        share = before.shares[0]
-        return ViewChange(before=self.before, added=self.names, variable=share.variable, component=share.component)
+        variable, component = (before.shares[0].variable, before.shares[0].component) if before.shares else ("", "")
+        return ViewChange(before=self.before, added=self.names, variable=variable, component=component)
 
 
 FALLS = 0.99

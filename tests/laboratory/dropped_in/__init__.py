@@ -1,4 +1,4 @@
-"""Files as a lab would add them: a log format, an effect, a mistake, a kind of experiment, a report's section.
+"""Files as a lab would add them: a log format, an effect, a mistake, a kind of experiment, a section, an answer.
 
 Nothing in stiffcal knows of them. `dropped_in` puts a folder of them behind the one that a registry walks.
 """
@@ -26,6 +26,7 @@ PACKAGES = {
     "state_kinds": "stiffcal.kinds",
     "row_kinds": "stiffcal.kinds",
     "sections": "stiffcal.report.sections",
+    "answers": "stiffcal.show.answers",
 }
 
 

@@ -18,7 +18,7 @@ from stiffcal.kinds.clamped.answers.pictures import (
 )
 from stiffcal.kinds.clamped.answers.results import ClampedSection, Definition, JointResult
 from stiffcal.kinds.measured import MeasuredRuns
-from stiffcal.kinds.presentation import (
+from stiffcal.presentation.values import (
     Block,
     Column,
     Digits,

@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.kinds.clamped.answers.curves import ClampedCurve, ClampedPose
 from stiffcal.kinds.clamped.loops.torque_angle_fit import CURVE
 from stiffcal.kinds.departures import Departure, departure_bars, departures_in_words, find_departures
-from stiffcal.kinds.presentation import Band, Line, Marks, Names, Panel, Picture, Series, Span, Words
+from stiffcal.presentation.values import Band, Line, Marks, Names, Panel, Picture, Series, Span, Words
 from stiffcal.quantity import ANGLE, MOMENT, STIFFNESS
 from stiffcal.uncertainty import NORMAL_95
 

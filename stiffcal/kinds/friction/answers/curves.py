@@ -11,8 +11,8 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.kinds.friction.answers.results import FrictionSection
 from stiffcal.kinds.friction.logs.readings import SteadyReadings
 from stiffcal.kinds.measured import MeasuredRuns
-from stiffcal.kinds.presentation import UnusedReadings
 from stiffcal.kinds.results import IdentifiedModel
+from stiffcal.presentation.values import UnusedReadings
 from stiffcal.store import values_of
 from stiffcal.uncertainty import NORMAL_95
 

@@ -10,11 +10,11 @@ from stiffcal.arrays import Floats
 from stiffcal.kinds.drawn_rows import DrawnVariable
 from stiffcal.kinds.friction.fitting.joint_fits import fit_friction
 from stiffcal.kinds.friction.fitting.torque_rows import FrictionRows, together
-from stiffcal.kinds.presentation import Digits, Marks, Panel, Picture, Words
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Effect, Place
 from stiffcal.model.motion import as_motion
+from stiffcal.presentation.values import Digits, Marks, Panel, Picture, Words
 
 HEIGHT_MM = 48.0
 # Pictures of a page: those of missing effects come first.

@@ -13,7 +13,8 @@ from stiffcal.kinds.friction.answers.parts import friction_evidence, friction_re
 from stiffcal.kinds.friction.answers.pictures import friction_picture
 from stiffcal.kinds.friction.answers.results import BearingFriction, FrictionSection
 from stiffcal.kinds.measured import MeasuredRuns
-from stiffcal.kinds.presentation import (
+from stiffcal.kinds.results import IdentifiedModel
+from stiffcal.presentation.values import (
     Block,
     Column,
     Digits,
@@ -25,7 +26,6 @@ from stiffcal.kinds.presentation import (
     Table,
     Words,
 )
-from stiffcal.kinds.results import IdentifiedModel
 from stiffcal.wording import AT_LIMIT
 
 _TITLE = "Friction of the drives"

@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from stiffcal.kinds.friction.fitting.joint_fits import FrictionFit
     from stiffcal.kinds.friction.fitting.torque_rows import FrictionRows
     from stiffcal.kinds.friction.logs.readings import FreeMotion, SteadyReadings
-    from stiffcal.kinds.presentation import Picture
     from stiffcal.kinds.row_search import RowProblem
+    from stiffcal.presentation.values import Picture
 
 
 def friction_experiment_fit(data: MeasuredRuns) -> ExperimentFit | None:

@@ -7,7 +7,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.kinds.departures import Departure, departure_bars, departures_in_words, find_departures
 from stiffcal.kinds.friction.answers.curves import FrictionCurve
-from stiffcal.kinds.presentation import Band, Digits, Line, Marks, Names, Panel, Picture, Series, Words
+from stiffcal.presentation.values import Band, Digits, Line, Marks, Names, Panel, Picture, Series, Words
 from stiffcal.uncertainty import NORMAL_95
 
 # The slow range is drawn apart where readings lie below this share of the fastest: 004 measured 1 to 5 %, then 10 to

@@ -15,7 +15,9 @@ from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.campaign.toml.typed import Name, TomlTable
 from stiffcal.kinds import ExperimentKind
 from stiffcal.kinds.measured import MeasuredRuns
-from stiffcal.kinds.presentation import (
+from stiffcal.kinds.reduction import RunsReduction
+from stiffcal.kinds.results import ExperimentFit, ExperimentValidation
+from stiffcal.presentation.values import (
     Column,
     Digits,
     Line,
@@ -29,8 +31,6 @@ from stiffcal.kinds.presentation import (
     Table,
     Words,
 )
-from stiffcal.kinds.reduction import RunsReduction
-from stiffcal.kinds.results import ExperimentFit, ExperimentValidation
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.states.ingested_runs import IngestedRun
 from stiffcal.store import table_of, values_of

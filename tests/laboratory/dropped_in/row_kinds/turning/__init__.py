@@ -23,7 +23,6 @@ from stiffcal.identification.fitting.regressors import Regressor
 from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.kinds import ExperimentKind
 from stiffcal.kinds.measured import MeasuredRuns
-from stiffcal.kinds.presentation import Overview, Page, Sentence
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
 from stiffcal.kinds.row_search import RowCourse, RowCovariate, RowFit, RowNoise, RowProblem, UsualMotion
@@ -33,6 +32,7 @@ from stiffcal.model.catalogue.campaign_effects import moving_effects
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.effect import Effect, Place
 from stiffcal.model.motion import Motion, as_motion
+from stiffcal.presentation.values import Overview, Page, Sentence
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.states.ingested_runs import IngestedRun
 from stiffcal.store import table_of, values_of

@@ -1,6 +1,6 @@
-"""What a kind of experiment has to show, as plain values: sentences, tables, pictures.
+"""What an answer or a kind of experiment has to show, as plain values: sentences, tables, pictures.
 
-The terminal and the report draw these without knowing the kind, each with its own way of writing a number.
+Terminal, PDF, browser and notebook draw these without knowing what they are of. A number is written once, by `texts`.
 """
 
 from __future__ import annotations
@@ -41,6 +41,10 @@ Words: TypeAlias = tuple[str | Digits | Estimate | Names | Joints, ...]
 table it has that of the column."""
 
 
+Level: TypeAlias = Literal["note", "warning", "pass", "warn", "fail"]
+"""Of a sentence: a note, a warning, or a verdict, which says how what was asked stands."""
+
+
 @dataclass(frozen=True)
 class Sentence:
     """A text that stands by itself."""
@@ -48,7 +52,12 @@ class Sentence:
     words: Words
     code: str
     """What it is about, for programs: "definition", "not-identified" and so on."""
-    level: Literal["note", "warning"] = "note"
+    level: Level = "note"
+
+    @property
+    def is_verdict(self) -> bool:
+        """Whether it says how what was asked stands."""
+        return self.level in ("pass", "warn", "fail")
 
 
 # ---- tables ---------------------------------------------------------------------------------------------------------
@@ -63,6 +72,8 @@ class Column:
     """"" where there is none."""
     numbers: bool = True
     """Numbers stand right, texts left."""
+    is_wide: bool = False
+    """Whether its texts wrap, and it takes the room that others leave on a printed page."""
 
 
 @dataclass(frozen=True)
@@ -241,13 +252,13 @@ class UnusedReadings:
 
 @dataclass(frozen=True)
 class Page:
-    """What the report shows of a kind."""
+    """What every medium shows of an answer, and the report of a kind of experiment."""
 
     title: str
     blocks: tuple[Block, ...]
     """Empty where nothing can be shown."""
-    subject: str
-    """What was done, for the line under the report's title: "clamped robot"."""
+    subject: str = ""
+    """Of a kind: what was done, for the line under the report's title: "clamped robot"."""
     subject_of_model: str = ""
     """Where the campaign holds this kind alone: what was fitted, for the report's title and its first sentence; "":
     the robot's model."""

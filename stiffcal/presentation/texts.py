@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stiffcal.estimate import Estimate
-from stiffcal.kinds.presentation import Column, Digits, Joints, Names, Table, Words
+from stiffcal.presentation.values import Column, Digits, Joints, Names, Table, Words
 from stiffcal.quantity import ShownUnit, Units, quantity_of
 from stiffcal.wording import estimate, listing, place, significant
 

@@ -12,9 +12,9 @@ from stiffcal.cli.tables import show_parameters
 from stiffcal.documents import document_of, result_from_values
 from stiffcal.identification.answers.before_after import estimated_parameters
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
-from stiffcal.kinds.presentation import Column, Table
-from stiffcal.kinds.texts import printed_columns, printed_rows
 from stiffcal.model.summary import Where
+from stiffcal.presentation.texts import printed_columns, printed_rows
+from stiffcal.presentation.values import Column, Table
 from stiffcal.python.answers import parameter_lines
 from stiffcal.report.sections.stiffness import other_table
 from stiffcal.results.value_words import as_shown

@@ -1,0 +1,1 @@
+"""What an answer shows, as plain values: sentences, tables and pictures; every medium draws these."""

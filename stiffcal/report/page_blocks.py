@@ -1,0 +1,54 @@
+"""Pages of answers and of kinds of experiment as blocks of a PDF: their sentences, tables and pictures."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import assert_never
+
+from stiffcal.presentation import values
+from stiffcal.presentation.texts import printed_columns, printed_rows, text_of
+from stiffcal.report.blocks import (
+    Block,
+    Items,
+    LeftOut,
+    Paragraph,
+    PictureBlock,
+    ReportSection,
+    SubheadingBlock,
+    TableBlock,
+    TableColumn,
+)
+from stiffcal.report.figures.panels import draw_panels
+
+
+def section_of(page: values.Page) -> ReportSection | LeftOut:
+    """Return a page as a section; where it has nothing to show, the reason."""
+    if not page.blocks:
+        return LeftOut(page.title, page.why_empty)
+    return ReportSection(page.title, tuple(block_of(block) for block in page.blocks))
+
+
+def block_of(block: values.Block) -> Block:
+    """Return a block as the report sets it."""
+    match block:
+        case values.Sentence():
+            return Paragraph(text_of(block.words), "key" if block.is_verdict else "plain")
+        case values.Listing():
+            return Items(tuple(text_of(sentence.words) for sentence in block.sentences))
+        case values.Subheading():
+            return SubheadingBlock(block.text)
+        case values.Table():
+            return table_of(block, block.caption)
+        case values.Picture():
+            return PictureBlock(partial(draw_panels, block), text_of(block.caption))
+        case _:
+            assert_never(block)
+
+
+def table_of(table: values.Table, caption: str) -> TableBlock:
+    """Return a table as the report sets it, in the units that people read."""
+    columns = tuple(
+        TableColumn(column.title, unit, align="right" if column.numbers else "left", width=float(column.is_wide))
+        for column, unit in printed_columns(table)
+    )
+    return TableBlock(columns, printed_rows(table), caption)

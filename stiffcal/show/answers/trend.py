@@ -1,0 +1,105 @@
+"""What `trend` shows: each parameter's course over the campaigns, and what its change comes from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stiffcal.quantity import Units, quantity_of
+from stiffcal.results.value_words import value_in_model
+from stiffcal.show.builder import PageBuilder, number
+from stiffcal.wording import change_words, place, share, significant
+
+if TYPE_CHECKING:
+    from stiffcal.presentation.values import Page
+    from stiffcal.validation.trend_result import ChangeCause, PossibleCause, TrendParameter, TrendResult
+
+VERDICTS = {
+    "wear": "wear: the changes are those of a joint that becomes softer, and no change of the set-up explains them",
+    "stiffened": "a joint has become stiffer: no wear, but possibly a repair or replacement",
+    "set-up": "a change of the set-up: it explains the changes of all parameters, and no joint alone does",
+    "undecided": "undecided: several causes would explain these changes",
+    "unexplained": "unexplained: neither a joint nor a change of the set-up explains these changes",
+}
+_TITLES = (
+    "effect",
+    "place",
+    "parameter",
+    number("first, ± 95 %"),
+    number("last, ± 95 %"),
+    "",
+    number("change"),
+    number("varies by"),
+    "",
+)
+
+
+def page(result: TrendResult, details: bool) -> Page:
+    """Return each parameter's first and last value, its change, and the chart's verdict."""
+    made = PageBuilder("One robot over its campaigns")
+    dates = [campaign.date or "" for campaign in result.campaigns]
+    span = f", {dates[0]} to {dates[-1]}" if dates[0] else ""
+    made.say(f"{len(result.campaigns)} campaigns{span}", "campaigns")
+    units = Units((row.unit, [one.value for one in row.values if one is not None]) for row in result.parameters)
+    made.table(_TITLES, [_row(row, result, units) for row in result.parameters])
+    if result.figure is not None:
+        made.say(f"parameters over the campaigns: {result.figure}", "written")
+    if result.cause is not None:
+        _add_cause(made, result, result.cause)
+    elif result.threshold is not None and not result.alarms:
+        made.say("no alarm: no parameter has changed by more than the scatter between campaigns", "no-alarm")
+    for name in result.exceeded:
+        made.say(f"more than {share(result.max_change)} change: {name}", "exceeded")
+    return made.page()
+
+
+def _row(row: TrendParameter, result: TrendResult, units: Units) -> tuple[str, ...]:
+    symbol, unit = row.name.rsplit(".", 1)[1], units.of(quantity_of(row.unit))
+    return (
+        row.effect,
+        place(row.where),
+        "stiffness" if symbol == "c" and row.unit == "N·m/rad" else symbol,
+        value_in_model(row.values[0], unit),
+        value_in_model(row.values[-1], unit),
+        unit.name,
+        change_words(row.change),
+        _deviation(row),
+        _remark(row, result),
+    )
+
+
+def _deviation(row: TrendParameter) -> str:
+    if row.deviation is None:
+        return "not known"
+    return share(row.deviation) if row.relative else significant(row.deviation, 2)
+
+
+def _remark(row: TrendParameter, result: TrendResult) -> str:
+    if row.alarm is None or row.changed_from is None:
+        return "" if row.variance_from != "unknown" else "not judged"
+    return f"alarm in {_campaign(result, row.alarm)}, changed from {_campaign(result, row.changed_from)}"
+
+
+def _campaign(result: TrendResult, number: int) -> str:
+    campaign = result.campaigns[number]
+    return campaign.date or campaign.folder
+
+
+def _add_cause(made: PageBuilder, result: TrendResult, cause: ChangeCause) -> None:
+    made.say(f"since {_campaign(result, cause.since)}: {VERDICTS[cause.verdict]}", f"cause-{cause.verdict}")
+    if cause.misfit_grew:
+        made.say("  the residuals have grown since then: the model lacks an effect (stiffcal diagnose)", "misfit-grew")
+    if cause.explains_residuals:
+        made.say(f"  any one of these would explain them: {', '.join(cause.explains_residuals)}", "explains-residuals")
+    for one in cause.causes:
+        made.say(
+            f"  {_cause(one)}: probability {share(one.probability)} among the compared causes, "
+            f"p = {significant(one.p_value, 2)}",
+            "possible-cause",
+        )
+
+
+def _cause(one: PossibleCause) -> str:
+    if one.kind == "set-up":
+        return one.effect
+    joints = ", ".join(str(joint) for joint in one.joints)
+    return f"joint{'s' * (len(one.joints) > 1)} {joints} {'softer' if one.softer else 'stiffer'}"

@@ -1,0 +1,63 @@
+"""A page, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from stiffcal.presentation.values import Block, Column, Level, Page, Picture, Sentence, Subheading, Table
+
+
+def number(title: str) -> Column:
+    """Return a column of numbers."""
+    return Column(title)
+
+
+def wide(title: str) -> Column:
+    """Return a column of texts that wrap, and take the room that others leave on a printed page."""
+    return Column(title, numbers=False, is_wide=True)
+
+
+class PageBuilder:
+    """Takes sentences, tables and pictures in the order in which they are read.
+
+    Parameters
+    ----------
+    title : of the page.
+    """
+
+    def __init__(self, title: str) -> None:
+        self.title = title
+        self._blocks: list[Block] = []
+
+    def say(self, text: str, code: str, level: Level = "note") -> None:
+        """Add a sentence; `code` is what it is about, for programs."""
+        self._blocks.append(Sentence((text,), code, level))
+
+    def head(self, text: str) -> None:
+        """Add a heading to what follows."""
+        self._blocks.append(Subheading(text))
+
+    def table(self, columns: Sequence[str | Column], rows: Iterable[Sequence[str]], caption: str = "") -> None:
+        """Add a table, unless it has no row.
+
+        Parameters
+        ----------
+        columns : their titles, of texts, or `number(title)`, `wide(title)`; units in the titles.
+        rows : texts. caption : of the table.
+        """
+        titled = tuple(Column(one, numbers=False) if isinstance(one, str) else one for one in columns)
+        cells = tuple(tuple((text,) for text in row) for row in rows)
+        if cells:
+            self._blocks.append(Table(titled, cells, caption))
+
+    def draw(self, picture: Picture) -> None:
+        """Add a picture."""
+        self._blocks.append(picture)
+
+    def add(self, blocks: Iterable[Block]) -> None:
+        """Add blocks as they are."""
+        self._blocks.extend(blocks)
+
+    def page(self) -> Page:
+        """Return the page."""
+        return Page(self.title, tuple(self._blocks))

@@ -1,0 +1,81 @@
+"""An answer is one function: dropped in as a file, it stands in terminal, PDF, browser and notebook."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pypdf import PdfReader
+
+from stiffcal.cli.answers import Answer
+from stiffcal.documents import CommandResult
+from stiffcal.errors import no_progress
+from stiffcal.python.answers import CampaignAnswer
+from stiffcal.report.blocks import ReportSection
+from stiffcal.report.building import PagesHeading, write_pages
+from stiffcal.report.page_blocks import section_of
+from stiffcal.show.pages import has_page, page_of
+from stiffcal.view.packing import unpacked
+from stiffcal.view.page import pack
+from tests.laboratory.dropped_in import dropped_in
+
+
+@pytest.fixture
+def result() -> Iterator[CommandResult]:
+    with dropped_in("answers"):
+        made: CommandResult = import_module("stiffcal.show.answers.hottest_motor").HottestMotorResult(
+            warnings=["motor 3 was not read"], celsius=[41.25, 55.0]
+        )
+        yield made
+
+
+TEXTS = ("motor 2 became <hottest>", "temperature [°C]", "41.2", "55.0")
+
+
+def terminal(result: CommandResult, capsys: pytest.CaptureFixture[str], folder: Path) -> str:
+    Answer(as_json=False).show(result)
+    shown = capsys.readouterr()
+    assert "motor 3 was not read" in shown.err
+    return shown.out
+
+
+def notebook(result: CommandResult, capsys: pytest.CaptureFixture[str], folder: Path) -> str:
+    shown = CampaignAnswer(result)._repr_html_()
+    assert "motor 3 was not read" in shown
+    assert "<hottest>" not in shown
+    assert "<svg" in shown
+    return html.unescape(shown)
+
+
+def pdf(result: CommandResult, capsys: pytest.CaptureFixture[str], folder: Path) -> str:
+    section = section_of(page_of(result))
+    assert isinstance(section, ReportSection)
+    heading = PagesHeading("Motors", "", "lab", "2026-11-30", "stiffcal", has_contents=False)
+    write_pages(heading, (section,), folder / "pages.pdf", no_progress)
+    return " ".join("".join(sheet.extract_text() for sheet in PdfReader(folder / "pages.pdf").pages).split())
+
+
+def browser(result: CommandResult, capsys: pytest.CaptureFixture[str], folder: Path) -> str:
+    page: Any = page_of(result)
+    document, _ = unpacked(pack(page))
+    assert [block["kind_"] for block in document["blocks"]] == ["Sentence", "Table", "Picture"]
+    return json.dumps(document, ensure_ascii=False)
+
+
+@pytest.mark.parametrize("medium", [terminal, notebook, pdf, browser])
+def test_a_dropped_in_answer_stands_in_every_medium(
+    medium: Any, result: CommandResult, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert has_page(result)
+    shown = medium(result, capsys, tmp_path)
+    for text in TEXTS:
+        assert text in shown, text
+
+
+def test_without_its_file_there_is_no_page() -> None:
+    assert not has_page(CommandResult(schema="stiffcal/hottest-motor/1", warnings=[]))
