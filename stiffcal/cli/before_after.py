@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.tables import plain_table
 from stiffcal.cli.wording import short_places
-from stiffcal.results.value_words import value_in_model
+from stiffcal.results.value_words import value_in_model, value_with_unit
 from stiffcal.wording import change_words
 
 if TYPE_CHECKING:
@@ -49,8 +49,8 @@ def show_moved(console: Console, values: Sequence[BeforeAfter], title: str) -> N
         symbol = value.name.rpartition(".")[2]
         place = value.setup_part or short_places(value.where)
         name = f"{value.effect} {place}" + ("" if symbol == "c" else f" {symbol}")
-        before, after = (value_in_model(one, unit) for one in (value.before, value.after))
-        table.add_row(name, before, f"{after} {'' if common else unit.name}".rstrip(), change_words(value.relative))
+        after = value_in_model(value.after, unit) if common else value_with_unit(value.after, unit)
+        table.add_row(name, value_in_model(value.before, unit), after, change_words(value.relative))
     console.print(table)
     if n_within:
         console.print(

@@ -19,7 +19,7 @@ from stiffcal.cli.wording import NOT_KNOWN, deviation, length, places, share, sh
 from stiffcal.escapes.shell import command_line
 from stiffcal.quantity import JOINT_ANGLE, quantity_of
 from stiffcal.results.next_step import Step
-from stiffcal.results.value_words import value_in_model
+from stiffcal.results.value_words import value_with_unit
 from stiffcal.show import parts
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
 from stiffcal.wording import count, explained_in_words, listing, probability_in_words, variable
@@ -312,7 +312,7 @@ def _show_refitted(console: AnswerConsole, result: DiagnoseResult, effect: Propo
     for value in result.before_after:
         if value.before is None and value.effect == effect.effect and value.where == effect.where:
             unit = value.quantity.unit_for([value.after.value if value.after else None])
-            texts.append(f"{value.name.rpartition('.')[2]} {value_in_model(value.after, unit)} {unit.name}".rstrip())
+            texts.append(f"{value.name.rpartition('.')[2]} {value_with_unit(value.after, unit)}")
     if texts:
         everything = "all that is missing" if len(result.missing) > 1 else "it"
         console.print(f"  Refitted with {everything}, ± 95 %: {', '.join(texts)}.", soft_wrap=True)

@@ -230,13 +230,8 @@ def _given(where: Where, kind: str, campaign: Campaign) -> dict[str, Sequence[An
     places: dict[str, Sequence[Any]] = {"joints": (), "links": (), "pairs": ()}
     for name, given in where.items():
         if name != kind:
-            raise InputError.at(
-                FaultCode.PLACE_INVALID,
-                "command line",
-                f"--{name}",
-                f"this effect acts at {kind}",
-                f"use --{kind} instead",
-            )
+            at, mend = (kind, f"use --{kind} instead") if kind in places else ("the set-up", "leave the place out")
+            raise InputError.at(FaultCode.PLACE_INVALID, "command line", f"--{name}", f"this effect acts at {at}", mend)
         if name == "joints":
             places[name] = [_joint(joint, campaign, name) for joint in given]
         elif name == "links":

@@ -15,7 +15,7 @@ from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_fra
 from stiffcal.quantity import LENGTH, Units, of_joint, quantity_of
 from stiffcal.report.wording import length, measure_text, part
 from stiffcal.results.model_words import model_words
-from stiffcal.results.value_words import as_shown, remark, value_text
+from stiffcal.results.value_words import as_shown, value_with_unit
 from stiffcal.validation.schemes import held_out
 from stiffcal.wording import count, place_label, share, significant
 
@@ -142,9 +142,7 @@ def parameter_lines(parameters: Sequence[IdentifiedParameter], shifted: Collecti
     units = Units((one.quantity, [one.value]) for one in estimates.values() if one.quantity is not None)
     lines = []
     for name, one in estimates.items():
-        unit, words = units.of(one.quantity or quantity_of("1")), remark(one)
-        mark = unit.mark if one.is_bounded else ""
-        lines.append(f"{name}: {value_text(one, unit)}{mark}{f', {words}' if words else ''}")
+        lines.append(f"{name}: {value_with_unit(one, units.of(one.quantity or quantity_of('1')))}")
     return lines
 
 

@@ -110,6 +110,23 @@ def value_in_model(estimate: Estimate | None, unit: ShownUnit) -> str:
     return value_text(estimate, unit) + (f", {words}" if words else "")
 
 
+def value_with_unit(estimate: Estimate | None, unit: ShownUnit) -> str:
+    """Return the same for a sentence, with the unit behind the number.
+
+    Examples
+    --------
+    >>> from stiffcal.estimate import Estimate
+    >>> from stiffcal.quantity import STIFFNESS
+    >>> value_with_unit(Estimate(value=None, interval=[1.3e7, None], at_bound=True), STIFFNESS.usual)
+    'above 1.30·10⁷ N·m/rad, at its limit'
+    """
+    if estimate is None:
+        return value_in_model(None, unit)
+    words = remark(estimate)
+    mark = unit.mark if estimate.is_bounded else ""
+    return f"{value_text(estimate, unit)}{mark}{f', {words}' if words else ''}"
+
+
 def on_limits(names: Sequence[str]) -> str:
     """Return that a value holds for others at the limit of their range alone, as a remark on it.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.diagnose import _show_missing, _show_with_all_missing
 from stiffcal.cli.pages import draw_page
@@ -87,11 +88,14 @@ def test_the_error_with_all_that_is_missing_is_printed_where_several_effects_are
             assert text.getvalue() == (line if printed else "")
 
 
-def test_a_missing_effect_is_printed_with_its_refitted_values() -> None:
+@pytest.mark.parametrize(
+    ("at_bound", "width_words"), [(False, "2.00 ± 0.20 mrad"), (True, "2.00 ± 0.20 mrad, at its limit")]
+)
+def test_a_missing_effect_is_printed_with_its_refitted_values(at_bound: bool, width_words: str) -> None:
     width, spring = (
         EstimatedParameter(
             name=name, effect=name.partition(".")[0], where=Where(joints=[4]), unit=unit, value=value,
-            interval=[0.9 * value, 1.1 * value],
+            interval=[0.9 * value, 1.1 * value], at_bound=at_bound,
         )
         for name, unit, value in (("backlash.j4.width", "rad", 2e-3), ("joint-compliance.j4.c", "N·m/rad", 2e5))
     )  # fmt: skip
@@ -107,5 +111,21 @@ def test_a_missing_effect_is_printed_with_its_refitted_values() -> None:
         _show_missing(AnswerConsole(file=text, width=120), result, missing, details=False)
         assert text.getvalue() == (
             "\nmissing: backlash (joint 4): 99.0 %, certain\n"
-            "  Refitted with all that is missing, ± 95 %: width 2.00 ± 0.20 mrad.\n"
+            f"  Refitted with all that is missing, ± 95 %: width {width_words}.\n"
         )
+
+
+def test_values_of_several_units_that_moved_have_their_unit_behind_the_number() -> None:
+    def fitted(factor: float) -> list[EstimatedParameter]:
+        named = (("backlash.j4.width", "rad", 2e-3), ("joint-compliance.j4.c", "N·m/rad", 2e5))
+        return [
+            EstimatedParameter(
+                name=name, effect=name.partition(".")[0], where=Where(joints=[4]), unit=unit, value=factor * value,
+                interval=[0.9 * factor * value, 1.1 * factor * value], at_bound=factor > 1.0,
+            )
+            for name, unit, value in named
+        ]  # fmt: skip
+
+    with StringIO() as text:
+        show_moved(AnswerConsole(file=text, width=120), values_before_and_after(fitted(1.0), fitted(2.0)), "moved")
+        assert "4.00 ± 0.40 mrad, at its limit" in text.getvalue()

@@ -45,6 +45,7 @@ def test_adding_what_is_there_changes_nothing(campaign: Path) -> None:
         ("joint-complience", {"joints": "1"}, "did you mean joint-compliance"),
         ("joint-compliance", {"joints": "7"}, "unknown joint 7"),
         ("joint-compliance", {"links": "swing"}, "use --joints instead"),
+        ("thermal-drift", {"joints": "2"}, "leave the place out"),
     ],
 )
 def test_what_cannot_be_added(campaign: Path, effect: str, where: dict[str, str], message: str) -> None:
