@@ -13,6 +13,7 @@ from stiffcal.campaign.naming import MANIFEST_FILE
 from stiffcal.documents import Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.stages.diagnoses.current import shifted_by_missing
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.fitted_campaign import FittedCampaign
 from stiffcal.stages.steps import IDENTIFY, RunContext, up_to_date_states
@@ -34,9 +35,6 @@ from stiffcal.validation.trend_result import (
     TrendParameter,
     TrendResult,
 )
-
-if TYPE_CHECKING:
-    from stiffcal.identification.answers.fit_results import IdentifiedParameter
 
 if TYPE_CHECKING:
     from stiffcal.identification.answers.fit_results import IdentifiedParameter
@@ -78,7 +76,8 @@ def trend_campaigns(
     own = parameters_of_robot([campaign.fit.parameters for campaign in campaigns])
     charted = _charted(campaigns, own)
     charts = {chart.name: chart_of(chart, len(charted)) for chart in charted}
-    parameters = trend_parameters(own, charted, charts)
+    shifted = [shifted_by_missing(campaign.data, campaign.fit) or () for campaign in campaigns]
+    parameters = trend_parameters(own, charted, charts, shifted)
     result = TrendResult(
         warnings=_warnings(campaigns, own, charts),
         campaigns=[_campaign(campaign) for campaign in campaigns],

@@ -141,8 +141,8 @@ def _add_distances(made: PageBuilder, distance: Distances, ladder: Sequence[Ladd
     titles = ("parameters", "fit, rms", "random, rms", "region, rms", "random, mean", "region, mean")
     rows = []
     for step in ladder:
-        cells = [step.fit, step.heldout_random, step.heldout_region, step.mean_random, step.mean_region]
-        rows.append((step.step, str(step.n_parameters), *(length(v) for v in cells)))
+        errors = (step.fit, step.heldout_random, step.heldout_region, step.mean_random, step.mean_region)
+        rows.append((step.step, str(step.n_parameters), *(length(error) for error in errors)))
     made.table(("model", *map(number, titles)), rows)
 
 
