@@ -185,6 +185,14 @@ def test_the_drawing_of_the_layers_is_the_rule_for_imports() -> None:
     assert drawn == contract["layers"]
 
 
+def test_the_files_that_a_number_comes_from_exist() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text("utf-8")
+    named = re.findall(r"`([\w/]+/(?:\w+\.py)?)`", text.partition("\n## Where does this number come from?\n")[2])
+    inside = [name for name in named if not name.startswith("stiffcal/") and "NAME" not in name]
+    assert len(inside) > 20
+    assert [name for name in inside if not (ROOT / "stiffcal" / name).exists()] == []
+
+
 def test_what_tests_share_stands_in_the_laboratory() -> None:
     """A robot, a table of states or a campaign that is made in a room's folder is made a second time in another."""
     for folder in folders_of(ROOT / "tests") - (set(ACROSS_ROOMS) - WITHOUT_MODULES):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from stiffcal.cli.answers import Answer
-    from stiffcal.results.command_results import EffectDescription, EffectsResult, NewEffectResult
+    from stiffcal.results.command_results import EffectDescription, EffectsResult
 
 
 PLACES = {
@@ -133,13 +133,7 @@ def _write_new(answer: Answer, name: str | None, source: Path | None, output: Pa
     context = RunContext(progress=answer.progress, notify=answer.notify)
     result = write_new_effect(source, name, context)
     then = NextLine(command_line("trust", source), once=f"you have read {result.file}")
-    answer.give(result, show_new_effect, then)
-
-
-def show_new_effect(console: Console, result: NewEffectResult) -> None:
-    """Write what was written, and what it tests."""
-    console.print(f"wrote {result.file}: {result.effect}, which tests whether {result.tests}", soft_wrap=True)
-    console.print("campaign.toml lists it under plugins; read it, then allow it; diagnose tries it from then on")
+    answer.show(result, then)
 
 
 def show_catalogue(console: Console, result: EffectsResult) -> None:

@@ -68,7 +68,8 @@ def predict(
     Example: stiffcal predict demo --pose 0,10,20,0,30,0 --force 0,0,-500
     """
     with answering(as_json) as answer:
-        from stiffcal.commands.predict import LoadPathRequest, OneLoad, predict_campaign
+        from stiffcal.commands.predict import predict_campaign
+        from stiffcal.compensation.requested_loads import LoadPathRequest, OneLoad
         from stiffcal.stages.steps import RunContext
 
         context = RunContext(

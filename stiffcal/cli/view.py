@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from stiffcal.results.command_results import LiveResult, ViewResult
+    from stiffcal.results.command_results import LiveResult
     from stiffcal.stages.steps import RunContext
 
 
@@ -72,7 +72,7 @@ def view(
             from pathlib import Path
 
             webbrowser.open(Path(result.file).resolve().as_uri())
-        answer.give(result, show_view, following(folder, store, Step.VIEW))
+        answer.show(result, following(folder, store, Step.VIEW))
     return OK
 
 
@@ -97,12 +97,3 @@ def show_live(console: Console, result: LiveResult, watch: bool) -> None:
     if watch:
         console.print("it follows the logs; what it reads of them is kept until it ends", soft_wrap=True)
     console.print("Ctrl-C ends it; model.toml is changed only by the button on the page", soft_wrap=True)
-
-
-def show_view(console: Console, result: ViewResult) -> None:
-    """Name the page."""
-    if result.n_shown < result.n_states:
-        console.print(
-            f"{result.n_shown} of {result.n_states} load states are shown; errors are computed from all", soft_wrap=True
-        )
-    console.print(f"view: {result.file}", soft_wrap=True)

@@ -11,6 +11,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.answers.before_after import estimated_parameters, values_before_and_after
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.stages.diagnoses.current import shifted_by_missing
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import IDENTIFY, RunContext, up_to_date_states
 from stiffcal.store.origin import worst_of
@@ -39,12 +40,13 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         share no parameter.
     """
     context = context or RunContext()
-    fits, chains, origins = [], [], []
+    fits, chains, origins, shifted = [], [], [], []
     for folder in (before, after):
         data = up_to_date_states(folder, context)
         chains.append(data.campaign.chain)
         fits.append(up_to_date_fit(data, context))
         origins.append(data.store.origin_of(IDENTIFY))
+        shifted.append(shifted_by_missing(data, fits[-1]) or ())
     require_one_robot(chains, before, after)
     of_robot = parameters_of_robot([fit.parameters for fit in fits])
     first, second = ({parameter.name: parameter for parameter in parameters} for parameters in of_robot)
@@ -61,7 +63,7 @@ def compare_campaigns(before: Path, after: Path, context: RunContext | None = No
         before=str(before),
         after=str(after),
         parameters=changes,
-        before_after=values_before_and_after(*(estimated_parameters(parameters) for parameters in of_robot)),
+        before_after=values_before_and_after(*map(estimated_parameters, of_robot, shifted)),
         only_before=[name for name in first if name not in second],
         only_after=[name for name in second if name not in first],
         p_value_all=_together(fits),

@@ -5,15 +5,13 @@ from __future__ import annotations
 import platform
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Literal
 
 from stiffcal import __version__
 from stiffcal.campaign.found.file_formats import format_names
-from stiffcal.documents import CommandResult
 from stiffcal.escapes.shell import escaped
+from stiffcal.results.doctor_result import DoctorResult, LibraryStatus
 from stiffcal.trust.state import fault_of_place, state_folder
 
 PURPOSES = {
@@ -28,49 +26,6 @@ PURPOSES = {
 ENTRY_POINTS = ("stiffcal.effects", "stiffcal.readers")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 _EXTRA = re.compile(r"extra\s*==\s*['\"]([^'\"]+)['\"]")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LibraryStatus:
-    """A library that stiffcal uses."""
-
-    name: str
-    """As pip knows it."""
-    required: str
-    """The versions that stiffcal works with."""
-    version: str | None
-    """The installed version; null: not installed."""
-    extra: str
-    """The extra that it belongs to; empty: stiffcal does not run without it."""
-    purpose: str
-    """What the extra is for."""
-    install: str
-    """The command that installs it."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DoctorResult(CommandResult):
-    """Answer of ``doctor``."""
-
-    schema: Literal["stiffcal/doctor/1"] = "stiffcal/doctor/1"
-    version: str
-    """Of stiffcal."""
-    python: str
-    """Version of Python."""
-    platform: str
-    """Operating system and processor."""
-    complete: bool
-    """Whether every library without which stiffcal does not run is installed."""
-    libraries: list[LibraryStatus]
-    """Those without which stiffcal does not run, then those of the extras."""
-    formats: list[str]
-    """The formats of logs that are read, those whose library is missing included."""
-    plugins: list[str]
-    """Effects and log formats of other installed packages."""
-    state_folder: str | None
-    """Where the record of trust is kept; null: the system names no such folder."""
-    state_fault: str
-    """Why that folder cannot be used; empty: it can."""
 
 
 def examine_installation() -> DoctorResult:

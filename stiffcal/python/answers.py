@@ -11,7 +11,7 @@ import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.python.frames import frame_of_rows, frame_of_table, parameters_frame
+from stiffcal.python.frames import frame_of, frame_of_rows, frame_of_table, parameters_frame
 from stiffcal.quantity import LENGTH, Units, of_joint, quantity_of
 from stiffcal.report.wording import length, measure_text, part
 from stiffcal.results.model_words import model_words
@@ -99,22 +99,18 @@ class FittedModel(CampaignAnswer):
     @property
     def covariance(self) -> pd.DataFrame:
         """(p, p) of the free amplitudes, SI; of stiffness-like parameters one over the value was estimated."""
-        import pandas as pd
-
         names = self.result.free_parameters
         matrix = np.array(self.result.covariance, dtype=np.float64).reshape(len(names), len(names))
-        return pd.DataFrame(matrix, index=names, columns=names)
+        return frame_of(matrix, index=names, columns=names)
 
     @property
     def correlation(self) -> pd.DataFrame:
         """(p, p) coefficients of correlation of the free parameters' estimates; NaN where one does not vary."""
-        import pandas as pd
-
         covariance = self.covariance
         std = np.sqrt(np.diag(covariance.to_numpy()))
         with np.errstate(divide="ignore", invalid="ignore"):
             coefficients = covariance.to_numpy() / np.outer(std, std)
-        return pd.DataFrame(coefficients, index=covariance.index, columns=covariance.columns)
+        return frame_of(coefficients, index=covariance.index, columns=covariance.columns)
 
     def summary(self) -> str:
         """Return the fit in a few lines: the parameters ± 95 %, and how well they explain the readings."""
@@ -164,12 +160,10 @@ class ModelValidation(CampaignAnswer):
     @property
     def errors(self) -> pd.DataFrame:
         """Rms length of the residual, of the noise, and of the residual without any model, by measure; SI."""
-        import pandas as pd
-
         result = self.result
         columns = {"rms": result.rms, "noise": result.noise, "zero_model": result.zero_model}
         measures = {name: dict(rms.items()) if rms is not None else {} for name, rms in columns.items()}
-        return pd.DataFrame(measures, dtype=np.float64)
+        return frame_of(measures, dtype=np.float64)
 
     def by(self, part: str) -> pd.DataFrame:
         """Return the error in parts: ``by("run")``, direction, load, branch or joint_angle; SI."""
@@ -262,10 +256,8 @@ class ModelDiagnosis(CampaignAnswer):
         ------
         InputError : there is none for this effect or place.
         """
-        import pandas as pd
-
         if self._evidence is None:
-            return pd.DataFrame()
+            return frame_of(None)
         frame = frame_of_table(self._evidence)
         for column, wanted in (("effect", effect), ("place", place)):
             if wanted is not None:
@@ -328,8 +320,6 @@ class LoadPrediction(CampaignAnswer):
     @property
     def deflection(self) -> pd.DataFrame:
         """One load a row: joints in degrees, wrench, deflection of the target with standard uncertainty; base axes."""
-        import pandas as pd
-
         states = self.result.states
         joints = np.array([state.joints for state in states])
         columns: dict[str, Values] = {
@@ -345,7 +335,7 @@ class LoadPrediction(CampaignAnswer):
             [(f"d{axis}", "m") for axis in "xyz"] + [(f"r{axis}", "rad") for axis in "xyz"]
         ):
             columns |= {f"{name}_{unit}": deflection[:, k], f"{name}_std_{unit}": std[:, k]}
-        return pd.DataFrame(columns)
+        return frame_of(columns)
 
     def stiffness(self, row: int = 0) -> np.ndarray[Any, np.dtype[np.float64]] | None:
         """Return (6, 6) the Cartesian stiffness at the target under one of the loads; None where a direction is rigid.

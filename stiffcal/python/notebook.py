@@ -6,11 +6,14 @@ import html
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
-from typing import assert_never
+from typing import TYPE_CHECKING, assert_never
 
 from stiffcal.presentation.pictures import Picture
 from stiffcal.presentation.texts import printed_columns, printed_rows, text_of
 from stiffcal.presentation.values import Block, Listing, Page, Sentence, Subheading, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def html_of(page: Page, warnings: Iterable[str] = ()) -> str:
@@ -65,12 +68,18 @@ def _row(name: str, cells: Iterable[str], aligned: Iterable[str]) -> str:
     return f"<tr>{''.join(f'<{name}{style}>{html.escape(text)}</{name}>' for text, style in texts)}</tr>"
 
 
-def _picture(picture: Picture) -> str:
+def svg_of(figure: Figure) -> str:
+    """Return a picture as an element of HTML."""
     from stiffcal.report.figures.canvas import save_figure
-    from stiffcal.report.figures.panels import draw_panels
 
     with tempfile.TemporaryDirectory(prefix="stiffcal-picture-") as folder:
         file = Path(folder) / "picture.svg"
-        save_figure(draw_panels(picture), file)
+        save_figure(figure, file)
         drawn = file.read_text(encoding="utf-8")
-    return f"<div>{drawn[drawn.index('<svg') :]}</div><div>{html.escape(text_of(picture.caption))}</div>"
+    return drawn[drawn.index("<svg") :]
+
+
+def _picture(picture: Picture) -> str:
+    from stiffcal.report.figures.panels import draw_panels
+
+    return f"<div>{svg_of(draw_panels(picture))}</div><div>{html.escape(text_of(picture.caption))}</div>"

@@ -9,10 +9,12 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.frames import column_values
+from stiffcal.python.notebook import svg_of
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 LENGTHS, ANGLES = ("dx", "dy", "dz"), ("rx", "ry", "rz")
 
@@ -20,8 +22,30 @@ LENGTHS, ANGLES = ("dx", "dy", "dz"), ("rx", "ry", "rz")
 class WithResiduals(Protocol):
     """A campaign, as far as its pictures need it."""
 
+    def drawn(self, run: str | None, against: str | None, of: str | None) -> tuple[Figure, str]:
+        """Return the picture that ``stiffcal plot`` draws, and what is in it."""
+
     def residuals(self, heldout: bool = True) -> pd.DataFrame:
         """Return the residual of every reading with what it may follow."""
+
+
+class CampaignPicture:
+    """A picture of a campaign, which a notebook shows.
+
+    Parameters
+    ----------
+    figure : of matplotlib. title : what is in it.
+    """
+
+    def __init__(self, figure: Figure, title: str) -> None:
+        self.figure = figure
+        self.title = title
+
+    def _repr_html_(self) -> str:
+        return svg_of(self.figure)
+
+    def __repr__(self) -> str:
+        return f"<picture: {self.title}>"
 
 
 class CampaignPlots:
@@ -34,6 +58,47 @@ class CampaignPlots:
 
     def __init__(self, session: WithResiduals) -> None:
         self._session = session
+
+    def load_deformation(self, run: str | None = None) -> CampaignPicture:
+        """Draw load against deformation, or what the kind of experiment draws of its runs.
+
+        Parameters
+        ----------
+        run : only this run.
+
+        Raises
+        ------
+        InputError : there is no such run, or nothing to draw.
+        """
+        return CampaignPicture(*self._session.drawn(run, None, None))
+
+    def against(self, quantity: str, run: str | None = None) -> CampaignPicture:
+        """Draw the residual in held-out poses against what it may follow.
+
+        Parameters
+        ----------
+        quantity : as ``stiffcal plot --against`` takes it: ``torque:4``, ``angle:2``, ``force:x``, ``load``, …
+        run : only this run.
+
+        Raises
+        ------
+        InputError : there is no such run or quantity.
+        """
+        return CampaignPicture(*self._session.drawn(run, quantity, None))
+
+    def of_fit(self, picture: str) -> CampaignPicture:
+        """Draw a picture of the fit.
+
+        Parameters
+        ----------
+        picture : ``normal`` (residuals against a normal law), ``influence`` (of each run on each value),
+            ``correlation``, ``profile`` (of values near a bound or that bend a law), ``history``.
+
+        Raises
+        ------
+        InputError : there is no such picture, or nothing to draw.
+        """
+        return CampaignPicture(*self._session.drawn(None, None, picture))
 
     def residual(
         self,

@@ -32,6 +32,7 @@ from stiffcal.trust.notices import notices_diverted
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
     from stiffcal.campaign.loading import Campaign
     from stiffcal.python.improvement import ModelImprovement
@@ -321,6 +322,7 @@ class CampaignSession:
         InputError : the campaign contains no load states.
         """
         from stiffcal.commands.residuals import residual_columns
+        from stiffcal.python.frames import frame_of
         from stiffcal.stages.fit import up_to_date_fit_at_hand
         from stiffcal.stages.validation import up_to_date_validation
 
@@ -332,9 +334,7 @@ class CampaignSession:
             identified, fit = up_to_date_fit_at_hand(data, self._context)
             if heldout:
                 up_to_date_validation(data, identified, self._context, fit)
-            import pandas as pd
-
-            return pd.DataFrame(residual_columns(data, identified, HELDOUT_STATES if heldout else FIT_STATES))
+            return frame_of(residual_columns(data, identified, HELDOUT_STATES if heldout else FIT_STATES))
 
     def with_effect(
         self,
@@ -373,6 +373,19 @@ class CampaignSession:
         from stiffcal.python.plots import CampaignPlots
 
         return CampaignPlots(self)
+
+    def drawn(self, run: str | None, against: str | None, of: str | None) -> tuple[Figure, str]:
+        """Return the picture that ``stiffcal plot`` draws, and what is in it; `plot` has a method for each.
+
+        Parameters
+        ----------
+        run, against, of : as of `save_plot`.
+        """
+        from stiffcal.report.gathering.one_picture import check_request, draw_picture
+
+        with self._logged():
+            check_request(run, against, of)
+            return draw_picture(self._data(), self._context, run, against, of)
 
     def save_plot(
         self,

@@ -13,7 +13,6 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.profiles import REACH, Profile
 from stiffcal.presentation.pictures import Band, Line, Marks, Panel, Picture, Series, Span
-from stiffcal.presentation.values import Band, Line, Marks, Panel, Picture, Series, Span
 from stiffcal.quantity import quantity_of
 from stiffcal.wording import estimate, significant
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.batch.results import BatchResult
-from stiffcal.commands.doctor import DoctorResult
 from stiffcal.commands.run_result import RunResult
 from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
@@ -30,6 +29,7 @@ from stiffcal.results.command_results import (
     SimulateResult,
     ViewResult,
 )
+from stiffcal.results.doctor_result import DoctorResult
 from stiffcal.results.error_result import ErrorResult
 from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult

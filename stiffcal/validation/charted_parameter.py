@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
@@ -75,9 +75,15 @@ def trend_parameters(
     own: Sequence[Sequence[IdentifiedParameter]],
     charted: Sequence[ChartedParameter],
     charts: dict[str, ControlChart | None],
+    shifted: Sequence[Collection[str]],
 ) -> list[TrendParameter]:
-    """Return every parameter of the last campaigns, with its chart where it has one."""
-    shown = [{one.name: one for one in estimated_parameters(parameters)} for parameters in own]
+    """Return every parameter of the last campaigns, with its chart where it has one.
+
+    Parameters
+    ----------
+    own, charted, charts : of the campaigns. shifted : of each, names of values that what its model lacks shifts.
+    """
+    shown = [{one.name: one for one in estimated_parameters(*campaign)} for campaign in zip(own, shifted, strict=True)]
     names = dict.fromkeys(name for campaign in reversed(shown) for name in campaign)
     by_name = {one.name: one for one in charted}
     return [

@@ -145,12 +145,12 @@ def test_importing_the_manifest_is_light() -> None:
     )
 
 
-def test_loading_a_campaign_of_text_logs_imports_no_other_format(tmp_path: Path) -> None:
+def test_loading_a_campaign_of_text_logs_imports_no_format(tmp_path: Path) -> None:
     folder = write_campaign(tmp_path / "c")
     code = (
         "import sys, pathlib, stiffcal.campaign.loading as loading;"
         f"loading.load_campaign(pathlib.Path({str(folder)!r}));"
-        "print(sorted(name for name in sys.modules if name.count('.') == 2 and name.startswith('stiffcal.readers.')))"
+        "print(sorted(name for name in sys.modules if name.startswith('stiffcal.readers.') or name == 'pyarrow'))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['stiffcal.readers.csv']"
+    assert done.stdout.strip() == "[]"

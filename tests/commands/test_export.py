@@ -16,11 +16,12 @@ import pandas as pd
 import pytest
 
 from stiffcal.commands.export import export_campaign
-from stiffcal.commands.plot import _approach, plot_campaign
+from stiffcal.commands.plot import plot_campaign
 from stiffcal.commands.report import report_campaign
 from stiffcal.compensation import fitted_robot
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.report.gathering.one_picture import _approach
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.effect_bench import bare_states

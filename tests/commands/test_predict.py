@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from stiffcal.commands.history import read_history
-from stiffcal.commands.predict import LoadPathRequest, OneLoad, predict_campaign
+from stiffcal.commands.predict import predict_campaign
 from stiffcal.compensation.load_table import read_load_table
+from stiffcal.compensation.requested_loads import LoadPathRequest, OneLoad
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.kinematics import jacobians

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.commands.predict import LoadPathRequest, predict_campaign
+from stiffcal.commands.predict import predict_campaign
 from stiffcal.compensation.link_parts import link_parts
 from stiffcal.compensation.prediction import at_load_point
+from stiffcal.compensation.requested_loads import LoadPathRequest
 from stiffcal.model.balance.equilibrium import solve_balance
 from tests.compensation.test_targets import six
 from tests.laboratory.robots import SIX_STIFFNESS

@@ -18,6 +18,7 @@ import pytest
 
 import stiffcal
 from stiffcal.cli.app import main
+from stiffcal.commands.compare import compare_campaigns
 from stiffcal.commands.plan import PlanRequest
 from stiffcal.planning.results import ExpectedParameter
 from stiffcal.results.value_words import SHIFTED
@@ -121,6 +122,15 @@ def test_a_fit_shows_itself_as_text_and_in_a_notebook(fit: stiffcal.FittedModel)
     shown = fit._repr_html_()
     assert shown.count("<tr>") == 1 + 6
     assert shown.count("N·m/rad") == 6
+
+
+def test_the_pictures_of_the_command_stand_in_a_notebook(session: stiffcal.CampaignSession) -> None:
+    plots = session.plot
+    for picture in (plots.load_deformation(), plots.against("load", "pose2"), plots.of_fit("normal")):
+        assert picture._repr_html_().startswith("<svg")
+        assert picture.title in repr(picture)
+    with pytest.raises(stiffcal.InputError, match="unknown quantity speed"):
+        plots.against("speed")
 
 
 def test_a_fit_without_load_states_counts_its_readings_and_pure_numbers_have_no_unit() -> None:
@@ -354,6 +364,8 @@ def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession) -> None:
     fit = with_play.identify()
     assert moved == set(fit.to_dict()["shifted"])
     assert fit.summary().count(SHIFTED) == len(moved) > 0
+    compared = compare_campaigns(with_play.folder, with_play.folder)
+    assert {one.name for one in compared.before_after if one.after is not None and one.after.is_shifted} == moved
 
 
 # ---- what is read, written and planned ------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ import pytest
 from stiffcal.identification.profiles import REACH, Profile
 from stiffcal.model.parameters import ParameterSpec
 from stiffcal.presentation.pictures import Band, Marks
-from stiffcal.presentation.values import Band, Marks
 from stiffcal.results.fit_pictures import (
     MOST_PARAMETERS,
     correlation_picture,

@@ -19,6 +19,7 @@ from stiffcal.python.answers import CampaignAnswer
 from stiffcal.report.blocks import ReportSection
 from stiffcal.report.building import PagesHeading, write_pages
 from stiffcal.report.page_blocks import section_of
+from stiffcal.schemas.documents import DOCUMENTS
 from stiffcal.show.pages import has_page, page_of
 from stiffcal.view.packing import unpacked
 from stiffcal.view.page import pack
@@ -79,3 +80,13 @@ def test_a_dropped_in_answer_stands_in_every_medium(
 
 def test_without_its_file_there_is_no_page() -> None:
     assert not has_page(CommandResult(schema="stiffcal/hottest-motor/1", warnings=[]))
+
+
+NO_PAGE = {"batch", "diagnose", "effects", "improve", "live", "run", "trust"}
+"""Answers that the terminal still draws by itself: there are to be fewer of them."""
+
+
+def test_every_other_answer_has_a_page() -> None:
+    documents = set(DOCUMENTS) - {"error"}
+    found = {name for name in documents if has_page(CommandResult(schema=f"stiffcal/{name}/1", warnings=[]))}
+    assert documents - found == NO_PAGE

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from stiffcal.documents import NOT_PROMISED, Number, OrAbsent
+from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, Number, OrAbsent
 from stiffcal.estimate import Estimate
 from stiffcal.model.summary import Where
 from stiffcal.quantity import DriftFollows, Quantity, Units, quantity_of
@@ -37,6 +37,8 @@ class EstimatedParameter:
     """As of `IdentifiedParameter`."""
     drift_follows: OrAbsent[DriftFollows] = None
     """Of a rate of drift: what the data count it by; None of others."""
+    is_shifted: Annotated[bool, NOT_IN_DOCUMENT] = False
+    """As of `Estimate`."""
 
     @property
     def quantity(self) -> Quantity:
@@ -52,6 +54,7 @@ class EstimatedParameter:
             at_bound=self.at_bound,
             quantity=self.quantity,
             rests_on=tuple(self.rests_on or ()),
+            is_shifted=self.is_shifted,
         )
 
 
@@ -98,8 +101,15 @@ def units_of_values(values: Iterable[BeforeAfter]) -> Units:
     )
 
 
-def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[EstimatedParameter]:
-    """Return parameters of a fit as people compare them, compliances as stiffness."""
+def estimated_parameters(
+    parameters: Sequence[IdentifiedParameter], shifted: Collection[str] = ()
+) -> list[EstimatedParameter]:
+    """Return parameters of a fit as people compare them, compliances as stiffness.
+
+    Parameters
+    ----------
+    parameters : of a fit. shifted : names of values that adding what the model lacks moves beyond their intervals.
+    """
     return [
         EstimatedParameter(
             name=parameter.name,
@@ -111,6 +121,7 @@ def estimated_parameters(parameters: Sequence[IdentifiedParameter]) -> list[Esti
             at_bound=parameter.at_bound,
             rests_on=parameter.rests_on,
             drift_follows=parameter.drift_follows,
+            is_shifted=parameter.name in shifted,
         )
         for parameter in parameters
     ]

@@ -69,24 +69,30 @@ class ClampedKind(ExperimentKind):
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return play, friction and reversal error joint by joint."""
+        section = _section(identified)
+        if section is None:
+            return None
         from stiffcal.kinds.clamped.answers.page import clamped_overview
 
-        section = _section(identified)
-        return None if section is None else clamped_overview(section)
+        return clamped_overview(section)
 
     def main_table(self, identified: IdentifiedModel) -> Table | None:
         """Return the leading table of the overview."""
+        section = _section(identified)
+        if section is None:
+            return None
         from stiffcal.kinds.clamped.answers.page import clamped_main_table
 
-        section = _section(identified)
-        return None if section is None else clamped_main_table(section)
+        return clamped_main_table(section)
 
     def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return definitions, tables and pictures."""
+        section = _section(identified)
+        if section is None:
+            return None
         from stiffcal.kinds.clamped.answers.page import clamped_page
 
-        section = _section(identified)
-        return None if section is None else clamped_page(data, section)
+        return clamped_page(data, section)
 
     def plot(self, data: MeasuredRuns, identified: IdentifiedModel, run: str | None, joint: str | None) -> Plot:
         """Return torque over angle."""

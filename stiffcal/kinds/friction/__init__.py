@@ -82,17 +82,21 @@ class FrictionKind(ExperimentKind):
 
     def overview(self, identified: IdentifiedModel) -> Overview | None:
         """Return coulomb, viscous and Stribeck terms joint by joint."""
+        section = _section(identified)
+        if section is None:
+            return None
         from stiffcal.kinds.friction.answers.page import friction_overview
 
-        section = _section(identified)
-        return None if section is None else friction_overview(section, identified)
+        return friction_overview(section, identified)
 
     def page(self, data: MeasuredRuns, identified: IdentifiedModel) -> Page | None:
         """Return the law, its parameters and the curves."""
+        section = _section(identified)
+        if section is None:
+            return None
         from stiffcal.kinds.friction.answers.page import friction_page
 
-        section = _section(identified)
-        return None if section is None else friction_page(data, section, identified)
+        return friction_page(data, section, identified)
 
     def plot(self, data: MeasuredRuns, identified: IdentifiedModel, run: str | None, joint: str | None) -> Plot:
         """Return friction over speed."""

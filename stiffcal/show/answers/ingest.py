@@ -11,8 +11,9 @@ from stiffcal.uncertainty import NORMAL_95
 from stiffcal.wording import length, significant
 
 if TYPE_CHECKING:
-    from stiffcal.ingest.results import IngestedRun, IngestResult
+    from stiffcal.ingest.results import IngestResult
     from stiffcal.presentation.values import Page
+    from stiffcal.reduction.states.ingested_runs import IngestedRun
 
 
 def page(result: IngestResult, details: bool) -> Page:

@@ -125,7 +125,7 @@ def view_models(
     share_of = partial(_shares, variables, used=used, evidence=evidence)
     states_key = key_of_table(data.table)
 
-    shifted = shifted_by_missing(data, identified)
+    shifted = shifted_by_missing(data, identified) or ()
     models = []
     for fit in stored_fits(data.store):
         current = fit.states_key == states_key
