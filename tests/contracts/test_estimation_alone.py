@@ -148,7 +148,7 @@ def test_bounds_and_priors_are_read_by_estimation(trees: dict[str, ast.Module]) 
 
 def test_folds_are_left_out_by_one_engine(trees: dict[str, ast.Module]) -> None:
     """Validation, regions, friction, clamped robots, rods, forecasts and refits have `LeaveOut`, and nothing else."""
-    others = {"folds", "few_rows", "scoring", "suspects.influence"}
+    others = {"scans.folds", "scans.few_rows", "scans.scoring", "suspects.influence"}
     own = {f"stiffcal.diagnosis.{name}" for name in others}
     results = {"Score", "LeftOutFolds", "most_suspects"}  # what a scan holds, and a number
     found = {
