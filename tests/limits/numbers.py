@@ -143,7 +143,9 @@ def unnamed(text: str) -> list[str]:
             for argument in node.args
         ]
         for node in ast.walk(function):
-            value = node.value if isinstance(node, ast.Constant) and node not in printed else None
+            if not isinstance(node, ast.Constant) or node in printed:
+                continue
+            value = node.value
             if isinstance(value, bool) or not isinstance(value, int | float):
                 continue
             if not (value in (0.5, 1.0, 2.0) or value < GUARD or (isinstance(value, int) and value <= 3)):
