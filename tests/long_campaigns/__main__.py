@@ -1,6 +1,7 @@
 """What `check`, `ingest` and `identify` cost: with N runs and one more, N states of one run or of many, N GB of logs.
 
 python -m tests.long_campaigns runs 100 1000 10000
+python -m tests.long_campaigns killed 10000
 python -m tests.long_campaigns moved 300
 python -m tests.long_campaigns states 12000 200000
 python -m tests.long_campaigns rows 20000
@@ -17,9 +18,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 
+from stiffcal.ingest.run_readings import open_readings
+from stiffcal.store import Store
 from tests.laboratory.small_campaign import STIFFNESS
 from tests.long_campaigns.campaign import MOVED, write_head, write_runs
 from tests.long_campaigns.large import CYCLE, write_logs, write_table
@@ -47,6 +51,25 @@ def measure_runs(size: str, folder: Path) -> dict[str, Cost]:
     write_runs(folder, runs + 1, runs + 2)
     more = {"check after one run more": "check", "ingest after one run more": "ingest", "check then": "check"}
     return costs | _taken(size, folder, more | {"identify after one run more": "identify"})
+
+
+def measure_killed(size: str, folder: Path) -> dict[str, Cost]:
+    """Write a campaign of so many runs, kill its ingest once some are kept, and return what each command then takes."""
+    write_head(folder)
+    write_runs(folder, 1, int(size) + 1)
+    with subprocess.Popen(
+        [sys.executable, "-m", "stiffcal", "ingest", str(folder), "--json"], stdout=subprocess.DEVNULL
+    ) as ingest:
+        while ingest.poll() is None and not (folder / "store" / "current").exists():
+            time.sleep(0.1)
+        ingest.kill()
+    print(f"{size:>8}  killed with {_runs_kept(folder)} runs kept", flush=True)
+    return _taken(size, folder, {"ingest": "ingest", "check": "check"})
+
+
+def _runs_kept(folder: Path) -> int:
+    with open_readings(Store(folder / "store", display_name="store")) as readings:
+        return len(readings.runs)
 
 
 def measure_moved(size: str, folder: Path) -> dict[str, Cost]:
@@ -92,6 +115,7 @@ def _taken(size: str, folder: Path, steps: dict[str, str]) -> dict[str, Cost]:
 
 KINDS: dict[str, Measure] = {
     "runs": measure_runs,
+    "killed": measure_killed,
     "moved": measure_moved,
     "states": measure_states,
     "rows": measure_rows,
