@@ -22,7 +22,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from stiffcal.ingest.run_readings import open_readings
+from stiffcal.ingest.reading.run_readings import open_readings
 from stiffcal.store import Store
 from tests.laboratory.small_campaign import STIFFNESS
 from tests.long_campaigns.campaign import MOVED, write_head, write_runs
