@@ -38,6 +38,8 @@ READ_AS = {
 
 
 MOST_FILES = 20
+MOST_RUNS = 8
+"""Rows of runs without details."""
 REPORT_ASKED = (
     "whose robot is it? Page 1 of the report states serial_number, site, operator, measured, temperature and "
     "instruments of [report] in campaign.toml; an empty [report] ends this question"
@@ -95,7 +97,7 @@ def show_check(console: AnswerConsole, result: CheckResult, details: bool = Fals
     if result.noise is not None:
         console.print(result.noise.says, soft_wrap=True)
     _show_joints(console, result.joints or [])
-    show_suspects(console, result.suspects, result.suspects_not_checked)
+    show_suspects(console, result.suspects, result.suspects_not_checked if details else None)
     for view in result.rods or []:
         for sentence in view.says:
             console.print(sentence, soft_wrap=True)
@@ -107,7 +109,7 @@ def show_check(console: AnswerConsole, result: CheckResult, details: bool = Fals
             console.print(f"and {len(proposal.files) - MOST_FILES} more files like these", soft_wrap=True)
         for line in proposal.lines:
             console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
-    if result.observability is not None:
+    if details and result.observability is not None:
         indices = result.observability
         values = ((f"O{number}", getattr(indices, f"O{number}")) for number in range(1, 6))
         text = ", ".join(f"{name} {significant(value)}" for name, value in values)
@@ -184,8 +186,8 @@ def _moved(names: list[str], ranges: list[CheckedColumn]) -> str:
     return "yes" if not still else "no" if len(still) == len(names) else f"not {', '.join(still)}"
 
 
-def _show_runs(console: AnswerConsole, runs: list[CheckedRun], details: bool, most: int = 15) -> None:
-    """Draw a row for each run; without details one for neighbours of a kind and as many states."""
+def _show_runs(console: AnswerConsole, runs: list[CheckedRun], details: bool) -> None:
+    """Draw a row for each run; without details one for neighbours of a kind and as many states, of some of them."""
     if not runs:
         return
     table = plain_table("run", "experiment", "states>", "set aside>", "largest force [N]>")
@@ -195,13 +197,14 @@ def _show_runs(console: AnswerConsole, runs: list[CheckedRun], details: bool, mo
         return run.experiment, size, str(len(run.set_aside)), run.id if details else ""
 
     alike = [(key, list(same)) for key, same in itertools.groupby(runs, cells)]
+    most = len(runs) if details else MOST_RUNS
     for key, same in alike[:most]:
         few = ", ".join(run.id for run in same)
         name = few if len(same) < 3 else f"{same[0].id} … {same[-1].id}: {len(same)} runs"
         table.add_row(name, *key[:3], _range([run.largest_force_N for run in same], 3))
     console.print(table)
     if len(alike) > most:
-        console.print(f"  and {count(sum(len(same) for _, same in alike[most:]), 'more run')} (all in --json)")
+        console.print(f"  and {count(sum(len(same) for _, same in alike[most:]), 'more run')} (--details)")
     for line in [f"run {run.id}, {line}" for run in runs for line in run.set_aside][:most]:
         console.print(f"set aside: {line}", soft_wrap=True)
 

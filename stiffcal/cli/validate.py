@@ -110,7 +110,7 @@ def show_validation(console: AnswerConsole, result: ValidateResult, details: boo
         _show_slices(console, title, parts or [], whole_error(result), None if details else FEW_PARTS)
     if result.worst:
         console.print(f"worst: {_worst(result.worst)}")
-    show_suspects(console, result.suspects, result.suspects_not_checked)
+    show_suspects(console, result.suspects, result.suspects_not_checked if details else None)
     limits = ", ".join(result.thresholds)
     if result.passed:
         console.print(f"thresholds met: {limits}" if limits else "no thresholds are set")

@@ -7,7 +7,7 @@ from io import StringIO
 
 import pytest
 
-from stiffcal.cli.check import REPORT_ASKED, _moved, _show_ranges, _show_runs, show_check
+from stiffcal.cli.check import MOST_RUNS, REPORT_ASKED, _moved, _show_ranges, _show_runs, show_check
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.experiments import show_overviews
 from stiffcal.cli.identify import fit_verdict
@@ -81,6 +81,8 @@ def test_runs_that_are_alike_are_one_row() -> None:
 def test_a_row_holds_neighbours_alone() -> None:
     rows = _run_rows([97, 96, 97])
     assert [row.split()[0] for row in rows] == ["pose1", "pose2", "pose3"]
+    assert len(_run_rows([*range(90, 90 + MOST_RUNS + 2)])) == MOST_RUNS
+    assert len(_run_rows([*range(90, 90 + MOST_RUNS + 2)], details=True)) == MOST_RUNS + 2
 
 
 @pytest.mark.parametrize(
