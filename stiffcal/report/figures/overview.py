@@ -120,7 +120,8 @@ def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> Non
         aside = _LABEL_AWAY_PT * _away_from_arm(line, np.array([x, y]))
         axes.annotate(
             ", ".join(sorted(marks)), (x, y), xytext=(float(aside[0]), float(aside[1])), textcoords="offset points",
-            ha="center", va="center", fontsize=6, zorder=5,
+            ha=("right", "center", "left")[1 + int(np.sign(round(float(aside[0]) / _LABEL_AWAY_PT)))], va="center",
+            fontsize=6, zorder=5,
         )  # fmt: skip
     written = [place for place in shares if place.share >= _LEAST_WRITTEN][:_MOST_WRITTEN]
     text = "\n".join(["share of the deflection", *(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)])
