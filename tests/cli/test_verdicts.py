@@ -31,7 +31,7 @@ def fit(noise: Rms | None, not_identifiable: list[Any], values: tuple[float | No
     parameters = [SimpleNamespace(value=value) for value in values]
     return SimpleNamespace(
         rms=Rms(1e-5, None), noise=noise, noise_source="repeats", not_identifiable=not_identifiable,
-        parameters=parameters,
+        parameters=parameters, geometry=None,
     )  # fmt: skip
 
 
