@@ -121,9 +121,10 @@ def _profile(fit: Fit, column: ParameterColumn, bends: bool, std: float, scale: 
     low, high = amplitude_bounds(spec)
     parts = [(np.array([estimate]), np.zeros(1))]
     for end in (max(low, estimate - REACH * std), min(high, estimate + REACH * std)):
-        nodes, sums, robot = np.linspace(estimate, end, STEPS + 1)[1:], [], fit.robot
         if end == estimate:
             continue
+        nodes, robot = np.linspace(estimate, end, STEPS + 1)[1:], fit.robot
+        sums: list[float] = []
         for value in nodes.tolist():
             # the others go on from where they were at the value before
             held = with_estimates(robot, [column], np.array([value]))

@@ -14,7 +14,7 @@ from stiffcal.ingest.checks.results import CheckedColumn, CheckedRun, CheckedSou
 from stiffcal.measurements.rms import Rms
 from stiffcal.presentation.texts import printed_rows
 from stiffcal.presentation.values import Overview, Sentence, Table
-from stiffcal.show.answers.check import REPORT_ASKED, _add_ranges, _add_runs, _moved, page
+from stiffcal.show.answers.check import MOST_RUNS, REPORT_ASKED, _add_ranges, _add_runs, _moved, page
 from stiffcal.show.answers.identify import add_overviews, fit_verdict
 from stiffcal.show.answers.validate import _add_slices
 from stiffcal.show.builder import PageBuilder
@@ -91,6 +91,8 @@ def test_runs_that_are_alike_are_one_row() -> None:
 def test_a_row_holds_neighbours_alone() -> None:
     rows = _run_rows([97, 96, 97])
     assert [row[0] for row in rows] == ["pose1", "pose2", "pose3"]
+    assert len(_run_rows([*range(90, 90 + MOST_RUNS + 2)])) == MOST_RUNS
+    assert len(_run_rows([*range(90, 90 + MOST_RUNS + 2)], details=True)) == MOST_RUNS + 2
 
 
 @pytest.mark.parametrize(

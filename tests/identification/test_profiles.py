@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -18,11 +20,16 @@ def test_a_compliance_of_nothing_has_an_interval_that_begins_at_its_bound(monkey
     (name, *_) = [placed.parameter_name("c") for placed in truth.placed]
     stiff = truth.with_values({name: 1e-12})
     fit = identify_parameters(played(stiff, noise=Sigma(15e-6, 2e-5), seed=3), truth)
-    linearised = []
-    monkeypatch.setattr(LoadRows, "about", lambda *given, about=LoadRows.about: linearised.append(1) or about(*given))
+    about, linearised = LoadRows.about, [0]
+
+    def counted(*given: Any) -> LoadRows:
+        linearised[0] += 1
+        return about(*given)
+
+    monkeypatch.setattr(LoadRows, "about", counted)
     (found,) = [one for one in profiles(fit) if one.name == name]
     # the fit itself, and three values to the side that is possible
-    assert len(linearised) == 1 + 3
+    assert linearised[0] == 1 + 3
     assert not found.bends
     assert found.level == pytest.approx(NORMAL_95**2)
     assert found.low is None

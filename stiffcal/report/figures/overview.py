@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -62,6 +62,7 @@ def draw_overview(
 
 
 _LABEL_AWAY_PT = 11.0
+_SIDES: tuple[Literal["right", "center", "left"], ...] = ("right", "center", "left")
 _SAME_M = 1e-3
 """Joints that are closer are drawn as one."""
 
@@ -120,7 +121,8 @@ def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> Non
         aside = _LABEL_AWAY_PT * _away_from_arm(line, np.array([x, y]))
         axes.annotate(
             ", ".join(sorted(marks)), (x, y), xytext=(float(aside[0]), float(aside[1])), textcoords="offset points",
-            ha="center", va="center", fontsize=6, zorder=5,
+            ha=_SIDES[1 + int(np.sign(round(float(aside[0]) / _LABEL_AWAY_PT)))], va="center",
+            fontsize=6, zorder=5,
         )  # fmt: skip
     written = [place for place in shares if place.share >= _LEAST_WRITTEN][:_MOST_WRITTEN]
     text = "\n".join(["share of the deflection", *(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)])

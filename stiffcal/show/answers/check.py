@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
 
 MOST_FILES = 20
+MOST_RUNS = 8
+"""Rows of runs without details."""
 REPORT_ASKED = (
     "whose robot is it? Page 1 of the report states serial_number, site, operator, measured, temperature and "
     "instruments of [report] in campaign.toml; an empty [report] ends this question"
@@ -47,11 +49,11 @@ def page(result: CheckResult, details: bool) -> Page:
     if result.noise is not None:
         made.say(result.noise.says, "noise")
     _add_joints(made, result.joints or [])
-    made.add(parts.suspects(result.suspects, result.suspects_not_checked))
+    made.add(parts.suspects(result.suspects, result.suspects_not_checked if details else None))
     for sentence in (sentence for view in result.rods or [] for sentence in view.says):
         made.say(sentence, "rods")
     _add_proposals(made, result)
-    if result.observability is not None:
+    if details and result.observability is not None:
         indices = result.observability
         values = ((f"O{k}", getattr(indices, f"O{k}")) for k in range(1, 6))
         text = ", ".join(f"{name} {significant(value)}" for name, value in values)
@@ -159,14 +161,15 @@ def _moved(names: list[str], ranges: list[CheckedColumn]) -> str:
     return "yes" if not still else "no" if len(still) == len(names) else f"not {', '.join(still)}"
 
 
-def _add_runs(made: PageBuilder, runs: list[CheckedRun], details: bool, most: int = 15) -> None:
-    """Add a row for each run; without details one for neighbours of a kind and as many states."""
+def _add_runs(made: PageBuilder, runs: list[CheckedRun], details: bool) -> None:
+    """Add a row for each run; without details one for neighbours of a kind and as many states, of some of them."""
 
     def cells(run: CheckedRun) -> tuple[str, str, str, str]:
         size = f"{run.n_readings} readings" if run.n_readings else str(run.n_states)
         return run.experiment, size, str(len(run.set_aside)), run.id if details else ""
 
     alike = [(key, list(same)) for key, same in itertools.groupby(runs, cells)]
+    most = len(runs) if details else MOST_RUNS
     rows = []
     for key, same in alike[:most]:
         few = ", ".join(run.id for run in same)
@@ -174,7 +177,7 @@ def _add_runs(made: PageBuilder, runs: list[CheckedRun], details: bool, most: in
         rows.append((name, *key[:3], _range([run.largest_force_N for run in same], 3)))
     made.table(("run", "experiment", number("states"), number("set aside"), number("largest force [N]")), rows)
     if len(alike) > most:
-        made.say(f"  and {count(sum(len(same) for _, same in alike[most:]), 'more run')} (all in --json)", "more")
+        made.say(f"  and {count(sum(len(same) for _, same in alike[most:]), 'more run')} (--details)", "more")
     for line in [f"run {run.id}, {line}" for run in runs for line in run.set_aside][:most]:
         made.say(f"set aside: {line}", "set-aside")
 

@@ -63,7 +63,7 @@ def page(result: ValidateResult, details: bool) -> Page:
         _add_slices(made, title, members or [], whole_error(result), None if details else FEW_PARTS)
     if result.worst:
         made.say(f"worst: {_worst(result.worst)}", "worst")
-    made.add(parts.suspects(result.suspects, result.suspects_not_checked))
+    made.add(parts.suspects(result.suspects, result.suspects_not_checked if details else None))
     limits = ", ".join(result.thresholds)
     if result.passed:
         made.say(f"thresholds met: {limits}" if limits else "no thresholds are set", "thresholds")
