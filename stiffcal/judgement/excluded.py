@@ -54,6 +54,8 @@ def excluded_sizes(judged: Judged) -> tuple[ExcludedSize, ...]:
             found[place] = ExcludedSize(place, np.inf, one.candidate)
             continue
         moved = np.array([ground.space.unwhitened(row)[stated] for row in rows])
+        if not moved.any():
+            continue  # nothing of it is read in the unit in which sizes are stated: angles of clamped motors
         read = max(int(np.count_nonzero(ground.space.data.measured_mask[stated].any(axis=0))), 1)
         size = noise * np.sqrt(_squares_to_find(one.log_prior) / shown * np.sum(moved**2) / read)
         if place not in found or size > found[place].size:

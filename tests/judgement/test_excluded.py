@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,3 +41,20 @@ def test_more_squares_are_needed_of_what_is_less_probable() -> None:
     assert likely < unlikely
     root = np.sqrt(likely) - 1.2816
     assert root**2 == pytest.approx(-2.0 * np.log(0.1) + np.log1p(likely))
+
+
+@pytest.mark.parametrize(("stated", "places"), [([0], ["joint 1"]), ([], [])])
+def test_no_size_is_stated_of_what_is_not_read_in_its_unit(stated: list[int], places: list[str]) -> None:
+    """Of a clamped motor's angle alone "0 m at the tool" was stated."""
+    rows, place = np.ones((1, 4)), "joint 1"
+    member = SimpleNamespace(
+        candidate=object(), share=SimpleNamespace(place=place), columns=SimpleNamespace(rows=rows), log_prior=-3.0
+    )
+    left = [SimpleNamespace(gram=[rows @ rows.T], square=np.ones(1))]
+    noise = SimpleNamespace(scale=lambda squares: squares)
+    evidence = SimpleNamespace(left_by=lambda key: left, noise=noise)
+    data = SimpleNamespace(measured_mask=np.ones((1, 4), dtype=np.bool_))
+    space = SimpleNamespace(data=data, unwhitened=lambda row: row[None])
+    ground = SimpleNamespace(stated=np.array(stated, dtype=np.int64), space=space)
+    judged: Any = SimpleNamespace(weighed=SimpleNamespace(evidence=evidence, best=()), ground=ground, members=[member])
+    assert [one.where for one in excluded_sizes(judged)] == places
