@@ -27,7 +27,7 @@ from stiffcal.identification.fitting.identify import (
     without_noise_dominated,
 )
 from stiffcal.judgement.found import Diagnosed, named_effects, superfluous_effects, with_all
-from stiffcal.judgement.judge import judge
+from stiffcal.judgement.judge import JudgedFit, judge
 from stiffcal.judgement.numbers import TO_JUDGE, TO_SCAN
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.rows_off import Off, off_mask
@@ -147,8 +147,9 @@ class _Models:
         """Return the fit of a model; ``fixed``: full names of parameters that stay."""
         return fit_observations(self.problem, robot, replace(self.settings, fixed=fixed))
 
-    def fitted(self, known: Fit, robot: CompliantRobot, fixed: frozenset[str]) -> Fit | None:
+    def fitted(self, known: JudgedFit, robot: CompliantRobot, fixed: frozenset[str]) -> Fit | None:
         """Return a known fit where it is that of a model to the same states, else None; arguments as of `fit`."""
+        assert isinstance(known, Fit)
         laws = [[(one.effect, one.place) for one in each.placed] for each in (known.robot, robot)]
         same = laws[0] == laws[1] and known.robot.deformed == robot.deformed and known.fixed == fixed
         return known if same and np.array_equal(known.data.index, self.problem.data.index) else None
