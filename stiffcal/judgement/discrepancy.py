@@ -154,7 +154,7 @@ class Discrepancy:
         alike = []
         at_once = max(NUMBERS_AT_ONCE // (m * n), 1)
         for one in found.alike:
-            basis = np.empty(one.basis.shape)
+            basis = np.empty_like(one.basis)
             for first in range(0, basis.shape[2], at_once):
                 those = slice(first, first + at_once)
                 part = np.moveaxis(one.basis[:, :, those], 2, 0)
