@@ -20,8 +20,6 @@ FARTHEST_NORMAL = 4.0
 # Below this share of the noise nobody can measure a difference in held-out error: candidates closer than
 # this look alike, however small the standard error is.
 LOOK_ALIKE_SHARE = 0.005
-# With fewer poses than this each one decides.
-LEAST_POSES = 6
 # Folds of fewer rows than the columns' number over this are left out by what their few rows change: less work so.
 FEW_ROWS = 3
 # What is left of a column beyond those before it, of unit length, that is rounding.
@@ -34,7 +32,7 @@ RUNS_FOR_TWO = 8
 LEAST_PLACES = 3
 # Runs point against their loads where more than this share of all points along them.
 MOST_ALONG = 0.5
-# So many look-alikes of a missing effect are named: of more nobody can choose.
+# So many other dependences that explain what is left as well are listed: of more nobody can choose.
 MOST_ALTERNATIVES = 4
 # A set of effects that explains less than this share of the avoidable error is part of the answer at most (section
 # 5.6): half of a structure is easily mimicked by a wrong effect (61 % by the best wrong one on practice 09) …

@@ -121,8 +121,7 @@ def diagnose_states(
     if found or changed:
         given = GivenSettings.of(first.fit.robot, settings.fixed, first.fit.data)
         complete = changed_model(with_all(first.fit.robot, found, judged.fit.robot), changed, given)
-        fixed = settings.fixed - freed(changed)
-        last = models.scan(models.fitted(judged.fit, complete, fixed) or models.fit(complete, fixed))
+        last = models.scan(models.fit(complete, settings.fixed - freed(changed)))
     superfluous = superfluous_effects(judged, reading, first.fit.robot)
     seconds = time.perf_counter() - start
     return DiagnosedStates(
@@ -146,12 +145,6 @@ class _Models:
     def fit(self, robot: CompliantRobot, fixed: frozenset[str]) -> Fit:
         """Return the fit of a model; ``fixed``: full names of parameters that stay."""
         return fit_observations(self.problem, robot, replace(self.settings, fixed=fixed))
-
-    def fitted(self, known: Fit, robot: CompliantRobot, fixed: frozenset[str]) -> Fit | None:
-        """Return a known fit where it is that of a model to the same states, else None; arguments as of `fit`."""
-        laws = [[(one.effect, one.place) for one in each.placed] for each in (known.robot, robot)]
-        same = laws[0] == laws[1] and known.robot.deformed == robot.deformed and known.fixed == fixed
-        return known if same and np.array_equal(known.data.index, self.problem.data.index) else None
 
     def scan(self, fit: Fit, candidates: Sequence[Candidate] = (), progress: Progress = no_progress) -> LoadScan:
         """Return a model's errors in poses left out, with each candidate as an addition; `progress` gets the share."""

@@ -27,6 +27,7 @@ from stiffcal.judgement.numbers import (
     LEAST_DIRECTION,
     LOUDER,
     MOST_OF_RUN,
+    NUMBERS_AT_ONCE,
     RUN_SIZES,
     SHOWS_ITS_NOISE,
     WAVES,
@@ -140,6 +141,7 @@ class Discrepancy:
             for c, own in enumerate(parts.T):
                 stack[k * parts.shape[1] + c, own] = driver * size[own, None]
         rows = space.rows(stack)
+        del stack
 
         def shown(values: Floats) -> Booleans:
             most = np.maximum(values.max(axis=1, initial=0.0) ** 2, 1e-300)
@@ -150,10 +152,16 @@ class Discrepancy:
         root = 1.0 - 1.0 / np.sqrt(1.0 + lasting.variance)
         found = cls._by_group(lasting.taken_out(rows, root), parts, n, group, shown)
         alike = []
+        at_once = max(NUMBERS_AT_ONCE // (m * n), 1)
         for one in found.alike:
-            whole = np.zeros((one.basis.shape[2], m * n))
-            whole[:, one.place] = np.moveaxis(one.basis, 2, 0)
-            alike.append(replace(one, basis=np.moveaxis(lasting.taken_out(whole, root)[:, one.place], 0, 2)))
+            basis = np.empty_like(one.basis)
+            for first in range(0, basis.shape[2], at_once):
+                those = slice(first, first + at_once)
+                part = np.moveaxis(one.basis[:, :, those], 2, 0)
+                whole = np.zeros((len(part), m * n))
+                whole[:, one.place] = part
+                basis[:, :, those] = np.moveaxis(lasting.taken_out(whole, root)[:, one.place], 0, 2)
+            alike.append(replace(one, basis=basis))
         return replace(found, alike=alike)
 
     @classmethod

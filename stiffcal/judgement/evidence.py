@@ -344,7 +344,7 @@ def _taken_out(inner: Inner, own: slice, scale: Floats) -> TakenOut:
     gram = inner.gram[:, of_others]
     others = gram[:, :, of_others] * scale[:, :, None] * scale[:, None, :]
     others[:, range(scale.shape[1]), range(scale.shape[1])] += 1.0
-    inverse = _inverse_of_lower(np.linalg.cholesky(others))
+    inverse = _inverse_of_lower(np.asarray(np.linalg.cholesky(others), dtype=np.float64))
     right = np.concatenate([gram[:, :, own], inner.target[:, of_others, None]], axis=2) * scale[:, :, None]
     parts = inverse @ right
     return inverse, parts[..., :-1], parts[..., -1]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.judgement.numbers import MOST_KEPT, NUMBERS_AT_ONCE
+from stiffcal.judgement.numbers import MOST_KEPT, MOST_SPLIT, NUMBERS_AT_ONCE
 from stiffcal.judgement.shared import Shared, SplitRows
 
 Columns = tuple[Floats, Integers | None]
@@ -56,7 +56,7 @@ class InnerProducts:
     target: Sequence[Floats]
     """Of each member (t, q) with the residual."""
     parts: dict[int, SplitRows] = field(default_factory=dict)
-    """Of members that are in sets with others."""
+    """Of members that are in sets with others, as long as there is room."""
     pairs: dict[tuple[int, int], Floats] = field(default_factory=dict)
     """(t, q, s) of two members, the first before the second."""
     kept: dict[tuple[int, int], Floats] = field(default_factory=dict)
@@ -104,9 +104,14 @@ class InnerProducts:
         return self.pairs[i, j]
 
     def _parts(self, number: int) -> SplitRows:
-        if number not in self.parts:
-            self.parts[number] = SplitRows.of(_all_rows(self.columns[number], len(self.residual)), self.shared)
-        return self.parts[number]
+        found = self.parts.pop(number, None)
+        if found is None:
+            found = SplitRows.of(_all_rows(self.columns[number], len(self.residual)), self.shared)
+        self.parts[number] = found
+        # those that were asked for last stay, as long as there is room
+        while len(self.parts) > 1 and sum(one.size for one in self.parts.values()) > MOST_SPLIT:
+            del self.parts[next(iter(self.parts))]
+        return found
 
     def reduced(self, number: int, discrepancy: int) -> Floats:
         """Return P times the columns (q, r) of a member at a discrepancy of the grid."""

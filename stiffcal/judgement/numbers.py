@@ -240,7 +240,9 @@ DIRECTIONS_AT_ONCE = 1 << 11
 LARGE_FACTOR = 10
 """Columns from which on it takes less time to make triangular inverses one by one than whole ones at once."""
 MOST_KEPT = 1 << 21
-"""Numbers of reduced columns that are kept for sets to come: 16 MB."""
+"""Numbers of reduced columns that are kept for sets to come: 16 MB …"""
+MOST_SPLIT = 1 << 23
+"""… and of the parts of members that are in sets with others: 64 MB."""
 ALIKE_IN_SWEEPS = 0.28
 """How probable it is that the states of a sweep err alike wherever the motor stands alike: as `OF_LOADS`. Ours."""
 PASS = 3

@@ -156,6 +156,11 @@ class SplitRows:
     common: Floats
     """(t, p, k) along the shared columns."""
 
+    @property
+    def size(self) -> int:
+        """Numbers beyond those of the rows."""
+        return sum(one.size for one in (*self.along, self.lasting, self.common))
+
     @classmethod
     def of(cls, rows: Floats, shared: Shared, wanted: bool = False) -> SplitRows:
         """Split rows.

@@ -118,6 +118,17 @@ def test_many_columns_need_less_memory_than_their_products_have() -> None:
     assert peak < 24e6
 
 
+def test_parts_of_members_are_made_again_where_there_is_no_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(6)
+    shared = shared_of(rng, 20)
+    columns = [(rng.normal(size=(2, 20 * PER_RUN)), None) for _ in range(4)]
+    all_kept, few_kept = (InnerProducts.of(shared, columns, columns[0][0][0]) for _ in range(2))
+    kept = all_kept.of_set([0, 1, 2, 3]).gram
+    monkeypatch.setattr("stiffcal.judgement.inner_products.MOST_SPLIT", 2 * all_kept.parts[0].size)
+    np.testing.assert_array_equal(few_kept.of_set([0, 1, 2, 3]).gram, kept)
+    assert (len(all_kept.parts), len(few_kept.parts)) == (4, 2)
+
+
 def test_more_runs_need_no_more_steps() -> None:
     """Absolute places are a run each: thousands of them."""
 

@@ -28,7 +28,7 @@ from stiffcal.diagnosis.scans.geometry_nuisance import GeometryNuisance
 from stiffcal.diagnosis.scans.lack_of_fit import alike, fitted_values, judge
 from stiffcal.diagnosis.scans.load_scan import LoadScan, scan_candidates
 from stiffcal.diagnosis.scans.scan import Trial
-from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED
+from stiffcal.diagnosis.thresholds import LEAST_EXPLAINED, MOST_ALTERNATIVES
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.measurements.load_states import LoadStates, members_of
@@ -49,8 +49,6 @@ from stiffcal.model.laws.drives import drive_terms, drive_torque
 # Waves per turn of the joint that is followed: from what is nearly straight over half a turn to what an eccentric with
 # four rollers makes.
 ORDERS = np.arange(0.5, 4.01, 0.25)
-# So many other dependences that explain the remainder as well are listed.
-MOST_ALTERNATIVES = 4
 # Points of the drawn curve.
 CURVE_POINTS = 61
 _AMPLITUDE = "found by the diagnosis"
