@@ -50,7 +50,7 @@ def replace_table(store: Store, table: pa.Table, **options: Any) -> None:
 
 
 def test_the_cells_are_those_that_were_written(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr("stiffcal.store.snapshot.parquet.ParquetFile")  # not in this process
+    monkeypatch.delattr("pyarrow.parquet.ParquetFile")  # not in this process
     for name, table in {"all": TABLE, "none": TABLE.slice(0, 0), "few": TABLE.slice(3, 5)}.items():
         found = store.read_table(name)
         assert found.equals(table, check_metadata=True), name
@@ -64,7 +64,7 @@ def test_a_table_that_was_taken_over_into_an_own_generation_is_read_there_too(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store.commit({"mine": TABLE.slice(0, 2)}, origin="foreign")  # made from what the stranger has measured
-    monkeypatch.delattr("stiffcal.store.snapshot.parquet.ParquetFile")
+    monkeypatch.delattr("pyarrow.parquet.ParquetFile")
     with store.snapshot() as snapshot:
         assert (snapshot.origin, snapshot.origin_of("few")) == ("own", "foreign")
         assert snapshot.read_table("few").num_rows == 5
