@@ -236,8 +236,10 @@ def _next_step(content: ReportContent) -> str:
         noise=None if validation is None else validation.noise,
         diagnosis=diagnosis,
     )
-    step = Step.DIAGNOSE if diagnosis is None else next_step(standing, Step.VALIDATE)
-    if diagnosis is None or step in (Step.DIAGNOSE, Step.IMPROVE):
+    if diagnosis is None:
+        return f"stiffcal {Step.DIAGNOSE.value} DIR"
+    step = next_step(standing, Step.VALIDATE)
+    if step is Step.DIAGNOSE or step is Step.IMPROVE:
         return f"stiffcal {step.value} DIR"
     if diagnosis.undecided:
         return "repeat the poses on which the result depends, then run stiffcal diagnose"
