@@ -119,9 +119,14 @@ def _smaller(layout: PageLayout, sizes: Sequence[float], given_up: set[int]) -> 
 
 
 def _about(layout: PageLayout, page: int) -> tuple[list[int], float]:
-    """Return pictures on a page, with one that opens the next page, and what is too much for this one, mm."""
+    """Return pictures on a page, with one that opens the next page, and what is too much for this one, mm.
+
+    No picture where a block passes over the whole of the next page: no size of a picture fills this one.
+    """
     after = page + 1
-    opening = next(k for k, (on, _) in enumerate(layout.ends) if on == after)
+    opening = next((k for k, (on, _) in enumerate(layout.ends) if on == after), None)
+    if opening is None:
+        return [], 0.0
     needed = layout.ends[opening][1] - TOP_MM + _SPACES_MM
     moved = layout.begins[opening]
     chosen = [k for k, at in enumerate(layout.pictures) if at[0] == page or at == moved]

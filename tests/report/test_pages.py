@@ -101,3 +101,9 @@ def test_pictures_and_spaces_are_sized_so_that_pages_are_full(
     chosen = filled(len(heights), laid_out)
     assert laid_out(usual).n_empty > 0 == laid_out(chosen).n_empty
     assert min(chosen.sizes) >= SMALLEST
+
+
+def test_a_block_over_the_whole_of_a_page_leaves_sizes_as_they_are() -> None:
+    """No block ends on the page after the empty one: it had no picture to begin with."""
+    layout = PageLayout(4, ((1, TOP_MM), (2, TOP_MM)), ((1, TOP_MM + 40.0), (4, TOP_MM + 200.0)), (), ())
+    assert filled(0, lambda setting: layout).sizes == ()
