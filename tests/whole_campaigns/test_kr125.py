@@ -114,7 +114,7 @@ def test_the_answer_is_as_its_schema_says(campaign: Path, identified: dict[str, 
 
 def test_play_in_rad(campaign: Path, identified: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
-        main(["identify", str(campaign)])
+        main(["identify", str(campaign), "--details"])  # of single runs
     assert ended.value.code == 0
     shown = capsys.readouterr().out
     assert "joint 2 (A2)" in shown
