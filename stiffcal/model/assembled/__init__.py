@@ -1,1 +1,1 @@
-"""The robot with its effects placed and valued, and the frames that are found with it."""
+"""A robot with effects at its places, their values, and the frames that a fit estimates with them."""
