@@ -40,6 +40,8 @@ from stiffcal.model.effect import (
 from stiffcal.model.laws.drives import drive_terms, drive_torque
 
 ALL_IT_CARRIES = "all that the joint carries"
+INSTRUMENT, CROSS_TALK = "instrument", "a component of the load that is read in another"
+FORCES, MOMENTS = slice(0, 3), slice(3, 6)
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,20 @@ def unlisted_laws(state: Linearised, driven: frozenset[int] | None = None) -> It
             regressor = state.regressor(_Bent(node), Place("setup"), {})
             if regressor.columns.any():
                 yield UnlistedLaw(place, "the size of its load", regressor.columns)
+        columns = _of_cross_talk(state)
+        if columns.any():
+            yield UnlistedLaw(INSTRUMENT, CROSS_TALK, columns)
+
+
+def _of_cross_talk(state: Linearised) -> Floats:
+    """Return (30, m, n) what it makes when each component of the wrench as read holds a part of each other."""
+    wrench = state.data.wrench
+    slope = state.tangents.reading_rows()
+    # forces among each other, and moments, have one full scale
+    scales = [float(np.quantile(np.abs(wrench[part]).max(axis=0), USUAL_LOAD)) for part in (FORCES, MOMENTS)]
+    scale = np.repeat(scales, 3)
+    apart = [(reads, other) for reads in range(6) for other in range(6) if reads != other]
+    return np.array([scale[reads] * slope[:, reads] * _unit(wrench[other]) for reads, other in apart])
 
 
 def _followed(state: Linearised, clamped: bool) -> dict[str, Callable[[Chain, int, NodeLoads], list[Floats]]]:

@@ -30,6 +30,13 @@ def test_rolling_bodies_that_flatten_are_no_play() -> None:
     assert not any(name.firm for name in found.answer.named)
 
 
+def test_a_sensor_whose_components_read_each_other_is_no_turned_sensor() -> None:
+    """Each reads 1 to 3 % of each other, six tenths of the noise in all: the sensor's frame was certain."""
+    found = judged("evidence", 15, 0, "broken-cross-talk")
+    assert found.answer.unexplained
+    assert found.answer.named == ()
+
+
 def test_a_target_knocked_and_back_is_a_run_and_no_step() -> None:
     """By 0.34 mm in 8 of 33 states of one run."""
     found = said_of(DATA / "ceil-knock-part")
