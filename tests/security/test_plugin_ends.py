@@ -56,8 +56,14 @@ def test_code_that_ends_the_process_while_it_is_loaded_is_at_fault(folder: Path,
     ("statement", "line"),
     [
         ("import os; os._exit(0)", "the program ended with code 0, without an answer"),
-        ("raise KeyboardInterrupt", "the program ended by an interruption that did not come from you"),
-        ("import typer; raise typer.Exit(0)", "the program ended without an answer"),
+        pytest.param(
+            "raise KeyboardInterrupt",
+            "the program ended by an interruption that did not come from you",
+            marks=pytest.mark.practice,
+        ),
+        pytest.param(
+            "import typer; raise typer.Exit(0)", "the program ended without an answer", marks=pytest.mark.practice
+        ),
     ],
 )
 def test_code_that_ends_the_process_while_its_effect_is_used_is_at_fault(

@@ -51,7 +51,9 @@ def ends(monkeypatch: pytest.MonkeyPatch, *words: str, out: io.StringIO, err: io
 
 
 @needs_shell
-@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize(
+    "closed", [*(pytest.param(one, marks=pytest.mark.practice) for one in (">&-", "2>&-")), "<&- >&- 2>&-"]
+)
 def test_a_command_with_closed_streams_ends_with_its_own_code(closed: str, tmp_path: Path) -> None:
     folder = write_campaign(tmp_path / "c")
     wrong = shell(f"check {{dir}} {closed}", folder)  # its table lacks columns

@@ -1,6 +1,6 @@
 """The real command killed at random moments: the store holds the last campaign's states or the new one's, whole.
 
-Six kills here; ``STIFFCAL_KILLS=100`` makes it a hundred.
+Three kills here; ``STIFFCAL_KILLS=100`` makes it a hundred.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from stiffcal.measurements.tables import states_from_table
 from stiffcal.store import Store
 from tests.laboratory.small_campaign import robot_text
 
-KILLS = int(os.environ.get("STIFFCAL_KILLS", "6"))
+KILLS = int(os.environ.get("STIFFCAL_KILLS", "3"))
 KELVIN = {"one": 293.15, "two": 303.15}
 FLANGE_M = (0.95619221, -0.52516348, 2.31314544)  # of the robot in the run's pose
 N_HOLDS, ROWS_PER_HOLD = 20, 400
