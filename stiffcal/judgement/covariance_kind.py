@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
@@ -52,15 +53,31 @@ class CovarianceKind(Protocol):
 
 def weighed_products(weights: Floats, mine: Floats, theirs: Floats) -> Floats:
     """Return (s, k, l) the inner products of (k, d) and (l, d), each direction weighed by (s, d)."""
+    if mine is theirs:
+        return _symmetric(weights, mine)
+    if len(mine) > len(theirs):
+        return np.swapaxes(weighed_products(weights, theirs, mine), 1, 2)
     found = np.zeros((len(weights), len(mine), len(theirs)))
-    same = mine is theirs
-    for first in range(0, weights.shape[1], DIRECTIONS_AT_ONCE):
-        at = slice(first, first + DIRECTIONS_AT_ONCE)
-        own, weight = mine[:, at], weights[:, at]
-        for j, one in enumerate(theirs[:, at]):
-            # of what is symmetric half is made
-            k = j if same else 0
-            found[:, k:, j] += weight @ (own[k:] * one).T
-    for j in range(len(mine) if same else 0):
+    for at in _parts(weights.shape[1]):
+        own, other = mine[:, at], theirs[:, at].T
+        for products, weight in zip(found, weights[:, at], strict=True):
+            products += (own * weight) @ other
+    return found
+
+
+def _symmetric(weights: Floats, rows: Floats) -> Floats:
+    """Return (s, k, k) the inner products of rows (k, d) with each other: half is made."""
+    found = np.zeros((len(weights), len(rows), len(rows)))
+    for at in _parts(weights.shape[1]):
+        own, weight = rows[:, at], weights[:, at]
+        for j, one in enumerate(own):
+            found[:, j:, j] += weight @ (own[j:] * one).T
+    for j in range(len(rows)):
         found[:, j, j:] = found[:, j:, j]
     return found
+
+
+def _parts(count: int) -> Iterator[slice]:
+    """Give the directions, as many at a time as stay in the processor's cache."""
+    for first in range(0, count, DIRECTIONS_AT_ONCE):
+        yield slice(first, first + DIRECTIONS_AT_ONCE)
