@@ -123,7 +123,7 @@ def add_overviews(made: PageBuilder, overviews: Sequence[Overview], details: boo
     for overview in overviews:
         made.add((*overview.blocks, *(overview.details if details else ())))
     if not details and any(overview.details for overview in overviews):
-        made.say("--details shows each run, and how these values are defined", "more")
+        made.say("identify --details shows each run, and how these values are defined", "more")
 
 
 def _overviews(result: IdentifyResult) -> list[Overview]:
