@@ -613,6 +613,8 @@ def test_no_reading_by_ndi_is_a_gap(tmp_path: Path) -> None:
         ("Time [s];$AXIS_ACT\n" + "0.012;{E6AXIS: A1 1.0, A2 -90.0, A3 95.0}\n" * 3, "$AXIS_ACT.A1"),
         ("DEFDAT P\n" + "DECL E6AXIS XP1={A1 1.0,A2 -90.0,A3 95.0}\n" * 3, "$AXIS_ACT.A1"),
         ("Time (s),Azimuth (deg),Zenith (deg),Distance (mm)\n" + "0.1,10,20,1500\n" * 3, "write X, Y, Z"),
+        ("Time (s),Hz (gon),V (gon),SD (m)\n" + "0.1,10,20,1.5\n" * 3, "write X, Y, Z"),
+        ("Time (s),rate Hz,distance\n" + "0.1,10,1500\n" * 3, "no signal"),  # no direction is a rate
     ],
 )
 def test_what_cannot_be_read_is_quoted(tmp_path: Path, text: str, named: str) -> None:
