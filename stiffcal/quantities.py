@@ -230,14 +230,16 @@ def si_unit(name: str) -> str:
 def factor_between(name: str, other: str) -> float | None:
     """Return the factor from one unit to another of the same quantity; None where they have none in common.
 
+    Scales of temperature have zeros of their own: no factor leads from one to another.
+
     Examples
     --------
-    >>> factor_between("m", "mm"), factor_between("s", "min"), factor_between("m", "N")
-    (1000.0, 0.016666666666666666, None)
+    >>> factor_between("m", "mm"), factor_between("s", "min"), factor_between("m", "N"), factor_between("K", "degC")
+    (1000.0, 0.016666666666666666, None, None)
     """
     for table in _TABLES.values():
         first, second = _canonical(name, table), _canonical(other, table)
-        if first in table and second in table:
+        if first in table and second in table and _OFFSETS.get(first) == _OFFSETS.get(second):
             return table[first] / table[second]
     return None
 

@@ -47,6 +47,8 @@ _LOPSIDED = 0.1
 _NARROW_SPACE = "\u202f"
 _PREFIXES = {"m": 1e3, "µ": 1e6}
 """Of units that are a part of the SI unit: of these its billionth has a name."""
+_ROUNDING = 1e-9
+"""Relative change below which two fits of the same readings may differ."""
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -308,13 +310,15 @@ def deviation(rms: Measures | None, units: Units = USUAL) -> str:
 
 
 def change_words(relative: float | None) -> str:
-    """Return a relative change with its sign.
+    """Return a relative change with its sign; what is rounding of a solver is none.
 
     Examples
     --------
-    >>> change_words(1.19), change_words(-0.02), change_words(None)
-    ('+119 %', '−2.00 %', '–')
+    >>> change_words(1.19), change_words(-0.02), change_words(None), change_words(-4e-15)
+    ('+119 %', '−2.00 %', '–', '0 %')
     """
+    if relative is not None and abs(relative) < _ROUNDING:
+        return share(0.0)
     return f"+{share(relative)}" if relative is not None and relative > 0 else share(relative)
 
 

@@ -117,7 +117,8 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
     >>> len(found.joints.columns), sorted(found.force.places), [column.name for column in found.unused]
     (3, ['base'], ['note'])
     """
-    columns = tuple(columns)
+    every = tuple(columns)
+    columns = tuple(column for column in every if not is_computed(column.header))
     plain = {column.header: plain_name(column.name) for column in columns}
     quaternion = _quaternion(columns, plain)
     assigned = set(quaternion.columns) if quaternion is not None else set()
@@ -161,7 +162,7 @@ def recognise(columns: Iterable[SniffedColumn], joint_columns: Sequence[SniffedC
         time=time,
         time_fraction=fraction,
         targets=targets,
-        unused=tuple(column for column in columns if column not in used),
+        unused=tuple(column for column in every if column not in used),
         **triples,
     )
 
@@ -332,7 +333,9 @@ _UNIT_LENGTH = 0.1  # four numbers of one decimal, each off by half a digit
 _MATRIX = re.compile(r"r(?:ot|otation|matrix)?([0-3])([0-3])")
 _TRANSFORM = re.compile(r"([a-z]{1,16})([0-4])([0-4])")
 _NUMBERED_ELEMENT = re.compile(r"([A-Za-z][A-Za-z_ .]{0,60}?)[ _.]?\[?(\d{1,2})\]?")
-_COMPUTED = re.compile(r"(?:actual|target)_TCP_(?:pose|speed)|(?:O|F|EE|NE)_T_[A-Z]{1,2}(?:_[a-z])?", re.IGNORECASE)
+_COMPUTED = re.compile(
+    r"(?:(?:actual|target)_TCP_(?:pose|speed)|O_T_EE(?:_[cd])?|F_T_(?:EE|NE)|NE_T_EE|EE_T_K)(?![a-z])", re.IGNORECASE
+)
 _ORTHONORMAL = 0.02  # elements of two decimals, each off by half a digit
 # Qualisys, as IMUSim's reader takes its 6D exports: Rot[0], [1], [2] are the first column.
 _BY_COLUMN = re.compile(r"(.{0,200})Rot\[0\]")
@@ -374,7 +377,7 @@ def _transform(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[Rol
         if column.values and (match := _NUMBERED_ELEMENT.fullmatch(column.header)) is not None:
             numbered.setdefault(match[1], {})[int(match[2])] = column
     for stem, own in numbered.items():
-        if sorted(own) in (list(range(16)), list(range(1, 17))) and not is_computed(stem):
+        if sorted(own) in (list(range(16)), list(range(1, 17))):
             by_stem[f"{stem} "] = {f"{k // 4}{k % 4}": own[number] for k, number in enumerate(sorted(own))}
     for elements in by_stem.values():
         for numbers in ("0123", "1234"):

@@ -17,8 +17,15 @@ _SIGNALS = ("joints", "force", "moment", "mass", "deflection", "rotation", "posi
 
 
 def unused_in_words(columns: Iterable[SniffedColumn]) -> list[str]:
-    """Return sentences that name the columns which are not used, of strains with the reason."""
-    columns = list(columns)
+    """Return sentences that name the columns which are not used, each once, of some with the reason.
+
+    Examples
+    --------
+    >>> status = SniffedColumn("status", "status", None, (0.0,))
+    >>> unused_in_words([status, status])
+    ['column status is not used']
+    """
+    columns = list({column.header: column for column in columns}.values())
     strains = [column.header for column in columns if is_strain(column)]
     computed = [column.header for column in columns if is_computed(column.header)]
     others = [column.header for column in columns if column.header not in (*strains, *computed)]

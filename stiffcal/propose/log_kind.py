@@ -262,7 +262,7 @@ def _kinds(
 
 
 _STRUCTURES = re.compile(r"\{\s{0,9}(?:E6AXIS|AXIS)?\s{0,9}:?\s{0,9}A1\s{1,9}-?[0-9]")
-_DIRECTIONS = frozenset(("azimuth", "azimut", "zenith", "zenit", "zenithal", "elevation", "hz", "vz"))
+_DIRECTIONS = frozenset(("azimuth", "azimut", "zenith", "zenit", "zenithal", "elevation", "hz", "vz", "v"))
 _DISTANCES = frozenset(("distance", "dist", "range", "radius", "d", "distanz", "schragstrecke", "sd"))
 
 
@@ -280,7 +280,9 @@ def _written_otherwise(headers: Sequence[str], text: str) -> str:
         )
     words = {header: set(words_of(header)[0]) for header in headers}
     polar = [header for header, own in words.items() if own & (_DIRECTIONS | _DISTANCES)]
-    if any(own & _DIRECTIONS for own in words.values()) and any(own & _DISTANCES for own in words.values()):
+    # a direction is two angles: Hz alone is also the unit of a rate
+    angles = sum(bool(own & _DIRECTIONS) for own in words.values())
+    if angles > 1 and any(own & _DISTANCES for own in words.values()):
         return (
             f"directions and a distance ({', '.join(polar)}) are not read, as programs count them from different axes: "
             "have the instrument's program write X, Y, Z"

@@ -58,7 +58,7 @@ def add_parameters(
             )
         made.table((*titles, *from_geometry, ""), rows)
         if len(shown) < len(members):
-            made.say(f"  and {len(members) - len(shown)} more (--details)", "more")
+            made.say(f"  and {len(members) - len(shown)} more (identify --details)", "more")
 
 
 def _share_from_geometry(parameter: IdentifiedParameter) -> str:

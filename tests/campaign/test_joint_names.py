@@ -19,6 +19,9 @@ def test_joints_of_messages_by_the_names_of_a_robot(name: str) -> None:
     others = tuple(name.replace("position", other).format(k) for other in ("velocity", "effort") for k in range(1, 8))
     assert numbered_joints(("header.stamp", *others, *joints)) == joints
     assert numbered_joints(("header.stamp", *others)) == ()
+    # which of two arms was measured no name states
+    left, right = (tuple(one.replace("joint", f"{side}_joint") for one in joints) for side in ("left", "right"))
+    assert numbered_joints((*left, *right)) == ()
 
 
 @pytest.mark.parametrize(

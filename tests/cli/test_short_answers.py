@@ -16,6 +16,7 @@ from stiffcal.presentation.texts import printed_rows
 from stiffcal.presentation.values import Overview, Sentence, Table
 from stiffcal.show.answers.check import MOST_RUNS, REPORT_ASKED, _add_ranges, _add_runs, _moved, page
 from stiffcal.show.answers.identify import add_overviews, fit_verdict
+from stiffcal.show.answers.identify import page as fit_page
 from stiffcal.show.answers.validate import _add_slices
 from stiffcal.show.builder import PageBuilder
 from stiffcal.show.parameters import add_parameters
@@ -111,6 +112,19 @@ def test_whose_robot_it_is_is_asked_until_the_campaign_has_a_report(
     assert (REPORT_ASKED in stream.getvalue()) is asked
 
 
+@pytest.mark.parametrize(("details", "n_lines"), [(False, MOST_RUNS), (True, MOST_RUNS + 2)])
+def test_details_hold_every_line_of_what_was_set_aside(details: bool, n_lines: int) -> None:
+    """Of one run a single line was left of them."""
+    lines = [f"state {k}: bumped" for k in range(MOST_RUNS + 2)]
+    run = CheckedRun(
+        id="pose1", experiment="load", n_states=9, largest_force_N=1.0, set_aside=lines, clock_ahead_s={}
+    )  # fmt: skip
+    made = PageBuilder("")
+    _add_runs(made, [run], details)
+    codes = [block.code for block in made.page().blocks if isinstance(block, Sentence)]
+    assert codes == ["set-aside"] * n_lines + ["more"] * (not details)
+
+
 @pytest.mark.parametrize(("errors", "n_rows"), [([1e-4, 1.1e-4], 0), ([1e-4, 1.3e-4], 2)])
 def test_errors_that_are_nearly_alike_are_no_table(errors: list[float], n_rows: int) -> None:
     parts = [
@@ -141,14 +155,19 @@ def test_a_model_of_many_values_lists_some() -> None:
         assert len(_rows(made)) == listed
 
 
-def test_what_is_a_convention_is_no_failure() -> None:
+@pytest.mark.parametrize(("cause", "verdict"), [("same-motion", "all parameters are"), ("dependent", "1 parameter is")])
+def test_what_is_a_convention_is_no_failure(cause: str, verdict: str) -> None:
+    """What other poses would determine is none: of eight poses all parameters were called identifiable."""
     frame = _value(1) | {"name": "frame.tracker.z", "effect": "frame", "value": None, "identifiable": False}
-    left = [{"parameters": ["frame.tracker.z"], "known": None, "value": None, "std": None, "reason": ""}]
+    left = [{"parameters": ["frame.tracker.z"], "known": None, "reason": "", "cause": cause}]
     content = with_fit(made_up_content(n_runs=1), parameters=[_value(2), frame], not_identifiable=left)
     assert content.identify is not None
     assert "1 parameter is" in fit_verdict(content.identify)[1]
     rows = GeometryFound(convention="dh", zeros=[], links=[], beta=[], offsets_alone=None)
-    assert "all parameters are" in fit_verdict(replace(content.identify, geometry=rows))[1]
+    found = replace(content.identify, geometry=rows)
+    assert verdict in fit_verdict(found)[1]
+    codes = [block.code for block in fit_page(found, False).blocks if isinstance(block, Sentence)]
+    assert ("not-identifiable" in codes) is (cause == "dependent")
 
 
 def _value(k: int) -> dict[str, object]:

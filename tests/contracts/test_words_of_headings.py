@@ -19,8 +19,13 @@ HEADED = {
     "Page",
     "plain_table",
     "LeftOut",
+    "PageBuilder",
+    "number",
+    "wide",
 }
 """What makes a heading or a column: the first text of its arguments, of `plain_table` all of them."""
+BUILT = {"table", "head"}
+"""Likewise of a page that is built block by block (`stiffcal.show.builder`)."""
 
 
 def not_called() -> dict[str, str]:
@@ -34,12 +39,14 @@ def not_called() -> dict[str, str]:
 
 def headings() -> Iterator[tuple[str, str]]:
     """Yield place and text of each heading and column."""
-    may_head = re.compile(rf"\b(?:{'|'.join(sorted(HEADED))})\(|_TITLE")
+    may_head = re.compile(rf"\b(?:{'|'.join(sorted(HEADED | BUILT))})\(|_TITLE")
     for file in sorted(PACKAGE.rglob("*.py")):
         source = file.read_text(encoding="utf-8")
         for node in ast.walk(ast.parse(source)) if may_head.search(source) else ():
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in HEADED:
                 texts = node.args if node.func.id == "plain_table" else node.args[:1]
+            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in BUILT:
+                texts = node.args[:1]
             elif isinstance(node, ast.Assign) and any(
                 getattr(to, "id", "").startswith("_TITLE") for to in node.targets
             ):

@@ -52,16 +52,15 @@ def section() -> ClampedSection:
 
 def test_each_quantity_has_one_unit_and_each_run_its_reversal_error() -> None:
     overview = clamped_overview(section())
-    joints, runs = (block for block in (*overview.blocks, *overview.details) if isinstance(block, Table))
+    (joints,), (runs, *sentences) = overview.blocks, overview.details
+    assert isinstance(joints, Table)
+    assert isinstance(runs, Table)
     units = {column.title: column.unit for column in (*joints.columns, *runs.columns) if isinstance(column, Column)}
     assert units["chord stiffness"] == "N·m/rad"
     # as backlash's width
     assert units[LOW_SLOPE] == units["reversal error"] == "rad"
     assert [str(row[0][0]) for row in runs.rows] == ["wide", "narrow"]
-    assert [block.code for block in (*overview.blocks, *overview.details) if isinstance(block, Sentence)] == [
-        "joint",
-        *["definition"] * 3,
-    ]
+    assert [one.code for one in sentences if isinstance(one, Sentence)] == ["joint", *["definition"] * 3]
 
 
 def test_a_description_is_no_second_play() -> None:

@@ -613,20 +613,28 @@ def test_no_reading_by_ndi_is_a_gap(tmp_path: Path) -> None:
         ("Time [s];$AXIS_ACT\n" + "0.012;{E6AXIS: A1 1.0, A2 -90.0, A3 95.0}\n" * 3, "$AXIS_ACT.A1"),
         ("DEFDAT P\n" + "DECL E6AXIS XP1={A1 1.0,A2 -90.0,A3 95.0}\n" * 3, "$AXIS_ACT.A1"),
         ("Time (s),Azimuth (deg),Zenith (deg),Distance (mm)\n" + "0.1,10,20,1500\n" * 3, "write X, Y, Z"),
+        ("Time (s),Hz (gon),V (gon),SD (m)\n" + "0.1,10,20,1.5\n" * 3, "write X, Y, Z"),
+        ("Time (s),rate Hz,distance\n" + "0.1,10,1500\n" * 3, "no signal"),  # no direction is a rate
     ],
 )
 def test_what_cannot_be_read_is_quoted(tmp_path: Path, text: str, named: str) -> None:
     assert named in proposed(tmp_path, "log.csv", text).why_not
 
 
-@pytest.mark.parametrize("name", ["actual_TCP_pose_{}", "O_T_EE[{}]"])
-def test_what_a_controller_computes_of_its_angles_is_no_place(tmp_path: Path, name: str) -> None:
-    n = 16 if "[" in name else 6
+@pytest.mark.parametrize(
+    ("name", "n"), [("actual_TCP_pose_{}", 6), ("actual_TCP_pose_{}", 3), ("O_T_EE[{}]", 16), ("F_T_NE[{}]", 16)]
+)
+def test_what_a_controller_computes_of_its_angles_is_no_place(tmp_path: Path, name: str, n: int) -> None:
     names = ["t", *(f"actual_q_{k}" for k in range(6)), *(name.format(k) for k in range(n))]
-    cells = np.tile(np.eye(4).ravel(), (N, 1)) + 0.1 if n == 16 else np.hstack([PLACE / 1e3, PLACE / 1e3])
+    cells = np.tile(np.eye(4).ravel(), (N, 1)) + 0.1 if n == 16 else np.hstack([PLACE / 1e3, PLACE / 1e3])[:, :n]
     kind = proposed(tmp_path, "log.csv", ",".join(names) + "\n" + lines_of(next_to(TIME, JOINTS / 60.0, cells), ","))
     assert kind.roles.position is None
     assert {c.column for c in kind.columns if "controller computes" in c.why} == set(names[7:])
+
+
+def test_a_force_is_nothing_that_a_controller_computes(tmp_path: Path) -> None:
+    kind = proposed(tmp_path, "log.csv", "t,F_T_Fx,F_T_Fy,F_T_Fz\n" + lines_of(next_to(TIME, FORCE), ","))
+    assert not any("controller computes" in column.why for column in kind.columns)
 
 
 def test_makers_whose_names_do_not_stand_in_the_export(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.report.blocks import Facts, ReportSection, TableBlock, TableColumn
 from stiffcal.report.building import _without_empty_columns
 from stiffcal.report.content import ReportRun
@@ -141,10 +142,12 @@ def test_a_report_without_a_diagnosis_asks_for_one() -> None:
     assert dict(facts.rows)["next step"] == "stiffcal diagnose DIR"
 
 
-def test_runs_without_a_pose_are_no_rows_of_dashes() -> None:
+@pytest.mark.parametrize("measures", [StateMeasure.DISPLACEMENT, StateMeasure.PLACE])
+def test_runs_without_a_pose_are_no_rows_of_dashes(measures: StateMeasure) -> None:
     content = made_up_content(n_runs=2)
-    bare = ReportRun("turning", np.full(3, np.nan), kind="friction")
-    table = runs_table(replace(content, runs=(*content.runs, bare), states=None))
+    bare = ReportRun("turning", np.full(3, np.nan))
+    runs = tuple(replace(run, measures=measures) for run in (*content.runs, bare))
+    table = runs_table(replace(content, runs=runs, states=None))
     assert [row[0] for row in table.rows] == ["run_0", "run_1"]
     assert "turning" in table.caption
 

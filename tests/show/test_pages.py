@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import fields
 from importlib import import_module
@@ -14,6 +15,7 @@ import pytest
 from pypdf import PdfReader
 
 from stiffcal.cli.answers import Answer
+from stiffcal.cli.option_names import OPTIONS
 from stiffcal.documents import CommandResult
 from stiffcal.errors import no_progress
 from stiffcal.python.answers import CampaignAnswer
@@ -21,6 +23,7 @@ from stiffcal.report.blocks import ReportSection
 from stiffcal.report.building import PagesHeading, write_pages
 from stiffcal.report.page_blocks import section_of
 from stiffcal.schemas.documents import DOCUMENTS
+from stiffcal.show import answers
 from stiffcal.show.pages import has_page, page_of
 from stiffcal.view.packing import unpacked
 from stiffcal.view.page import pack
@@ -94,3 +97,14 @@ def test_every_other_answer_has_a_page() -> None:
     assert set(DOCUMENTS) - set(schemas) == {"error"}
     found = {name for name, schema in schemas.items() if has_page(CommandResult(schema=schema, warnings=[]))}
     assert set(schemas) - found == NO_PAGE
+
+
+def test_details_are_offered_with_the_command_that_has_them() -> None:
+    """`run` and a notebook show parts of other answers, and have no such option."""
+    offers = {
+        command
+        for file in Path(answers.__file__).parents[1].rglob("*.py")
+        for command in re.findall(r"(\w*)[ (]*--details", file.read_text("utf-8"))
+    }
+    assert "identify" in offers
+    assert {command for command in offers if "--details" not in OPTIONS.get(command, "")} == set()

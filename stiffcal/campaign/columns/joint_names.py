@@ -16,6 +16,7 @@ _ANGLES = (
 _WORDS = f"(?:の?(?:{'|'.join(sorted(_ANGLES, key=len, reverse=True))}))+"
 _ALONE, _AT_ITS_BEGIN, _AT_ITS_END = re.compile(_WORDS), re.compile(f"^{_WORDS}"), re.compile(f"{_WORDS}$")
 _OF_ROBOT = re.compile(r"(?:jointstates?)?[a-z][a-z0-9]*joint|(?:[a-z][a-z0-9]*)?joint[a-z]")
+_RANK_OF_ROBOT = 2 * len(JOINT_STEMS)  # after all stems, with words about them or not
 _LONGEST_NAME = 300  # characters; a longer one is taken apart in the square of its length
 
 
@@ -53,6 +54,8 @@ def numbered_joints(names: Sequence[str]) -> tuple[str, ...]:
     known = [(rank, number) for number, (rank, _) in enumerate(ranked) if rank is not None]
     if not known:
         return ()
+    if min(known)[0] == _RANK_OF_ROBOT and [rank for rank, _ in known].count(_RANK_OF_ROBOT) > 1:
+        return ()  # which of two arms was measured no name states
     group = ranked[min(known)[1]][1]
     return tuple(group[number] for number in sorted(group))
 
@@ -98,4 +101,4 @@ def _rank_of_joints(before: str, behind: str) -> int | None:
             return JOINT_STEMS.index(stem) + len(JOINT_STEMS) * (bool(behind) or stem != before)
     # of messages, whose fields say that they are angles, the joint of a robot by its name: panda_joint1, joint_a1
     of_robot = _OF_ROBOT.fullmatch(bare)
-    return 2 * len(JOINT_STEMS) if of_robot is not None and (behind or bare != before) else None
+    return _RANK_OF_ROBOT if of_robot is not None and (behind or bare != before) else None

@@ -249,7 +249,7 @@ def _of_another_length(first: SharedSignal, second: SharedSignal) -> str:
     lasts, other = float(np.ptp(second.time)), float(np.ptp(first.time))
     if _as_long(lasts, other):
         return ""
-    sentence = f", and lasts {significant(lasts, 4)} s where that lasts {significant(other, 4)} s: "
+    sentence = f"; {second.source} lasts {significant(lasts, 4)} s, {first.source} {significant(other, 4)} s: "
     for name in unit_names("time"):
         factor = unit(name, "time").factor
         for scale, numbers, taken in ((factor, name, "s"), (1.0 / factor, "s", name)):
@@ -258,8 +258,8 @@ def _of_another_length(first: SharedSignal, second: SharedSignal) -> str:
             scaled = SharedSignal(second.source, scale * second.time, second.values, second.leads)
             if not isinstance(_coarse_lag(first, scaled), str):
                 return (
-                    f"{sentence}it does where its times are in {numbers} and were taken for {taken}, or those of "
-                    f"{first.source} the other way round"
+                    f"{sentence}they agree where the times of {second.source} are in {numbers} and were taken for "
+                    f"{taken}, or those of {first.source} the other way round"
                 )
     return f"{sentence}check rate_hz or the unit of time of both"
 

@@ -149,13 +149,13 @@ def runs_table(content: ReportContent) -> TableBlock:
         "loads, deflections, and distances of places from the nominal ones" if several else "loads and deflections"
     )
     caption = "Runs: logged joint angles (mean over the run)" + (f", {lengths_text}." if states is not None else ".")
+    if content.absolute_alone:
+        loads_too = ", loads" if loads else ""
+        caption = f"Poses: logged joint angles{loads_too} and distances of the measured from the nominal positions."
     bare = [row[0] for row in rows if all(cell == wording.DASH for cell in row[1:])]
     if finite and bare:
         rows = [row for row in rows if row[0] not in bare]
         caption += f" Without a pose: {wording.listing(bare, _MOST_BARE)}."
-    if content.absolute_alone:
-        loads_too = ", loads" if loads else ""
-        caption = f"Poses: logged joint angles{loads_too} and distances of the measured from the nominal positions."
     if not finite:
         columns += [TableColumn("experiment", align="left"), TableColumn("tags", align="left", width=1.0)]
         rows = [(*row, run.kind, ", ".join(run.tags)) for row, run in zip(rows, content.runs, strict=True)]

@@ -177,9 +177,13 @@ def _add_runs(made: PageBuilder, runs: list[CheckedRun], details: bool) -> None:
         rows.append((name, *key[:3], _range([run.largest_force_N for run in same], 3)))
     made.table(("run", "experiment", number("states"), number("set aside"), number("largest force [N]")), rows)
     if len(alike) > most:
-        made.say(f"  and {count(sum(len(same) for _, same in alike[most:]), 'more run')} (--details)", "more")
-    for line in [f"run {run.id}, {line}" for run in runs for line in run.set_aside][:most]:
+        made.say(f"  and {count(sum(len(same) for _, same in alike[most:]), 'more run')} (check --details)", "more")
+    lines = [f"run {run.id}, {line}" for run in runs for line in run.set_aside]
+    shown = lines if details else lines[:MOST_RUNS]
+    for line in shown:
         made.say(f"set aside: {line}", "set-aside")
+    if len(lines) > len(shown):
+        made.say(f"  and {len(lines) - len(shown)} more set aside (check --details)", "more")
 
 
 def _add_joints(made: PageBuilder, joints: list[CheckedJoint]) -> None:

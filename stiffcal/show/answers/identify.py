@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stiffcal.estimation.undetermined import Undetermined
 from stiffcal.quantity import JOINT_ANGLE
 from stiffcal.results.geometry_words import FRAME, IN_ROWS
 from stiffcal.results.next_step import is_within_noise
@@ -45,7 +46,7 @@ def page(result: IdentifyResult, details: bool) -> Page:
 
 def fit_verdict(result: IdentifyResult) -> tuple[Level, str]:
     """Return how a fit stands: against the noise, and whether these data identify the model."""
-    names = {name for group in result.not_identifiable for name in group.parameters} - _in_rows(result)
+    names = {name for group in result.not_identifiable for name in group.parameters} - _conventions(result)
     known = [parameter for parameter in result.parameters if parameter.value is not None]
     if result.parameters and not known:
         return "fail", "no parameter is identifiable from these data"
@@ -104,7 +105,7 @@ def add_fitted(
             f"{len(result.rejected)} states set aside before the fit (excluded, bumped or not measured)", "set-aside"
         )
     made.add(parts.suspects(result.suspects, result.suspects_not_checked if details else None))
-    elsewhere |= set() if details else _in_rows(result)  # the lines below the rows name what is a convention
+    elsewhere |= set() if details else _conventions(result)  # the lines below the rows name them
     for sentence in unidentified_in_words(
         group for group in result.not_identifiable if not (elsewhere and set(group.parameters) <= elsewhere)
     ):
@@ -122,7 +123,7 @@ def add_overviews(made: PageBuilder, overviews: Sequence[Overview], details: boo
     for overview in overviews:
         made.add((*overview.blocks, *(overview.details if details else ())))
     if not details and any(overview.details for overview in overviews):
-        made.say("--details shows each run, and how these values are defined", "more")
+        made.say("identify --details shows each run, and how these values are defined", "more")
 
 
 def _overviews(result: IdentifyResult) -> list[Overview]:
@@ -153,6 +154,16 @@ def _in_rows(result: IdentifyResult) -> set[str]:
     return {one.name for one in result.parameters if _has_rows(result) and one.effect in (IN_ROWS, FRAME)}
 
 
+def _conventions(result: IdentifyResult) -> set[str]:
+    """Return those of them that no poses determine: other numbers of the rows contain them.
+
+    What other poses would determine is none, and stands among what cannot be identified.
+    """
+    in_rows = _in_rows(result)
+    alike = (group for group in result.not_identifiable if in_rows and group.cause is Undetermined.SAME_MOTION)
+    return in_rows & {name for group in alike for name in group.parameters}
+
+
 def _of_places_alone(result: IdentifyResult) -> bool:
     """Return whether a fit is of absolute poses without load runs."""
     from stiffcal.identification.answers.geometry_results import GeometryFound
@@ -167,7 +178,7 @@ def _conditioning(result: IdentifyResult) -> str:
     if condition is not None:
         texts.append(f"condition number {significant(condition)}")
     elif result.not_identifiable:
-        names = {name for group in result.not_identifiable for name in group.parameters} - _in_rows(result)
+        names = {name for group in result.not_identifiable for name in group.parameters} - _conventions(result)
         why = "some parameters cannot be identified (below)" if names else "the geometry contains conventions"
         texts.append(f"condition number infinite: {why}")
     return ", ".join(texts)

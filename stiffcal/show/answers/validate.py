@@ -180,7 +180,7 @@ def _add_slices(made: PageBuilder, title: str, slices: Sequence[ErrorSlice], who
         rows.append(cells)
     made.table((title, number("states"), number("rms"), number("max"), *of_deflection), rows)
     if len(shown) < len(ranked):
-        made.say(f"  and {len(ranked) - len(shown)} more with smaller errors (--details)", "more")
+        made.say(f"  and {len(ranked) - len(shown)} more with smaller errors (validate --details)", "more")
 
 
 def _shares(relative: Rms) -> str:
