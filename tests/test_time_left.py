@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from stiffcal.wording import TimeLeft
+from stiffcal.presentation.time_left import TimeLeft
 
 
 @pytest.mark.parametrize(

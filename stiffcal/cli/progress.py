@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.cli.log import is_verbose, record
 from stiffcal.escapes.terminal import escaped
-from stiffcal.wording import TimeLeft
+from stiffcal.presentation.time_left import TimeLeft
 
 if TYPE_CHECKING:
     import rich.progress

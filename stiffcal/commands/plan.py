@@ -17,18 +17,12 @@ from stiffcal.planning.campaign.candidates import candidates_of, with_ways
 from stiffcal.planning.campaign.choice import Purpose, chosen_runs
 from stiffcal.planning.campaign.goals import LOOK_ALIKES, WantedGoal, area_of, wanted_goals
 from stiffcal.planning.campaign.means import cell_of
-from stiffcal.planning.campaign.model import (
-    PlanModel,
-    as_planned,
-    has_nonlinear_laws,
-    kind_of,
-    refuse_lifts,
-    with_force,
-)
+from stiffcal.planning.campaign.model import PlanModel, as_planned, kind_of, refuse_lifts, with_force
 from stiffcal.planning.campaign.pairs import Candidates
 from stiffcal.planning.campaign.program import check_program, write_program
 from stiffcal.planning.campaign.remedies import remedies_of
 from stiffcal.planning.campaign.rivals import NamedRival, named_rival, rivals_of_diagnosis
+from stiffcal.planning.campaign.scenarios import has_nonlinear_laws
 from stiffcal.report.run_sheet_files import write_sheet
 from stiffcal.stages.plans.model import planned_model, rival_models
 from stiffcal.stages.steps import RunContext, with_trial_model

@@ -18,7 +18,7 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.balance.equilibrium import law_terms, node_displacements
+from stiffcal.model.balance.rest import law_terms, node_displacements
 from stiffcal.model.balance.stated_spring import parallel_spring, stated_spring
 from stiffcal.model.effect import Inputs, Instrument, NodeLoads, joint_node, link_node, tool_node
 from stiffcal.model.scalar_laws import BalancingSpring, ScalarLaw

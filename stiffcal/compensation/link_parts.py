@@ -11,7 +11,8 @@ from stiffcal.arrays import Floats
 from stiffcal.links.compliance import carried_to_target
 from stiffcal.measurements.load_states import MeasurementSetup
 from stiffcal.model.assembled.composite import CompliantRobot
-from stiffcal.model.balance.equilibrium import find_rest, rest_under_weight, solve_balance
+from stiffcal.model.balance.equilibrium import rest_under_weight, solve_balance
+from stiffcal.model.balance.rest import find_rest
 from stiffcal.model.effect import Inputs, StateOrder, link_node
 
 

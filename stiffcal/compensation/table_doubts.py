@@ -17,7 +17,7 @@ MOST_METRES = 0.01
 # A robot's give is below 5 cm; no instrument at its tool resolves a hundredth of a millimetre (trackers: 15 µm).
 LARGEST_M, SMALLEST_M = 0.05, 1e-5
 # Faults that are printed of one table.
-MOST_FAULTS = 10
+MOST_PRINTED = 10
 
 
 def angle_doubts(
@@ -79,8 +79,8 @@ def deflection_doubts(deflection: Floats, wrench: Floats, where: str, mend: str)
 
 def shortened(faults: list[Fault]) -> list[Fault]:
     """Return the first faults of many, the last of them with how many more there are."""
-    if len(faults) <= MOST_FAULTS:
+    if len(faults) <= MOST_PRINTED:
         return faults
-    last = faults[MOST_FAULTS - 1]
-    more = f"{last.reason} (and {len(faults) - MOST_FAULTS} more lines)"
-    return [*faults[: MOST_FAULTS - 1], Fault(last.code, last.file, last.place, more, last.mend)]
+    last = faults[MOST_PRINTED - 1]
+    more = f"{last.reason} (and {len(faults) - MOST_PRINTED} more lines)"
+    return [*faults[: MOST_PRINTED - 1], Fault(last.code, last.file, last.place, more, last.mend)]

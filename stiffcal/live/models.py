@@ -16,6 +16,7 @@ from stiffcal.commands.edit_model import change_model
 from stiffcal.errors import Progress
 from stiffcal.live.choice import ModelChoice, model_of_choice, placed_name
 from stiffcal.live.forecasts import Forecasts
+from stiffcal.presentation.time_left import TimeLeft
 from stiffcal.stages.diagnoses.current import current_diagnosis, keep_diagnosis
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import (
@@ -32,7 +33,6 @@ from stiffcal.store.trial import TrialResults
 from stiffcal.view.content import ViewContent, ViewForecast, ViewLive, ViewModel
 from stiffcal.view.gathering.change import LastAdded
 from stiffcal.view.gathering.content import EarlierVerdict, view_content
-from stiffcal.wording import TimeLeft
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Integers

@@ -1,4 +1,4 @@
-"""All mistakes of the catalogue, and the engine that takes them back one after another."""
+"""All mistakes of the catalogue, found by walking."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import ClassVar, Protocol, TypeVar
 
-from stiffcal.fault_changes import InputChange
-from stiffcal.mistakes.mistake import AsRead, Mistake, TakenBack, TriedOn
+from stiffcal.mistakes.mistake import Mistake
 
 CATALOGUE = "stiffcal.mistakes.catalogue"
 
@@ -20,16 +19,19 @@ class _Member(Protocol):
     rank: ClassVar[int]
 
 
-MemberT = TypeVar("MemberT", bound=_Member)
+ReadT = TypeVar("ReadT")
+WayT = TypeVar("WayT")
+MistakeT = TypeVar("MistakeT", bound=_Member)
 
 
-def mistakes_of(base: type[MemberT]) -> tuple[MemberT, ...]:
+def mistakes_of(base: type[MistakeT]) -> tuple[MistakeT, ...]:
     """Return the mistakes of one base class in all files of the catalogue, the likelier ones first.
 
     Examples
     --------
-    >>> {"direction", "joint-unit", "row-order"} <= {mistake.name for mistake in mistakes_of(Mistake)}
-    True
+    >>> from stiffcal.mistakes.clocks.mistake import ClockMistake
+    >>> [mistake.name for mistake in mistakes_of(ClockMistake)]
+    ['shifted', 'drifting', 'jumping']
     """
     every = _found_in(tuple(importlib.import_module(CATALOGUE).__path__))
     found = [member for member in every if isinstance(member, base)]
@@ -50,14 +52,7 @@ def _found_in(folders: tuple[str, ...]) -> tuple[object, ...]:
     return tuple(found)
 
 
-def mistakes_on(tried_on: TriedOn) -> tuple[Mistake, ...]:
-    """Return the mistakes that may be there, the likelier ones first."""
-    return tuple(mistake for mistake in mistakes_of(Mistake) if tried_on in mistake.tried_on)
-
-
-def taken_back(read: AsRead) -> Iterator[TakenBack]:
-    """Yield data with each mistake taken back that may be in them, in all its ways, the likelier mistakes first."""
-    for mistake in mistakes_on(read.tried_on):
-        for way in mistake.ways(read):
-            change = InputChange(mistake.name, way.names, way.sizes, way.value)
-            yield TakenBack(mistake, change, way.states, way.chain or read.chain, way.numbers)
+def ways_of(base: type[Mistake[ReadT, WayT]], read: ReadT) -> Iterator[tuple[Mistake[ReadT, WayT], WayT]]:
+    """Yield each mistake of one base class with each way of taking it back from what was read, the likelier first."""
+    for mistake in mistakes_of(base):
+        yield from ((mistake, way) for way in mistake.ways(read))

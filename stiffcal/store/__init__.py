@@ -38,7 +38,8 @@ from stiffcal.store.provenance import (
 from stiffcal.store.reading import Store
 from stiffcal.store.snapshot import Snapshot
 from stiffcal.store.source_files import SourceFile, hash_sources
-from stiffcal.store.writing import TableStream, Writing
+from stiffcal.store.table_stream import TableStream
+from stiffcal.store.writing import Writing
 
 __all__ = [
     "Provenance",

@@ -1,11 +1,11 @@
 (function (S) {
   // of what two candidates do alike, least squares determines no share: a little of the diagonal is added
-  const RIDGE = 1e-6;
+  const OF_ALIKE = 1e-6;
 
   /** Solve symmetric positive equations, by Gauss. @param {number[][]} a (k × k) @param {number[]} b */
   function solved(a, b) {
     const k = b.length,
-      m = a.map((row, i) => [...row.map((value, j) => (i === j ? value * (1 + RIDGE) : value)), b[i]]);
+      m = a.map((row, i) => [...row.map((value, j) => (i === j ? value * (1 + OF_ALIKE) : value)), b[i]]);
     for (let i = 0; i < k; i++) {
       for (let j = i + 1; j < k; j++) {
         const by = m[j][i] / m[i][i];

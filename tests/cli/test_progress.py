@@ -6,7 +6,7 @@ import pytest
 
 from stiffcal.cli import progress
 from stiffcal.cli.progress import ProgressBar
-from stiffcal.wording import TimeLeft
+from stiffcal.presentation.time_left import TimeLeft
 
 
 def test_quick_things_draw_nothing(capsys: pytest.CaptureFixture[str]) -> None:

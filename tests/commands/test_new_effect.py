@@ -85,7 +85,7 @@ def test_what_none_of_the_catalogue_explains_is_explained_by_the_effect_that_is_
     assert (document["effect"], document["file"]) == ("follows-one", "follows_one.py")
     assert load_campaign(folder).manifest.plugins == ("follows_one.py",)
     assert run("trust", str(folder), "--yes") == 0
-    # that a diagnosis then names it is shown, of the same campaign, by docs/how-to/own-effect.md
+    # that a diagnosis then names it is shown, of the same campaign, by docs/how-to/own-effect-proposed.md
     before = validate_campaign(folder)
     edit_model(folder, "add", "follows-one", where={"joints": "2"})
     after = validate_campaign(folder)

@@ -14,8 +14,9 @@ import pytest
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.ingest.reading.reducing import reduce_campaign
-from stiffcal.mistakes.found import mistakes_of, mistakes_on, taken_back
-from stiffcal.mistakes.mistake import AsRead, Mistake, TakenBack, TriedOn
+from stiffcal.mistakes.found import mistakes_of
+from stiffcal.mistakes.inputs.mistake import AsRead, InputMistake, TakenBack, TriedOn
+from stiffcal.mistakes.inputs.taken_back import mistakes_on, taken_back
 from stiffcal.mistakes.references.match import missed_by
 from stiffcal.mistakes.stated_units import stated_units
 from tests.laboratory.displacement_table import displacement_columns, write_displacement_campaign
@@ -106,5 +107,5 @@ def test_an_adjustment_by_nothing_changes_nothing() -> None:
 
 
 def test_the_likelier_come_first_and_no_two_are_alike() -> None:
-    ranks = [mistake.rank for mistake in mistakes_of(Mistake)]
+    ranks = [mistake.rank for mistake in mistakes_of(InputMistake)]
     assert ranks == sorted(set(ranks))

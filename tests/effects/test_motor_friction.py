@@ -17,7 +17,7 @@ from stiffcal.effects.friction_hysteresis import FrictionHysteresis
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.balance.equilibrium import find_rest
+from stiffcal.model.balance.rest import find_rest
 from stiffcal.model.effect import RZ, Inputs, Place, joint_node
 from stiffcal.model.forms import MotorFriction, form_of, whole_form
 from stiffcal.model.laws.drives import drive_torque

@@ -19,7 +19,7 @@ from stiffcal.effects.link_geometry import LinkGeometry
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.model.assembled.composite import CompliantRobot
-from stiffcal.model.balance.equilibrium import Rest, find_rest
+from stiffcal.model.balance.rest import Rest, find_rest
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 

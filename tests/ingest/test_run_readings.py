@@ -19,7 +19,7 @@ from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.ingest.parts import READ_RUNS, READ_STATES
-from stiffcal.ingest.reading import reducing, run_readings
+from stiffcal.ingest.reading import logs_of_runs, run_readings
 from stiffcal.measurements.columns import column_of, values_of
 from stiffcal.propose.templates import write_template
 from stiffcal.reduction.logs import log_rows as logs
@@ -59,7 +59,7 @@ def read(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         files.extend(of_signals.values())
         return logs.read_rows(folder, name, source, of_signals, *rest, **named)
 
-    monkeypatch.setattr(reducing, "read_rows", noted)
+    monkeypatch.setattr(logs_of_runs, "read_rows", noted)
     return files
 
 
@@ -239,7 +239,7 @@ def test_tables_of_single_runs_are_read_once(tmp_path: Path, read: list[str], mo
     table.unlink()
     manifest = CAMPAIGN.replace('run = { column = "run" }\n', "").replace("states.csv", "{run}.csv")
     (folder / "campaign.toml").write_text(manifest)
-    monkeypatch.setattr(tabled_states, "read_rows", vars(reducing)["read_rows"])
+    monkeypatch.setattr(tabled_states, "read_rows", vars(logs_of_runs)["read_rows"])
     for number in range(1, 4):
         own = [row for row in rows if row.startswith(f"pose{number},")]
         (folder / "raw" / f"pose{number}.csv").write_text(head + "".join(own))

@@ -11,7 +11,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.mechanics.kinematics import stacked_bodies
 from stiffcal.model.assembled.composite import CompliantRobot
-from stiffcal.model.balance.equilibrium import reported_targets
+from stiffcal.model.balance.rest import reported_targets
 from stiffcal.model.effect import Inputs
 
 N_DRAWS = 20_000

@@ -24,8 +24,9 @@ from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import no_progress
 from stiffcal.ingest.quality.data_quality import DataQuality
-from stiffcal.ingest.reading import reducing
-from stiffcal.ingest.reading.reducing import ReadingOptions, ReducedCampaign, collect_raw_states, reduce_campaign
+from stiffcal.ingest.reading import logs_of_runs
+from stiffcal.ingest.reading.logs_of_runs import ReadingOptions
+from stiffcal.ingest.reading.reducing import ReducedCampaign, collect_raw_states, reduce_campaign
 from stiffcal.reduction.states.recordings import ReducedRun, reduce_run
 
 HIDDEN = Path(__file__).resolve().parents[2] / "campaigns" / "hidden"
@@ -87,7 +88,7 @@ def raw_runs() -> tuple[ReducedRun, ...]:
         return runs[-1]
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(reducing, "reduce_run", kept)
+        patched.setattr(logs_of_runs, "reduce_run", kept)
         collect_raw_states(campaign, no_progress, ReadingOptions(), DataQuality(campaign))
     return tuple(runs)
 

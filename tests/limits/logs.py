@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-import numpy as np
-
 from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.propose.templates import write_template
-from tests.laboratory.changed_tables import PLACE, Table, all_of, columns, exchanged, scaled
+from tests.laboratory.changed_tables import PLACE, Table, all_of, scaled
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 RUNS = 3
 """Of each campaign that lists its runs the first ones are kept: the logs of the others are like them."""
+
+SOURCE_OF_TORQUE = """[sources.torque]
+time = { column = "t", unit = "s" }
+joints = { torque = ["torque"], units = { torque = "N*m" } }
+"""
 
 Prepare = Callable[[Path], None]
 
@@ -61,19 +65,23 @@ def table_with(change: Callable[[Table], None], name: str) -> Prepare:
     return prepare
 
 
-def moved(column: str, by: float) -> Callable[[Table], None]:
-    """Return a change that adds to a column."""
-
-    def change(table: Table) -> None:
-        table[column] = [value + by for value in table[column]]
-
-    return change
-
-
-def further(table: Table) -> None:
-    """Write each place one row further down."""
-    for axis in PLACE:
-        table[axis] = np.roll(table[axis], 1).tolist()
+def with_torque_of_another_clock(folder: Path) -> None:
+    """Copy the strokes of a joint with its torque in a log of its own, whose clock is 0.2 s ahead."""
+    bundled("joints/06")(folder)
+    whole = folder / "raw" / "log.csv.gz"
+    with gzip.open(whole, "rt", encoding="utf-8") as lines:
+        rows = list(csv.DictReader(lines))
+    whole.unlink()
+    logs = {
+        "drive": ["t,angle,speed,T", *(f"{row['t']},{row['angle']},{row['speed']},{row['T']}" for row in rows)],
+        "torque": ["t,torque", *(f"{float(row['t']) + 0.2:.6f},{row['torque']}" for row in rows)],
+    }
+    for name, log in logs.items():
+        (folder / "raw" / f"{name}.csv").write_text("\n".join(log) + "\n", encoding="utf-8")
+    manifest = folder / "campaign.toml"
+    text = manifest.read_text(encoding="utf-8").replace(', torque = ["torque"]', "").replace(', torque = "N*m"', "")
+    text = text.replace('"raw/log.csv.gz"', '"raw/drive.csv", torque = "raw/torque.csv"')
+    manifest.write_text(text.replace("[[runs]]", f"{SOURCE_OF_TORQUE}\n[[runs]]"), encoding="utf-8")
 
 
 SOUND: Mapping[str, Prepare] = {
@@ -83,17 +91,13 @@ SOUND: Mapping[str, Prepare] = {
 FURTHER: Mapping[str, Prepare] = {
     "kr240": bundled("kr240"),
     "irb4400": bundled("irb4400"),
-    "max100": bundled("max100", 99),
+    "max100": bundled("max100", 4),
     "init --kind clamped": rehearsed("clamped"),
+    "joints/06, torque by another clock": with_torque_of_another_clock,
     "absolute/01, A4 with the other sign": table_with(scaled("A4", -1.0), "absolute/01"),
-    "absolute/01, A3 by 90° off": table_with(moved("A3", 90.0), "absolute/01"),
-    "absolute/01, A2 and A3 exchanged": table_with(columns("A2", "A3"), "absolute/01"),
-    "absolute/01, places in m": table_with(all_of(*(scaled(axis, 1e-3) for axis in PLACE)), "absolute/01"),
-    "absolute/01, places a row further": table_with(further, "absolute/01"),
     "absolute/01, a row of places in m": table_with(
         all_of(*(scaled(axis, 1e-3, slice(9, 10)) for axis in PLACE)), "absolute/01"
     ),
-    "absolute/03, targets of a row exchanged": table_with(lambda table: exchanged(table, slice(9, 10)), "absolute/03"),
 }
 """With these the numbers that no log before them asks for."""
 LOGS: Mapping[str, Prepare] = {**SOUND, **FURTHER}

@@ -81,7 +81,7 @@ def written(chosen: Sequence[Number], found: Found) -> str:
         less, more = (max((of[k] for of in own.values()), key=lambda one: one.size, default=Moved()) for k in (0, 1))
         name, value = f"`{number.place}`", shown(number.value)
         if not own:
-            unasked.append(f"{name} {value}")
+            unasked.append(f"{name} {value}: {number.reason}")
         elif str(less) == str(more) == "–":
             still.append(f"{name} {value}")
         else:

@@ -7,6 +7,7 @@ import pickle
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +21,7 @@ from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.stages.steps import RunContext
 from stiffcal.store.provenance import IngestSettings
+from tests.limits.kept import Kept, digest
 from tests.limits.logs import LOGS
 from tests.limits.numbers import ROOMS, Number, numbers
 from tests.limits.page import Moved
@@ -27,40 +29,53 @@ from tests.limits.page import Moved
 FACTORS = (0.8, 1.2)
 
 
-def asked_in(name: str) -> frozenset[str]:
-    """Return the places of the numbers that the reduction of one campaign's logs asks for."""
+def asked_in(name: str, kept: Kept) -> frozenset[str]:
+    """Return the places of the numbers that one campaign's logs ask for, when they are reduced and identified."""
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "campaign"
-        LOGS[name](folder)
-        reduced(folder)  # modules that are imported on the way
-        _, asked = asked_by(lambda: reduced(folder))
-        return frozenset(
-            number.place
-            for number in numbers()
-            if number.name in asked.get(number.module, ()) or _asked_elsewhere(number, asked)
-        )
+        log = prepared(name, folder)
+        if kept.asked(log) is None:
+            begun = time.process_time()
+            reduced(folder), identified(folder)  # modules that are imported on the way
+            in_reduction = _asked_by(lambda: reduced(folder))
+            kept.keep_asked(
+                log, in_reduction, _asked_by(lambda: identified(folder)) - in_reduction, time.process_time() - begun
+            )
+        return frozenset().union(*(kept.asked(log) or ()))
 
 
-def of_campaign(name: str, places: frozenset[str]) -> dict[str, tuple[Moved, Moved]]:
+def of_campaign(name: str, places: frozenset[str], kept: Kept) -> dict[str, tuple[Moved, Moved]]:
     """Return by place how answers of one campaign move, smaller and larger, of the numbers at these places."""
-    result: dict[str, tuple[Moved, Moved]] = {}
     if not places:
-        return result
+        return {}
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "campaign"
-        LOGS[name](folder)
+        log = prepared(name, folder)
+        result = {place: moved for place, moved in kept.moved(log).items() if place in places}
+        left = places - result.keys()
+        _, only_identified = kept.asked(log) or (frozenset(), frozenset())
+        if not left:
+            return result
         before, first = reduced(folder), identified(folder)
         for number in numbers():
-            if number.place not in places:
+            if number.place not in left:
                 continue
-            moved = []
+            begun, moved = time.process_time(), list[Moved]()
             for factor in FACTORS:
                 with varied(number, factor):
                     after = reduced(folder)
-                    moved.append(Moved() if after == before else compared(first, identified(folder)))
+                    same = after == before and number.place not in only_identified
+                    moved.append(Moved() if same else compared(first, identified(folder)))
             result[number.place] = (moved[0], moved[1])
+            kept.keep_moved(log, number.place, result[number.place], time.process_time() - begun)
             print(name, number.place, *moved, file=sys.stderr, flush=True)
         return result
+
+
+def prepared(name: str, folder: Path) -> str:
+    """Write one campaign's logs into a new folder; return its name and what stands in its files."""
+    LOGS[name](folder)
+    return f"{name} {digest(file for file in sorted(folder.rglob('*')) if file.is_file())}"
 
 
 def reduced(folder: Path) -> str:
@@ -125,8 +140,18 @@ def varied(number: Number, factor: float) -> Iterator[None]:
         _forget()
 
 
-def asked_by(work: Callable[[], Any]) -> tuple[Any, Mapping[str, set[str]]]:
-    """Return what a piece of work returns, and by module the names that its functions ask for."""
+def _asked_by(work: Callable[[], Any]) -> frozenset[str]:
+    """Return the places of the numbers that the functions of a piece of work ask for."""
+    asked = names_asked_by(work)
+    return frozenset(
+        number.place
+        for number in numbers()
+        if number.name in asked.get(number.module, ()) or _asked_elsewhere(number, asked)
+    )
+
+
+def names_asked_by(work: Callable[[], Any]) -> Mapping[str, set[str]]:
+    """Return by module the names that the functions of a piece of work ask for."""
     codes: set[tuple[str, CodeType]] = set()
 
     def note(frame: FrameType, event: str, _: object) -> None:
@@ -136,13 +161,13 @@ def asked_by(work: Callable[[], Any]) -> tuple[Any, Mapping[str, set[str]]]:
 
     sys.setprofile(note)
     try:
-        result = work()
+        work()
     finally:
         sys.setprofile(None)
     asked: dict[str, set[str]] = {}
     for name, code in codes:
         asked.setdefault(name, set()).update(code.co_names)
-    return result, asked
+    return asked
 
 
 def _asked_elsewhere(number: Number, asked: Mapping[str, set[str]]) -> bool:

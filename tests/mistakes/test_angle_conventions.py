@@ -15,7 +15,7 @@ from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.mistakes.catalogue.angles.counted_together import CountedTogether
-from stiffcal.mistakes.mistake import AsRead, TriedOn
+from stiffcal.mistakes.inputs.mistake import AsRead, TriedOn
 from stiffcal.mistakes.references.kinematics import check_kinematics
 from tests.laboratory.displacement_table import (
     JOINTS,

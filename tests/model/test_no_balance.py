@@ -10,8 +10,8 @@ import pytest
 from stiffcal.effects.joint_compliance import JointCompliance
 from stiffcal.fault_codes import FaultCode
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
-from stiffcal.model.balance.equilibrium import find_rest
 from stiffcal.model.balance.no_balance import NoBalanceError
+from stiffcal.model.balance.rest import find_rest
 from stiffcal.model.effect import Inputs, Place
 from tests.laboratory.robots import SIX_STIFFNESS, force_sensor_setup, six_axes
 

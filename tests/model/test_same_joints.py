@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stiffcal.model.balance import equilibrium
 from stiffcal.model.balance.equilibrium import RobotAtJoints, solve_balance
+from stiffcal.model.balance.rest import TOLERANCE
 from tests.laboratory.robots import force_sensor_setup, six_axes, six_axis_joints
 from tests.laboratory.simulated_states import medium_robot
 
@@ -20,5 +20,5 @@ def test_each_is_the_balance_under_its_own_load() -> None:
         found, alone = standing.under(load), solve_balance(robot, angles, load, setup)
         # both iterations end within the tolerance
         for own, other in ((found.nodes, alone.nodes), (found.displacement, alone.displacement)):
-            np.testing.assert_allclose(own, other, rtol=0.0, atol=20 * equilibrium.TOLERANCE)
+            np.testing.assert_allclose(own, other, rtol=0.0, atol=20 * TOLERANCE)
         np.testing.assert_array_equal(found.unloaded_position, alone.unloaded_position)

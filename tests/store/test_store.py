@@ -21,9 +21,8 @@ from hypothesis import given, settings
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.store import Store, table_of, values_of
+from stiffcal.store import Store, table_of, table_stream, values_of
 from stiffcal.store import generations as generations_module
-from stiffcal.store import writing as writing_module
 
 
 def table(value: float, rows: int = 3) -> pa.Table:
@@ -66,7 +65,7 @@ def test_round_trip(name: str, columns: dict[str, list[float]], words: list[str]
 
 
 def test_streamed_rows_come_back_in_order(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(writing_module, "ROW_GROUP", 1000)
+    monkeypatch.setattr(table_stream, "ROW_GROUP", 1000)
     values = np.random.default_rng(1).normal(size=(7321, 2))
     with store.begin() as writing:
         stream = writing.stream("recordings/pose01/ft", ["Fx", "Fy"])

@@ -8,7 +8,8 @@ from tests.laboratory.practice_marks import with_practice
 from tests.rates.practice import HIDDEN, ask, truth
 
 # An effect of the catalogue where only positions were measured. 01 is diagnosed for the fingerprint, 09, whose effect
-# is in no catalogue, for docs/how-to/own-effect.md; in test_hidden_robots nothing is hidden, or two effects at once.
+# is in no catalogue, for docs/how-to/own-effect-proposed.md; in test_hidden_robots nothing is hidden, or two effects at
+# once.
 HERE = ("03",)
 
 

@@ -11,7 +11,7 @@ from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 
-MOST_FAULTS = 100
+MOST_LOOKED_FOR = 100
 """Faults of one kind that are looked for: who has corrected these will ask again."""
 MOST_COMPARED = 300  # names that a misspelt one is compared with: each comparison takes a tenth of a millisecond
 

@@ -13,7 +13,7 @@ from stiffcal.campaign.checks.absolute_checks import absolute_faults
 from stiffcal.campaign.checks.column_checks import column_faults
 from stiffcal.campaign.checks.frame_checks import frame_faults
 from stiffcal.campaign.checks.prismatic_checks import prismatic_faults
-from stiffcal.campaign.checks.run_checks import MOST_COMPARED, MOST_FAULTS, exclusion_faults, run_faults
+from stiffcal.campaign.checks.run_checks import MOST_COMPARED, MOST_LOOKED_FOR, exclusion_faults, run_faults
 from stiffcal.campaign.checks.source_checks import signal_faults, source_faults
 from stiffcal.campaign.manifest.manifest import Manifest
 from stiffcal.campaign.manifest.thresholds import strange_joints
@@ -51,7 +51,7 @@ def manifest_faults(manifest: Manifest, links: tuple[str, ...] | None) -> list[F
         exclusion_faults(manifest),
         absolute_faults(manifest),
     )
-    return list(islice(faults, MOST_FAULTS))
+    return list(islice(faults, MOST_LOOKED_FOR))
 
 
 def robot_match_faults(manifest: Manifest, outline: RobotOutline, robot_file: str) -> list[Fault]:
@@ -134,7 +134,7 @@ def file_faults(manifest: Manifest, folder: Path, *, must_exist: bool) -> list[F
     run_tables = {"runs": [{"id": run.id} for run in manifest.runs]}
     plain = PlainFiles(folder)
     for location, file, fetched in _paths(manifest):
-        if len(faults) >= MOST_FAULTS:
+        if len(faults) >= MOST_LOOKED_FOR:
             break
         if fetched and file in plain and odd_character(file) is None:  # as nearly all are
             continue

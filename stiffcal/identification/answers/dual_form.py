@@ -34,7 +34,8 @@ from stiffcal.mechanics.dual_quaternions import (
     dual_jacobian,
 )
 from stiffcal.model.assembled.composite import CompliantRobot
-from stiffcal.model.balance.equilibrium import NoBalanceError, displacements, find_rest, rest_under_weight
+from stiffcal.model.balance.equilibrium import NoBalanceError, displacements, rest_under_weight
+from stiffcal.model.balance.rest import find_rest
 from stiffcal.model.effect import RZ, Inputs, joint_node
 from stiffcal.wording import significant
 

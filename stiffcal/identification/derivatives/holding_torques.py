@@ -25,7 +25,7 @@ from stiffcal.identification.derivatives.observation import Observations
 from stiffcal.model.assembled.base_tilt import BaseTilt
 from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.balance.deformed_chain import deformed_chain, node_wrenches
-from stiffcal.model.balance.equilibrium import add_side_torques
+from stiffcal.model.balance.rest import add_side_torques
 from stiffcal.model.effect import Inputs, joint_nodes
 from stiffcal.model.laws.link_moments import LinkMoments
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.model.assembled.composite import CompliantRobot
-from stiffcal.model.balance.equilibrium import law_terms
+from stiffcal.model.balance.rest import law_terms
 from stiffcal.model.effect import NodeLoads, joint_node
 
 Component = tuple[int, int]

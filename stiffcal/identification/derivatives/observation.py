@@ -29,18 +29,16 @@ from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.assembled.measured_frames import FramePosition
 from stiffcal.model.balance.equilibrium import (
     NoBalanceError,
-    Rest,
     WeightOnlyRest,
-    adjusted_inputs,
     counted_from,
     displacement_between,
     displacements,
-    find_rest,
     last_node_inboard,
     nominal_robot,
     rest_under_weight,
 )
 from stiffcal.model.balance.held_at_rest import held_at_rest, second_order_turn
+from stiffcal.model.balance.rest import Rest, adjusted_inputs, find_rest
 from stiffcal.model.effect import Inputs, ParameterRole
 from stiffcal.model.laws.link_moments import LinkMoments
 

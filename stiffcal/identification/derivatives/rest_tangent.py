@@ -24,8 +24,9 @@ from stiffcal.identification.readings.row_layout import RodRows
 from stiffcal.mechanics.kinematics import from_frame
 from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.balance.deformed_chain import OutboardLoads, outboard_loads, unit_wrenches
-from stiffcal.model.balance.equilibrium import Rest, add_side_torques, last_node_inboard, law_terms, reported_turn
+from stiffcal.model.balance.equilibrium import last_node_inboard
 from stiffcal.model.balance.no_balance import no_balance
+from stiffcal.model.balance.rest import Rest, add_side_torques, law_terms, reported_turn
 from stiffcal.model.effect import NodeLoads, joint_nodes
 
 Singles = NDArray[np.float32]

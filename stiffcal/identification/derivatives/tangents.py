@@ -17,7 +17,8 @@ from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.row_layout import ROTATION
 from stiffcal.mechanics.kinematics import turn_between
 from stiffcal.model.assembled.composite import CompliantRobot
-from stiffcal.model.balance.equilibrium import Rest, WeightOnlyRest, displacements
+from stiffcal.model.balance.equilibrium import WeightOnlyRest, displacements
+from stiffcal.model.balance.rest import Rest
 from stiffcal.model.effect import NodeLoads, Term
 
 K = TypeVar("K", bound=Hashable)

@@ -10,7 +10,7 @@ from stiffcal.arrays import Floats
 from stiffcal.identification.derivatives.tangents import Tangents
 from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.balance.deformed_chain import node_wrenches
-from stiffcal.model.balance.equilibrium import Rest
+from stiffcal.model.balance.rest import Rest
 
 
 def weight_column(tangents: Tangents, placed: PlacedEffect, symbol: str) -> Floats:

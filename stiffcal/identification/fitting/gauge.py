@@ -23,7 +23,8 @@ from stiffcal.identification.readings.observations import Observations
 from stiffcal.mechanics.kinematics import StackedFrame, cross, stacked_bodies
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.assembled.measured_frames import FramePosition
-from stiffcal.model.balance.equilibrium import displacement_between, last_node_inboard, reported_targets
+from stiffcal.model.balance.equilibrium import displacement_between, last_node_inboard
+from stiffcal.model.balance.rest import reported_targets
 from stiffcal.model.effect import Inputs
 from stiffcal.natural_order import NameKey, natural_key
 

@@ -2,38 +2,32 @@
 
 from __future__ import annotations
 
-import math
-import os
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stiffcal.campaign.checks.unused_settings import unused_settings
-from stiffcal.campaign.manifest.found_runs import nothing_found, unpartnered_remarks
+from stiffcal.campaign.manifest.found_runs import unpartnered_remarks
 from stiffcal.errors import Fault, InputError, Progress, no_progress, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.absolute import joints_from_places, poses_still_needed, poses_without_frames
 from stiffcal.ingest.checks.results import (
-    CheckedColumn,
     CheckedJoint,
     CheckedKinematics,
     CheckedRun,
-    CheckedSource,
     CheckResult,
 )
+from stiffcal.ingest.checks.run_files import files_of, finite_number, is_missing, missing_files
 from stiffcal.ingest.proposals import propose_sources
 from stiffcal.planning.rod_views import rod_views
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
-    from stiffcal.campaign.manifest.source import Source
-    from stiffcal.ingest.quality.data_quality import DataQuality
     from stiffcal.ingest.reading.non_load_runs import NonLoadRuns
     from stiffcal.ingest.reading.read_run import ReadRun
     from stiffcal.measurements.load_states import LoadStates
-    from stiffcal.reduction.logs.summary import LogSummary
     from stiffcal.store import Store
 
 
@@ -84,8 +78,9 @@ def check_loaded(
     InputError : as `check_campaign`.
     """
     from stiffcal.ingest.quality.data_quality import DataQuality, check_load_states
+    from stiffcal.ingest.reading.logs_of_runs import ReadingOptions
     from stiffcal.ingest.reading.non_load_runs import NonLoadRuns
-    from stiffcal.ingest.reading.reducing import ReadingOptions, collect_raw_states, placed_states
+    from stiffcal.ingest.reading.reducing import collect_raw_states, placed_states
     from stiffcal.ingest.reading.run_readings import earlier_readings
     from stiffcal.judgement.suspects import suspects_in
     from stiffcal.mistakes.known_weights import weight_warnings
@@ -100,14 +95,14 @@ def check_loaded(
     with nullcontext() if quick else earlier_readings(campaign, place, run) as readings:
         options = ReadingOptions(readings=readings, collected=faults, only=run, quick=quick)
         gathered, reduced = collect_raw_states(campaign, progress, options, quality, non_load)
-    missing = _missing_files(campaign, run, {file for _, file, _ in quality.logs})
-    faults = [fault for fault in faults if not _is_missing(fault)]
+    missing = missing_files(campaign, run, {file for _, file, _ in quality.logs})
+    faults = [fault for fault in faults if not is_missing(fault)]
     if not quick and not faults:  # of the first lines of a log nothing need have changed
         faults = quality.constant_signal_faults()
     result = CheckResult(
         warnings=[],
         campaign=campaign.name,
-        sources=_files(campaign, quality),
+        sources=files_of(campaign, quality),
         runs=[],
         kinematics=None,
         n_states=0,
@@ -261,102 +256,6 @@ def _check_run(campaign: Campaign, run: str | None) -> None:
         )
 
 
-def _is_missing(fault: Fault) -> bool:
-    return fault.code is FaultCode.FILE_MISSING
-
-
-def _missing_files(campaign: Campaign, only: str | None, were_read: Collection[str]) -> list[str]:
-    """Return one line for every file that is named and not there yet; those that were read need no look."""
-    sentences, sources = [], campaign.manifest.sources
-    homeless: dict[str, int] = {}  # a folder that is not there is reported once, not for each of its files
-
-    def absent(files: Iterable[str]) -> list[str]:
-        # os.path.exists as in `is_there`
-        missing = [file for file in files if file not in were_read and not os.path.exists(f"{campaign.folder}/{file}")]  # noqa: PTH110
-        for file in missing:
-            parent = PurePosixPath(file).parent
-            if not (campaign.folder / parent).is_dir():
-                homeless[str(parent)] = homeless.get(str(parent), 0) + 1
-        return [file for file in missing if str(PurePosixPath(file).parent) not in homeless]
-
-    for entry in campaign.manifest.runs:
-        if only in (None, entry.id):
-            files = absent(entry.files[name] for name in entry.files if sources[name].in_files)
-            sentences += [f"run {entry.id}: {', '.join(files)} not there yet"] if files else []
-    for name in sources:
-        if not sources[name].in_files:
-            continue
-        sentences += [
-            f"source {name}: {file} not there yet" for file in absent(campaign.manifest.files_of(name).values())
-        ]
-    if only is None:
-        sentences += [
-            f"{place}: {reason}; {mend}" for place, reason, mend in nothing_found(campaign.manifest, campaign.found)
-        ]
-    return [
-        f"folder {name}: not there yet, {count} files are named in it" for name, count in homeless.items()
-    ] + sentences
-
-
-def _files(campaign: Campaign, quality: DataQuality) -> list[CheckedSource]:
-    """Return the summaries of the files as they were read."""
-    sources = {name: campaign.manifest.sources[name] for name, _, _ in quality.logs}
-    units = {
-        name: {
-            column: unit.name
-            for signal in source.signals().values()
-            for column, unit in signal.columns_with_units().items()
-        }
-        for name, source in sources.items()
-    }
-    return [_file(name, sources[name], units[name], log) for (name, _, _), log in quality.logs.items()]
-
-
-def _file(name: str, source: Source, units: Mapping[str, str], log: LogSummary) -> CheckedSource:
-    """Return the summary of a file; units are those in which its columns are written."""
-    checked = []
-    for signal, low in log.low.items():
-        high, columns = log.high[signal], log.columns.get(signal, ())
-        if signal == "wrench" and source.wrench is not None and source.wrench.direction is not None:
-            low, high = _along(source.wrench.direction, low, high)
-        checked += [
-            CheckedColumn(
-                signal=signal,
-                column=column,
-                unit=units.get(column, ""),
-                low_si=_number(least),
-                high_si=_number(most),
-                moved=most > least,
-            )
-            for column, least, most in zip(columns, low.tolist(), high.tolist(), strict=False)
-        ]
-    return CheckedSource(
-        source=name,
-        file=log.file,
-        rows=log.n_rows,
-        rate_hz=_number(1.0 / log.interval if log.interval > 0.0 else None),
-        span_s=_number(log.last_s - log.first_s),
-        longest_gap_s=_number(log.longest),
-        columns=checked,
-        sampled=log.sampled,
-    )
-
-
-def _along(direction: Sequence[float], low: Any, high: Any) -> tuple[Any, Any]:
-    """Return the ends of a force along a line, named by the component that it makes most of."""
-    import numpy as np
-
-    unit = np.array(direction) / np.linalg.norm(direction)
-    most = int(np.argmax(np.abs(unit)))
-    ends = sorted((low[most] / unit[most], high[most] / unit[most]))
-    return np.array(ends[:1]), np.array(ends[1:])
-
-
-def _number(value: Any) -> float | None:
-    """Return a finite float, or None."""
-    return float(value) if value is not None and math.isfinite(value) else None
-
-
 def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReadRun]) -> list[CheckedRun]:
     """Return the summaries of the runs that give load states."""
     import numpy as np
@@ -374,8 +273,8 @@ def _load_runs(campaign: Campaign, states: LoadStates, reduced: Sequence[ReadRun
             experiment=states.runs[int(states.run[own[0]])].experiment if own.size else "",
             n_states=int(states.used[own].sum()),
             set_aside=[set_aside[i] for i in own if set_aside[i]],
-            largest_force_N=_number(force[own].max(initial=0.0)),
-            work_J=_number(np.sum(work[sorted(set(states.run[own].tolist()))])),
+            largest_force_N=finite_number(force[own].max(initial=0.0)),
+            work_J=finite_number(np.sum(work[sorted(set(states.run[own].tolist()))])),
             clock_ahead_s=dict(clocks.get(name, {})),
         )
         for name, own in states.members_by_name().items()
@@ -388,7 +287,9 @@ def _kinematics(campaign: Campaign, states: LoadStates) -> CheckedKinematics:
 
     match = match_kinematics(states, campaign.chain)
     return CheckedKinematics(
-        median_m=_number(match.median_m), worst_m=_number(match.worst_m), orientation_rad=_number(match.turned_rad)
+        median_m=finite_number(match.median_m),
+        worst_m=finite_number(match.worst_m),
+        orientation_rad=finite_number(match.turned_rad),
     )
 
 
@@ -404,8 +305,8 @@ def _joints(campaign: Campaign, states: LoadStates) -> tuple[list[CheckedJoint],
     joints = [
         CheckedJoint(
             joint=entry.name,
-            largest_torque_Nm=_number(entry.torque),
-            expected_relative_std=_number(entry.relative_std),
+            largest_torque_Nm=finite_number(entry.torque),
+            expected_relative_std=finite_number(entry.relative_std),
             says=entry.verdict,
             prismatic=True if entry.name in campaign.chain.prismatic_names else None,
         )

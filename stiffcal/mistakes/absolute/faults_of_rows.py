@@ -31,8 +31,8 @@ from stiffcal.mistakes.absolute.places import undone
 from stiffcal.mistakes.absolute.table_rows import TableRows
 from stiffcal.mistakes.catalogue.frames.tracker_frame import MisplacedTracker
 from stiffcal.mistakes.catalogue.rows.pose_order import PoseOrder
-from stiffcal.mistakes.found import taken_back
-from stiffcal.mistakes.mistake import AsRead, InputPart, TriedOn
+from stiffcal.mistakes.inputs.mistake import AsRead, InputPart, TriedOn
+from stiffcal.mistakes.inputs.taken_back import taken_back
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.quantity import LENGTH
 from stiffcal.wording import length, significant

@@ -40,8 +40,8 @@ from stiffcal.mistakes.absolute.places import undone
 from stiffcal.mistakes.absolute.table_rows import TableRows
 from stiffcal.mistakes.catalogue.positions.target_order import TargetOrder
 from stiffcal.mistakes.deciding import AS_GOOD, MUCH_BETTER
-from stiffcal.mistakes.found import taken_back
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Scored, TakenBack, TriedOn
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputPart, Scored, TakenBack, TriedOn
+from stiffcal.mistakes.inputs.taken_back import taken_back
 from stiffcal.mistakes.some_rows import some_of
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.mistakes.words import listed

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stiffcal.mistakes.absolute.met_places import MeasuredPlaces, places_of
-from stiffcal.mistakes.mistake import AsRead, TakenBack
+from stiffcal.mistakes.inputs.mistake import AsRead, TakenBack
 
 
 def undone(read: AsRead, places: MeasuredPlaces, taken: TakenBack) -> MeasuredPlaces:

@@ -26,8 +26,8 @@ from stiffcal.mistakes.displacements.springs import (
     is_better,
     left_by_joints,
 )
-from stiffcal.mistakes.found import taken_back
-from stiffcal.mistakes.mistake import AsRead, InputPart, Scored, TriedOn
+from stiffcal.mistakes.inputs.mistake import AsRead, InputPart, Scored, TriedOn
+from stiffcal.mistakes.inputs.taken_back import taken_back
 from stiffcal.mistakes.references.match import MISSES_M, TURNED_RAD
 from stiffcal.mistakes.some_rows import some_of
 from stiffcal.wording import length

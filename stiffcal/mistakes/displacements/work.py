@@ -25,8 +25,8 @@ from stiffcal.mistakes.displacements.springs import (
     explained_by_joints,
     work_of_load,
 )
-from stiffcal.mistakes.found import taken_back
-from stiffcal.mistakes.mistake import AsRead, Scored, TriedOn
+from stiffcal.mistakes.inputs.mistake import AsRead, Scored, TriedOn
+from stiffcal.mistakes.inputs.taken_back import taken_back
 
 # Another order of the force's columns has to explain nearly all: of five others one explains much by chance.
 ORDER_EXPLAINS = 0.9

@@ -24,7 +24,7 @@ LEAST_ROWS = 4  # before it and after
 MOST_STARTS = 400
 SETTLED, MOST_TURNS = 1e-6, 50
 # Of columns of unit length: springs and steps that nothing shows stay at zero.
-RIDGE = 1e-10
+OF_STILL_COLUMN = 1e-10
 
 
 def rezeroed_table(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[str]:
@@ -113,7 +113,7 @@ def _scan(springs: Floats, give: Floats, measured: Floats, starts: NDArray[np.in
     normal[:, J:, J:] = from_each_start_on(np.einsum("ncp,ncq->npq", give, give))
     right[:, :J] = np.einsum("ncj,nc->j", springs, measured)
     right[:, J:] = from_each_start_on(np.einsum("ncq,nc->nq", give, measured))
-    normal += RIDGE * np.eye(J + q)
+    normal += OF_STILL_COLUMN * np.eye(J + q)
     solution = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
     misfit = float(np.sum(measured**2)) - np.einsum("sk,sk->s", solution, right)
     k = int(np.argmin(misfit))

@@ -19,8 +19,8 @@ from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.catalogue.frames.tracker_frame import MisplacedTracker
 from stiffcal.mistakes.deciding import AS_GOOD
-from stiffcal.mistakes.found import mistakes_on
-from stiffcal.mistakes.mistake import Adjustment, AsRead, InputPart, Mistake, TakenBack
+from stiffcal.mistakes.inputs.mistake import Adjustment, AsRead, InputMistake, InputPart, TakenBack
+from stiffcal.mistakes.inputs.taken_back import mistakes_on
 from stiffcal.mistakes.references.match import missed_by
 from stiffcal.wording import length
 
@@ -44,7 +44,7 @@ class KinematicsCorrection:
     """How many numbers were fitted."""
     changes: tuple[InputChange, ...]
     """What was changed, with its size."""
-    mistakes: tuple[Mistake, ...]
+    mistakes: tuple[InputMistake, ...]
     """Which mistakes these take back."""
 
     @property
@@ -61,7 +61,7 @@ class KinematicsCorrection:
 class _Fitted:
     """A mistake, and how it is taken back by numbers that are fitted."""
 
-    mistake: Mistake
+    mistake: InputMistake
     by: Adjustment
 
 

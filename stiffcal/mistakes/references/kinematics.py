@@ -17,8 +17,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import vector_from_rotation as rotation_vector
 from stiffcal.mistakes.deciding import MUCH_BETTER
-from stiffcal.mistakes.found import taken_back
-from stiffcal.mistakes.mistake import AsRead, Scored, TriedOn
+from stiffcal.mistakes.inputs.mistake import AsRead, Scored, TriedOn
+from stiffcal.mistakes.inputs.taken_back import taken_back
 from stiffcal.mistakes.references.corrections import correcting_words, meeting_corrections
 from stiffcal.mistakes.references.match import (
     MEETS_M,

@@ -9,7 +9,6 @@ free numbers (Schwarz' criterion), and only when it leaves little of it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +20,7 @@ from stiffcal.measurements.varying import varies
 from stiffcal.mechanics.beam import UNKNOWNS, flexibility_patterns
 from stiffcal.mechanics.rods import rod_fields
 from stiffcal.mistakes.deciding import DECISIVE
-from stiffcal.mistakes.found import mistakes_of
+from stiffcal.mistakes.found import ways_of
 from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
 from stiffcal.mistakes.rods.readings import RodReadings, centred_by_run, count_of, left_over, squares_left
 from stiffcal.mistakes.rods.words import length_in_words
@@ -35,7 +34,7 @@ TOLERATED, TOLERATED_BLINDLY = 0.10, 0.30
 EXPLAINED, EXPLAINED_BLINDLY = 0.75, 0.5
 # … and beats no fault decisively; faults that it does not beat so are named together with it.
 # Of a link's rods: with more the others hold nothing.
-MOST_FAULTS = 3
+MOST_WRONG_RODS = 3
 # What is left by less than this many times the noise is noise: of a dozen readings the rms is known to a fifth.
 ABOUT_NOISE = 1.5
 UNEXPLAINED = "unexplained"
@@ -98,12 +97,12 @@ def find_rod_faults(
     columns = None if columns is None else np.stack([centred_by_run(run, column) for column in columns])
     used = np.ones(len(rods.names), dtype=np.bool_)
     readings = RodReadings(
-        centred, stated, ticking, run, columns, design, used, growth=_growth(rods, run, time, temperature)
+        rods.names, centred, stated, ticking, run, columns, design, used, growth=_growth(rods, run, time, temperature)
     )
     if columns is None and design.redundancy < 1:
         return ()
     faults: list[RodFault] = []
-    while len(faults) < MOST_FAULTS:
+    while len(faults) < MOST_WRONG_RODS:
         fault, readings = _next_fault(rods, readings)
         if fault is None:
             break
@@ -132,10 +131,12 @@ def _load_columns(rods: Rods, shape: BeamProperties, wrench: Floats) -> Floats:
 
 
 def _next_fault(rods: Rods, readings: RodReadings) -> tuple[RodFault | None, RodReadings]:
-    trials = list(_trials_of(readings))
-    count, sigma = max(count_of(readings), 2), readings.sigma
+    plain, tried = RodTrial((), readings, *squares_left(readings)), list(ways_of(RodMistake, readings))
+    name_of = {id(trial): mistake.name for mistake, trial in tried}
+    trials = [plain, *(trial for _, trial in tried)]
+    count, sigma = count_of(readings), readings.sigma
     ranked = sorted(trials, key=lambda trial: trial.score(count, sigma))
-    plain, best = trials[0], _closest(ranked, count, sigma)
+    best = _closest(ranked, plain, count, sigma)
     before, after = float(np.sqrt(plain.squares / count)), float(np.sqrt(best.squares / count))
     gain = plain.score(count, sigma) - best.score(count, sigma)
     avoidable = plain.squares - count * sigma**2
@@ -143,11 +144,9 @@ def _next_fault(rods: Rods, readings: RodReadings) -> tuple[RodFault | None, Rod
     enough = EXPLAINED if sigma > 0.0 else EXPLAINED_BLINDLY
     # What grows slowly counts as noise between repeats a cycle apart: that noise is no proof against it.
     floor, bare = sigma, min(trials, key=lambda trial: trial.score(count, 0.0))
-    remaining = float(np.sqrt(bare.squares / count))
-    slow = bare.mistake is not None and bare.mistake.grows_slowly(bare, remaining)
-    if slow and plain.score(count, 0.0) - bare.score(count, 0.0) >= DECISIVE:
-        best, gain, explained, floor, after = bare, np.inf, 1.0, 0.0, remaining
-    if best.mistake is None or gain < DECISIVE or explained < enough:
+    if bare.grows_slowly and plain.score(count, 0.0) - bare.score(count, 0.0) >= DECISIVE:
+        best, gain, explained, floor, after = bare, np.inf, 1.0, 0.0, float(np.sqrt(bare.squares / count))
+    if best is plain or gain < DECISIVE or explained < enough:
         lengths = readings.lengths[:, readings.used]
         tolerated = (TOLERATED if sigma > 0.0 else TOLERATED_BLINDLY) * float(np.sqrt(np.mean(lengths**2)))
         quiet = avoidable <= count * tolerated**2 or before < ABOUT_NOISE * sigma
@@ -155,39 +154,30 @@ def _next_fault(rods: Rods, readings: RodReadings) -> tuple[RodFault | None, Rod
     close = [
         trial
         for trial in ranked
-        if trial.mistake is not None
+        if trial is not plain
         and trial.rods != best.rods
         and trial.score(count, floor) - best.score(count, floor) < DECISIVE
     ]
-    rivals = tuple(_label(trial, rods) for trial in close)
-    names = tuple(rods.names[i] for i in best.rods)
-    rms = f"the contradiction of the rods decreases to {length_in_words(after)} rms from {length_in_words(before)}"
-    sentence = best.mistake.sentence(names, best, rms) + (f" (or: {', '.join(rivals)})" if rivals else "")
-    size = best.mistake.size(best, readings)
-    return RodFault(best.mistake.name, names, size, before, after, rivals, sentence), best.mended
+    rivals = tuple(f"{readings.named(trial.rods)} {name_of[id(trial)]}" for trial in close)
+    sentence = (
+        f"{best.words}: the contradiction of the rods decreases to {length_in_words(after)} rms from "
+        f"{length_in_words(before)}; {best.mend}" + (f" (or: {', '.join(rivals)})" if rivals else "")
+    )
+    names = tuple(rods.names[k] for k in best.rods)
+    return RodFault(name_of[id(best)], names, best.size, before, after, rivals, sentence), best.mended
 
 
-def _closest(ranked: list[RodTrial], count: int, sigma: float) -> RodTrial:
+def _closest(ranked: list[RodTrial], plain: RodTrial, count: int, sigma: float) -> RodTrial:
     """Return the first; of faults that a stated noise cannot distinguish from it, the one that leaves least."""
     first = ranked[0]
-    if first.mistake is None:
+    if first is plain:
         return first
-    near = [
-        trial for trial in ranked if trial.mistake and trial.score(count, sigma) - first.score(count, sigma) < DECISIVE
-    ]
+    faults = [trial for trial in ranked if trial is not plain]
+    near = [trial for trial in faults if trial.score(count, sigma) - first.score(count, sigma) < DECISIVE]
     best = min(near, key=lambda trial: trial.score(count, 0.0))
     # One that reads just what it should, turned round or in another's place, is not loose.
-    exact = [trial for trial in ranked if trial.mistake and trial.mistake.reads_right and len(trial.rods) <= 2]
-    plain = [trial for trial in exact if best.rods[0] in trial.rods]
-    whatever = best.mistake is not None and best.mistake.leaves_out
-    return plain[0] if whatever and plain and plain[0].squares <= PLAINER * best.squares else best
-
-
-def _trials_of(readings: RodReadings) -> Iterator[RodTrial]:
-    """Try no mistake first, then each at each place where it may be."""
-    yield RodTrial(None, (), readings, *squares_left(readings), 0.0)
-    for mistake in mistakes_of(RodMistake):
-        yield from (trial for trial in mistake.trials(readings) if mistake.is_large(trial, readings))
+    exact = [trial for trial in faults if trial.reads_right and len(trial.rods) <= 2 and best.rods[0] in trial.rods]
+    return exact[0] if best.leaves_out and exact and exact[0].squares <= PLAINER * best.squares else best
 
 
 def _unexplained_fault(rods: Rods, readings: RodReadings, before: float) -> RodFault:
@@ -198,8 +188,3 @@ def _unexplained_fault(rods: Rods, readings: RodReadings, before: float) -> RodF
         "explains it: check the fixing of each rod, and [ids] start_m and end_m"
     )
     return RodFault(UNEXPLAINED, names, float(off.max()), before, before, (), sentence)
-
-
-def _label(trial: RodTrial, rods: Rods) -> str:
-    kind = "" if trial.mistake is None else trial.mistake.name
-    return f"{' and '.join(rods.names[i] for i in trial.rods)} {kind}"

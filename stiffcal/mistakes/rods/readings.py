@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,8 @@ RANK = 1e-9
 class RodReadings:
     """The rods' readings and what holds them together."""
 
+    names: tuple[str, ...]
+    """Of the m rods."""
     lengths: Floats
     """(n, m) m, less their run's mean."""
     sigma: float
@@ -38,11 +41,16 @@ class RodReadings:
     run's mean; None where no temperature changes.
     """
 
+    def named(self, rods: Sequence[int]) -> str:
+        """Return the names of some rods, in words."""
+        return " and ".join(self.names[k] for k in rods)
+
 
 def count_of(readings: RodReadings) -> int:
     """Return how many numbers hold the rods to each other."""
     n, rods = len(readings.lengths), readings.lengths.shape[1]
-    return int(n * (rods if readings.columns is not None else max(rods - len(readings.design.carried), 1)))
+    held = rods if readings.columns is not None else max(rods - len(readings.design.carried), 1)
+    return max(int(n * held), 2)
 
 
 def squares_left(readings: RodReadings) -> tuple[float, int]:

@@ -18,7 +18,7 @@ def variants_of(read: RunRead) -> list[Variant]:
     """Return the possible faults of a run, the likelier ones first."""
     of_one, of_two = list[Variant](), list[Variant]()
     for mistake in mistakes_of(RunMistake):
-        found = [replace(variant, kind=mistake.kind) for variant in mistake.variants(read)]
+        found = [replace(variant, kind=mistake.kind) for variant in mistake.ways(read)]
         if mistake.of_two_runs:
             of_two += found
         else:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -14,6 +13,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.found import mistakes_of
+from stiffcal.mistakes.mistake import Mistake
 from stiffcal.mistakes.runs.time_order import TimeOrder
 from stiffcal.mistakes.suspect_kinds import SuspectKind
 
@@ -100,21 +100,13 @@ class RunRead:
         return self.states.runs[int(self.states.run[self.members[other][0]])].name
 
 
-class RunMistake(ABC):
-    """One mistake in all readings of a run; a subclass in a file of `catalogue/` is found and tried."""
+class RunMistake(Mistake[RunRead, Variant]):
+    """One mistake in all readings of a run."""
 
-    name: ClassVar[str]
-    """Its own."""
     kind: ClassVar[SuspectKind]
     """How it is answered."""
-    rank: ClassVar[int] = 100
-    """Of mistakes that explain a run alike the one with the smaller number is named."""
     of_two_runs: ClassVar[bool] = False
     """Whether the run has readings of another one: what that is worth follows from the order of the runs."""
-
-    @abstractmethod
-    def variants(self, read: RunRead) -> Iterator[Variant]:
-        """Yield the run with the mistake taken back, in each way in which it may have been made."""
 
 
 def scaled(values: Floats, component: int | slice, factor: float) -> Floats:

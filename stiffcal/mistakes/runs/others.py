@@ -23,7 +23,7 @@ class OthersReadings(RunMistake):
     def readings(self, states: LoadStates) -> Mapping[str, Any]:
         """Return what would be another run's of its states, by the field of `Variant`."""
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with each other run's readings."""
         own = self.readings(read.own)
         for other in read.comparable:

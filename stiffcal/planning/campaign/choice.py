@@ -15,8 +15,9 @@ from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.planning.campaign.candidates import refined_around
 from stiffcal.planning.campaign.goals import LOOK_ALIKES, STIFFNESS, PredictedArea, WantedGoal
-from stiffcal.planning.campaign.model import PlanModel, checked_balance, known_information, prior_scenarios
+from stiffcal.planning.campaign.model import PlanModel, checked_balance
 from stiffcal.planning.campaign.pairs import Candidates
+from stiffcal.planning.campaign.scenarios import known_information, prior_scenarios
 
 if TYPE_CHECKING:
     from stiffcal.planning.choice import Choice

@@ -114,7 +114,7 @@ def _with_lever(model: PlanModel, axis: int) -> PlanModel:
 
 def _identified(campaign: Campaign, plan: PlanFile, model: PlanModel, n_runs: int, two_sided: bool) -> set[str]:
     """Return the parameters that the best runs with these means identify."""
-    from stiffcal.planning.campaign.model import known_information
+    from stiffcal.planning.campaign.scenarios import known_information
     from stiffcal.planning.choice import LARGEST_RELATIVE, choose_runs
     from stiffcal.planning.criterion import Criterion
 

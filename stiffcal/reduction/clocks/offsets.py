@@ -48,7 +48,7 @@ SETTLED_S = 1e-6  # a lag that moves by less has settled: a fiftieth of the quic
 # Of a log's range, for the noise of one that shows none (coarse digits, a simulation): less than any sensor's.
 LEAST_NOISE, LEAST_NOISE_OF_LOAD = 1e-6, 1e-9
 ROUNDING = 1e-6  # of a step of the grid: a reading that is on a grid point but for rounding is on it
-RIDGE = 1e-6  # of a regression's mean square: components of a load that do not move have no gain
+OF_STILL_COMPONENT = 1e-6  # of a regression's mean square: components of a load that do not move have no gain
 LEAST_LEFT = 1e-9  # of the squares: what is explained whole has a finite likelihood
 OF_RAMP = 0.25  # of the usual ramp: over it the load is averaged, so that a ramp has four such means
 SPARE_STEPS = 4  # steps more than components of a load: fewer show no contradiction
@@ -308,7 +308,9 @@ def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
     cross = np.empty((lags.size, design.shape[1], y.shape[1]))
     for column in range(y.shape[1]):
         cross[:, :, column] = np.fft.irfft(spectrum_u * spectrum_y[:, column : column + 1], size, axis=0)[lags % size]
-    ridge = RIDGE * np.trace(gram, axis1=1, axis2=2)[:, None, None] / design.shape[1] * np.eye(design.shape[1])
+    ridge = (
+        OF_STILL_COMPONENT * np.trace(gram, axis1=1, axis2=2)[:, None, None] / design.shape[1] * np.eye(design.shape[1])
+    )
     explained = np.einsum("lpc,lpc->l", cross, np.linalg.solve(gram + ridge, cross))
     squares = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y * y, axis=0)])
     sums = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y, axis=0)])

@@ -15,36 +15,17 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.reduction.holds.pieces import OUTER, Piece, mean_of, merge_alike, segment, side_by_side, slow_noise
 from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch
-from stiffcal.reduction.logs.blocks import SECOND_DIFFERENCE, noise_of
+from stiffcal.reduction.holds.whitened import tolerance_of, whiten
 from stiffcal.uncertainty import chi_square_bound
 
-SAME_LEVEL = 0.003  # of the log's range: changes smaller than this do not cut a hold
-SAME_LOAD = 0.01  # of the log's range: holds side by side that differ by less are one (sensor drift, relaxation)
 LEAST_BLOCKS = 4  # of a level; a log needs two of them
-ADJACENT = 0.1  # of the shorter of two holds: what cuts one load for no longer is a passing disturbance
-MEANS_OF = (8, 32)  # readings: noise slower than single readings shows in means of so many
-TAILS = 0.005  # of a log's readings at each end of its range: they may be spikes
-LEAST_NOISE = 1e-4  # of the largest range: stands in for the noise of a log that has none
-SPIKE = 6.0  # noises from the median of its neighbours: by chance one normal reading in 5·10⁸
-NEIGHBOURS = 2  # on each side, with which a spike is compared: more than half of five are sound next to two
-CORNER = 5.0  # noises of a second difference: the start of a ramp, not noise
-MANY_CORNERS = 0.05  # of the readings: ramps are a few readings long, and their corners are not smooth noise
-SMOOTH_MEANS = (2, 4)  # readings, in whose means the noise of a filtered sensor shows
-SMOOTH = (1.35, 1.5)  # times as much as single readings: white noise shows 1, means of two readings 1.9 and 2.2
-MOST_SMOOTH = 8.0  # times the noise of single readings: a filter over 64 of them
-LEAST_MEANS = 12  # of which a quartile is known to a half
-QUARTER, FIRST_QUARTILE = 0.25, 0.3186  # of |N(0, 1)|: ramps and steps leave the smallest quarter of differences alone
-CUT_EXPONENT = 16.0  # a cut by chance: at most e⁻¹⁶, 1e-7, a place
 EDGE_EXPONENT = 12.0  # an edge by chance: at most e⁻¹², 6e-6, a window
-OUTER = 4  # one of so many parts of a hold at each end may hold the end of a ramp: noise and level are the middle's
 EDGES = 5  # likewise where a hold is distinguished from a slice of a ramp, which is shorter
-SURE = 3.0  # noises of the mean of a few blocks, and tolerances at most, in which two levels may be one
 STEADY = 0.25  # of the tolerance: by what a level may change inside
 SLOW = 1.3  # times the noise of single readings, in means of several: it is not white
 MOST_LOOKS = 30  # for noise that is not white: each finds less of it, and it ends where none is left
-LEAST_SPREADS = 8  # of means, from which the noise in them is known to a quarter: 1 / √(2 · 8)
-CHUNK = 256  # blocks that are segmented at a time: keeps the work proportional to the length
 REST = 1.6  # times as long at a level as the ramps need to pass it: perhaps a hold
 USUAL_REST = 2.2  # where none is clear, the median of all that may be holds: less is a ramp in uneven slices
 CLEAR_REST = 6.0  # likewise: surely a hold, whose durations give what is usual
@@ -75,15 +56,6 @@ class Holds:
         return int(self.start.shape[0])
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """Blocks first … last-1 at one level: mean (c,) of the whitened values."""
-
-    first: int
-    last: int
-    mean: Floats
-
-
 def given_holds(start: Floats, end: Floats) -> Holds:
     """Return holds that a table states; nothing is trimmed.
 
@@ -111,16 +83,16 @@ def find_holds(time: Floats, values: Floats) -> Holds:
     """
     if time.size < 2 * LEAST_BLOCKS:
         return _none(UnusedStretch(0.0, 0.0, UnusedCode.TOO_FEW_READINGS))
-    white, tolerance = _whiten(values)
+    white, tolerance = whiten(values)
     kept, pauses = _levels(time, white, tolerance)
     for _ in range(MOST_LOOKS):
         # Noise that is not white (vibration, mains) moves means more than its single readings show: look again. It also
         # cuts holds, and what is left of them shows the less of it: several times.
-        coarse = _slow_noise(white, kept)
+        coarse = slow_noise(white, kept)
         if not (coarse > SLOW).any():
             break
         white = white / np.maximum(coarse, 1.0)
-        tolerance = _tolerance(white)
+        tolerance = tolerance_of(white)
         kept, pauses = _levels(time, white, tolerance)
     else:
         return _none(UnusedStretch(float(time[0]), float(time[-1]), UnusedCode.NOISE_UNSTEADY))
@@ -134,9 +106,9 @@ def _none(dropped: UnusedStretch) -> Holds:
     return Holds(nothing, nothing, nothing, nothing, (dropped,))
 
 
-def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece], list[_Piece]]:
+def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[Piece], list[Piece]]:
     """Return the pieces that are holds, and those held too briefly."""
-    pieces = _merge_alike(_segment(white, tolerance), tolerance)
+    pieces = merge_alike(segment(white, tolerance), tolerance)
     stay = _stay(time, white, pieces)
     level = np.array([_is_level(white, piece, tolerance) for piece in pieces], dtype=np.bool_) & (stay > REST)
     holds = [piece for piece, is_level in zip(pieces, level, strict=True) if is_level]
@@ -154,145 +126,10 @@ def _levels(time: Floats, white: Floats, tolerance: float) -> tuple[list[_Piece]
     selected = [piece for piece, keep in zip(holds, long_enough, strict=True) if keep]
     is_pause = ~long_enough & (duration >= SHORT_PAUSE * usual)
     pauses = [piece for piece, is_short in zip(holds, is_pause, strict=True) if is_short]
-    return _side_by_side(selected, tolerance), pauses
+    return side_by_side(selected, tolerance), pauses
 
 
-def _side_by_side(holds: Sequence[_Piece], tolerance: float) -> list[_Piece]:
-    """Join holds of one load that a slow drift or a passing disturbance has cut."""
-    merged = list(holds[:1])
-    for piece in holds[1:]:
-        last = merged[-1]
-        is_adjacent = piece.first - last.last <= ADJACENT * min(piece.last - piece.first, last.last - last.first)
-        if is_adjacent and np.linalg.norm(piece.mean - last.mean) < tolerance * SAME_LOAD / SAME_LEVEL:
-            n, n_added = last.last - last.first, piece.last - piece.first
-            merged[-1] = _Piece(last.first, piece.last, (n * last.mean + n_added * piece.mean) / (n + n_added))
-        else:
-            merged.append(piece)
-    return merged
-
-
-def _slow_noise(white: Floats, holds: Sequence[_Piece]) -> Floats:
-    """Return (c,) how much more means of several readings scatter inside holds than white noise of the same size."""
-    most = np.ones(white.shape[1])
-    for size in MEANS_OF:
-        spreads = []
-        for piece in holds:
-            n = piece.last - piece.first
-            inside = white[piece.first + n // OUTER : piece.last - n // OUTER]
-            n_used = len(inside) // size * size
-            if n_used >= 3 * size:
-                means = inside[:n_used].reshape(-1, size, white.shape[1]).mean(axis=1)
-                spreads.append(0.5 * np.diff(means, axis=0) ** 2 * size)
-        if sum(len(spread) for spread in spreads) >= (1 if size == MEANS_OF[0] else LEAST_SPREADS):
-            most = np.maximum(most, np.sqrt(np.concatenate(spreads).mean(axis=0)))
-    return np.asarray(most)
-
-
-def _whiten(values: Floats) -> tuple[Floats, float]:
-    """Return values over their noise with single spikes taken out, and the difference below which levels are one."""
-    low, high = np.quantile(values, [TAILS, 1.0 - TAILS], axis=0)
-    spread = high - low
-    # A log without noise (a simulation, coarse digits) still has levels: its resolution stands in.
-    floor = np.maximum(LEAST_NOISE * spread.max(), np.finfo(float).tiny)
-    noise = np.maximum(_noise(values), floor)
-    white = (values - np.median(values, axis=0)) / noise
-    padded = np.pad(white, ((NEIGHBOURS, NEIGHBOURS), (0, 0)), mode="edge")
-    around = np.median(np.stack([padded[k : k + len(white)] for k in range(2 * NEIGHBOURS + 1)]), axis=0)
-    white = np.where(np.abs(white - around) > SPIKE, around, white)
-    return white, _tolerance(white)
-
-
-def _noise(values: Floats) -> Floats:
-    """Return the noise (c,) that means of several readings show, as the size of white noise that would show it.
-
-    Filtered sensors have smooth noise, which differences of single readings hardly show. A slow log, whose ramps are a
-    few readings long, looks smooth too; its corners stand out from the noise, and it is left alone.
-    """
-    fine = noise_of(values)
-    bend = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
-    if np.mean((bend > CORNER * np.sqrt(SECOND_DIFFERENCE) * fine).any(axis=1)) > MANY_CORNERS:
-        return fine
-    pairs, fours = (_noise_of_means(values, size) for size in SMOOTH_MEANS)
-    noisy = fine > 0.0
-    smooth = noisy.any() and all(
-        np.median(means[noisy] / fine[noisy]) > least for means, least in zip((pairs, fours), SMOOTH, strict=True)
-    )
-    return np.asarray(np.clip(fours, fine, MOST_SMOOTH * fine)) if smooth else fine
-
-
-def _noise_of_means(values: Floats, size: int) -> Floats:
-    """Return the noise (c,) by means of `size` readings: from the smallest quarter of their second differences.
-
-    Ramps and steps leave that quarter alone. Of too few readings it is 0.
-    """
-    n_used = len(values) // size * size
-    means = values[:n_used].reshape(-1, size, values.shape[1]).mean(axis=1)
-    if len(means) < LEAST_MEANS:
-        return np.zeros(values.shape[1])
-    bend = np.abs(means[2:] - 2.0 * means[1:-1] + means[:-2])
-    return np.asarray(
-        np.quantile(bend, QUARTER, axis=0) / (FIRST_QUARTILE * np.sqrt(SECOND_DIFFERENCE)) * np.sqrt(size)
-    )
-
-
-def _tolerance(white: Floats) -> float:
-    """Return the change of level, in units of noise, that is too small to matter or to be detected."""
-    low, high = np.quantile(white, [TAILS, 1.0 - TAILS], axis=0)
-    return max(SAME_LEVEL * float(np.linalg.norm(high - low)), 0.5)
-
-
-def _segment(white: Floats, tolerance: float) -> list[_Piece]:
-    """Cut at every change of level: chunk by chunk, each where the step is most significant, until nothing changes."""
-    n_channels = white.shape[1]
-    bound = chi_square_bound(n_channels, CUT_EXPONENT)
-    pieces: list[_Piece] = []
-    for begin in range(0, len(white), CHUNK):
-        stack = [(begin, min(begin + CHUNK, len(white)))]
-        while stack:
-            first, last = stack.pop()
-            cut = _best_cut(white[first:last], bound, 0.5 * tolerance)
-            if cut:
-                stack += [(first + cut, last), (first, first + cut)]
-            else:
-                pieces.append(_Piece(first, last, _mean(white[first:last])))
-    return pieces
-
-
-def _best_cut(white: Floats, bound: float, smallest: float) -> int:
-    """Return the index at which the level of (n, c) values of unit noise changes most, or 0 where it does not."""
-    n = len(white)
-    if n < 2:
-        return 0
-    left = np.cumsum(white, axis=0)
-    k = np.arange(1, n)
-    step = left[:-1] / k[:, None] - (left[-1] - left[:-1]) / (n - k)[:, None]
-    squared = np.einsum("kc,kc->k", step, step)
-    statistic = squared * (k * (n - k) / n)
-    best = int(np.argmax(statistic))
-    return best + 1 if statistic[best] > bound and squared[best] > smallest**2 else 0
-
-
-def _mean(values: Floats) -> Floats:
-    return np.asarray(np.add.reduce(values, axis=0) / len(values))  # of so few `numpy.mean` takes five times as long
-
-
-def _merge_alike(pieces: Sequence[_Piece], tolerance: float) -> list[_Piece]:
-    """Join neighbours of one level."""
-    merged = [pieces[0]]
-    for piece in pieces[1:]:
-        current = merged[-1]
-        # the level of a piece of a few blocks is known only to its own noise
-        uncertain = SURE * np.sqrt(piece.mean.size / (piece.last - piece.first))
-        if np.linalg.norm(piece.mean - current.mean) < max(tolerance, min(uncertain, SURE * tolerance)):
-            n, n_added = current.last - current.first, piece.last - piece.first
-            mean = (n * current.mean + n_added * piece.mean) / (n + n_added)
-            merged[-1] = _Piece(current.first, piece.last, mean)
-        else:
-            merged.append(piece)
-    return merged
-
-
-def _stay(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> Floats:
+def _stay(time: Floats, white: Floats, pieces: Sequence[Piece]) -> Floats:
     """Return how many times longer the load stayed at each level than the ramps, at their speed, need to pass it.
 
     The ramps' speed is that at which half of the whole way is gone: holds of any length, breaks included, do not
@@ -312,7 +149,7 @@ def _stay(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> Floats:
     return np.asarray((stop - begin) * usual / np.maximum(through, np.finfo(float).tiny))
 
 
-def _ramps(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> tuple[Floats, Floats]:
+def _ramps(time: Floats, white: Floats, pieces: Sequence[Piece]) -> tuple[Floats, Floats]:
     """Return the speed between neighbouring pieces and the way between them.
 
     A step leaves a piece of one block, or of a few, half-way; they are the ramp, not what it leads to.
@@ -329,15 +166,15 @@ def _ramps(time: Floats, white: Floats, pieces: Sequence[_Piece]) -> tuple[Float
     return change / np.maximum(passing, np.median(np.diff(time))), change
 
 
-def _abruptness(white: Floats, before: _Piece, after: _Piece, way: float) -> float:
+def _abruptness(white: Floats, before: Piece, after: Piece, way: float) -> float:
     """Return the share of the way between two levels that lies at their border: 1 for a step, a quarter in a ramp."""
     quarter = max(min(before.last - before.first, after.last - after.first) // OUTER, 1)
-    step = _mean(white[after.first : after.first + quarter]) - _mean(white[before.last - quarter : before.last])
+    step = mean_of(white[after.first : after.first + quarter]) - mean_of(white[before.last - quarter : before.last])
     squared = float(step @ step) - 2.0 * white.shape[1] / quarter
     return min(float(np.sqrt(max(squared, 0.0))) / max(way, 1e-300), 1.0)
 
 
-def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:
+def _is_level(white: Floats, piece: Piece, tolerance: float) -> bool:
     """Distinguish a hold from a slice of a ramp: by what changes inside its middle, edges of ramps being left out."""
     n = piece.last - piece.first
     if n < LEAST_BLOCKS:
@@ -345,13 +182,11 @@ def _is_level(white: Floats, piece: _Piece, tolerance: float) -> bool:
     edge = n // EDGES
     half = max((n - 2 * edge) // 2, 1)
     inside = white[piece.first + edge : piece.last - edge]
-    change = np.linalg.norm(_mean(inside[-half:]) - _mean(inside[:half]))
+    change = np.linalg.norm(mean_of(inside[-half:]) - mean_of(inside[:half]))
     return bool(change < STEADY * tolerance + 2.0 * np.sqrt(2.0 * white.shape[1] / half))
 
 
-def _with_edges(
-    time: Floats, white: Floats, kept: Sequence[_Piece], pauses: Sequence[_Piece], tolerance: float
-) -> Holds:
+def _with_edges(time: Floats, white: Floats, kept: Sequence[Piece], pauses: Sequence[Piece], tolerance: float) -> Holds:
     """Walk outwards from the middle of each hold to its edges, and list what is left out."""
     lowest = [0, *(piece.last for piece in kept[:-1])]
     highest = [*(piece.first for piece in kept[1:]), len(time)]
@@ -372,7 +207,7 @@ def _with_edges(
     return Holds(start, end, reached, left, tuple(sorted(dropped, key=lambda stretch: stretch.start)))
 
 
-def _edges(white: Floats, piece: _Piece, lowest: int, highest: int, tolerance: float) -> tuple[int, int]:
+def _edges(white: Floats, piece: Piece, lowest: int, highest: int, tolerance: float) -> tuple[int, int]:
     """Return the first and last block of the hold around the middle half of ``piece``."""
     n = piece.last - piece.first
     begin, stop = piece.first + n // OUTER, piece.last - n // OUTER

@@ -12,7 +12,7 @@ from stiffcal.identification.bodies.body_results import JointByItself
 from stiffcal.identification.bodies.joint_lines import COMPONENTS
 from stiffcal.identification.bodies.joint_motion import JointMotion, joint_motions
 from stiffcal.model.assembled.composite import CompliantRobot
-from stiffcal.model.balance.equilibrium import law_terms, node_displacements
+from stiffcal.model.balance.rest import law_terms, node_displacements
 from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.model.effect import Kind, NodeLoads, joint_node, tool_node
 from stiffcal.report.joint_curves import JointCurve, JointPicture

@@ -10,14 +10,8 @@ from stiffcal.campaign.plan_file import PlanFile, load_plan
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.planning.campaign.candidates import candidates_of
-from stiffcal.planning.campaign.model import (
-    PlanModel,
-    as_planned,
-    has_nonlinear_laws,
-    kind_of,
-    refuse_lifts,
-    with_force,
-)
+from stiffcal.planning.campaign.model import PlanModel, as_planned, kind_of, refuse_lifts, with_force
+from stiffcal.planning.campaign.scenarios import has_nonlinear_laws
 from stiffcal.stages.plans.model import planned_model
 from stiffcal.stages.steps import RunContext
 

@@ -159,7 +159,7 @@ def drive_weight(chain: Chain, setup: MeasurementSetup, angles: Floats) -> Float
     angles : (1, J) model angles, rad.
     """
     from stiffcal.model.assembled.composite import CompliantRobot
-    from stiffcal.model.balance.equilibrium import find_rest
+    from stiffcal.model.balance.rest import find_rest
     from stiffcal.model.effect import RZ, Inputs
 
     if not chain.masses_known and setup.tool_mass == 0.0:

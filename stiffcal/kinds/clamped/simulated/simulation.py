@@ -22,14 +22,8 @@ from stiffcal.measurements.load_states import Attachment, MeasurementSetup
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.model.assembled.composite import CompliantRobot
-from stiffcal.model.balance.equilibrium import (
-    Balance,
-    NoBalanceError,
-    RobotAtJoints,
-    law_terms,
-    node_displacements,
-    solve_balance,
-)
+from stiffcal.model.balance.equilibrium import Balance, NoBalanceError, RobotAtJoints, solve_balance
+from stiffcal.model.balance.rest import law_terms, node_displacements
 from stiffcal.model.effect import RZ, NodeLoads, StateOrder, joint_node, tool_node
 from stiffcal.simulation.kinds import RunSetup, RunSimulation
 from stiffcal.simulation.played.drive_friction import friction_torque

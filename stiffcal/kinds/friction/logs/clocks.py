@@ -32,7 +32,7 @@ LEAST_WINDOWS = 4  # of smoothing that a log needs
 STANDS = 0.01  # of a joint's largest velocity: slower than this it stands, and has no direction
 OF_SPACING = 0.25  # of the scan's spacing: the first step towards the minimum of one part of a run
 LEAST_COMMON = 30  # readings at which both logs are compared: five for each of the six numbers of a joint
-RIDGE = 1e-9  # of the mean square: motion in one direction alone leaves terms that do not differ
+OF_STILL_TERM = 1e-9  # of the mean square: motion in one direction alone leaves terms that do not differ
 UNIFORM = 12.0  # the variance of what is known to one step: step² / 12
 
 
@@ -143,6 +143,6 @@ def _misfit(
         y = np.interp(shifted_time[common], other_time, torque[:, k])
         X = design[common]
         gram = X.T @ X
-        answer = np.linalg.solve(gram + RIDGE * np.trace(gram) * np.eye(len(gram)), X.T @ y)
+        answer = np.linalg.solve(gram + OF_STILL_TERM * np.trace(gram) * np.eye(len(gram)), X.T @ y)
         shares.append(float(np.mean((y - X @ answer) ** 2) / max(float(y.var()), 1e-300)))
     return float(np.mean(shares))

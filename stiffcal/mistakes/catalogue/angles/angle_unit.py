@@ -10,12 +10,12 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 from stiffcal.mistakes.words import unit_in_words
 from stiffcal.quantities import unit, unit_names
 
 
-class AngleUnit(Mistake):
+class AngleUnit(InputMistake):
     """Another unit of all angles."""
 
     name = "angle-unit"

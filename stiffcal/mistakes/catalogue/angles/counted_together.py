@@ -13,7 +13,7 @@ from itertools import combinations
 from stiffcal.escapes import toml_text
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 # Of a joint before it: counted against it, not at all, or together with it.
 _COUNTED = (-1.0, 0.0, 1.0)
@@ -21,7 +21,7 @@ _COUNTED = (-1.0, 0.0, 1.0)
 _DIFFERENCES = (1.0, 2.0)
 
 
-class CountedTogether(Mistake):
+class CountedTogether(InputMistake):
     """Another sum of two angles."""
 
     name = "counted-together"

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 from stiffcal.mistakes.words import reading_of
 
 
-class Direction(Mistake):
+class Direction(InputMistake):
     """The other direction of one joint."""
 
     name = "direction"

@@ -7,10 +7,10 @@ from itertools import combinations
 
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class JointOrder(Mistake):
+class JointOrder(InputMistake):
     """Two columns interchanged, or all reversed."""
 
     name = "joint-order"

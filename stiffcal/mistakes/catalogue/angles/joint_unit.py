@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 from stiffcal.mistakes.words import reading_of, unit_in_words
 from stiffcal.quantities import unit, unit_names
 
@@ -17,7 +17,7 @@ from stiffcal.quantities import unit, unit_names
 _LENGTHS = {"mm": 1e-3, "m": 1e3}
 
 
-class JointUnit(Mistake):
+class JointUnit(InputMistake):
     """Another unit of one joint."""
 
     name = "joint-unit"

@@ -20,7 +20,7 @@ from stiffcal.fault_changes import InputChange
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import left_by_joints
-from stiffcal.mistakes.mistake import Adjustment, AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import Adjustment, AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 from stiffcal.mistakes.words import reading_of, sliding
 from stiffcal.quantity import LENGTH
 
@@ -35,7 +35,7 @@ STEP, LONGEST, LAST = 1e-5, 0.5, 1e-4
 MOST_ROUNDS = 20
 
 
-class Zero(Mistake):
+class Zero(InputMistake):
     """Another zero of one joint, or of all."""
 
     name = "zero"

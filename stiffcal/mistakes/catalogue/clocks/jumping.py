@@ -16,19 +16,15 @@ class JumpingClock(ClockMistake):
     name = "jumping"
     rank = 12
 
-    def trials(self, course: ClockCourse) -> Iterator[ClockTrial]:
+    def ways(self, course: ClockCourse) -> Iterator[ClockTrial]:
         """Yield a step before each piece: its size and its place are chosen, and the offset."""
         for k in range(1, course.time.size):
             parts = slice(k), slice(k, None)
             before, after = (np.average(course.offset[part], weights=course.weight[part]) for part in parts)
-            left = sum(course.misfit(course.offset, part) for part in parts)
-            yield ClockTrial(self, left, 3, float(after - before), k)
-
-    def sentence(self, course: ClockCourse, trial: ClockTrial) -> str:
-        """Return it in words."""
-        before, after = course.time[trial.place - 1], course.time[trial.place]
-        return (
-            f"the clock of {course.source} jumps by {trial.moves_s:+.3f} s against {course.against} between "
-            f"{before:.1f} s and {after:.1f} s; one offset is used for the whole run: correct the times in a copy of "
-            "the log, or split the run there"
-        )
+            left, step = sum(course.misfit(course.offset, part) for part in parts), float(after - before)
+            sentence = (
+                f"the clock of {course.source} jumps by {step:+.3f} s against {course.against} between "
+                f"{course.time[k - 1]:.1f} s and {course.time[k]:.1f} s; one offset is used for the whole run: correct "
+                "the times in a copy of the log, or split the run there"
+            )
+            yield ClockTrial(left, 3, step, sentence)

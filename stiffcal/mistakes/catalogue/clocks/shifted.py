@@ -18,19 +18,15 @@ class ShiftedClock(ClockMistake):
     name = "shifted"
     rank = 10
 
-    def trials(self, course: ClockCourse) -> Iterator[ClockTrial]:
+    def ways(self, course: ClockCourse) -> Iterator[ClockTrial]:
         """Yield it, where the manifest states an offset."""
-        if course.stated is not None:
-            mean = float(np.average(course.offset, weights=course.weight))
-            yield ClockTrial(self, course.misfit(course.offset), 1, mean - course.stated)
-
-    def sentence(self, course: ClockCourse, trial: ClockTrial) -> str:
-        """Return it in words."""
-        assert course.stated is not None
+        if course.stated is None:
+            return
+        found = float(np.average(course.offset, weights=course.weight))
         spread = NORMAL_95 / float(np.sqrt(course.weight.sum()))
-        found = course.stated + trial.moves_s
-        return (
+        sentence = (
             f"clock_ahead_s of {course.source} is {course.stated:.3f} s, and its readings follow those of "
             f"{course.against} at {found:.3f} ± {spread:.3f} s: write "
             f"{toml_text.pair('clock_ahead_s', {course.source: round(found, 3)})}, or leave it out to have it estimated"
         )
+        yield ClockTrial(course.misfit(course.offset), 1, found - course.stated, sentence)

@@ -11,10 +11,10 @@ from stiffcal.fault_changes import InputChange
 from stiffcal.measurements.tracker_axes import places_in_tracker
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import inverse_transform
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class InverseFrame(Mistake):
+class InverseFrame(InputMistake):
     """The inverse of the tracker's frame."""
 
     name = "inverse-frame"

@@ -11,11 +11,11 @@ from stiffcal.arrays import Floats
 from stiffcal.fault_changes import InputChange
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import Adjustment, AsRead, ChangeTexts, InputPart, Mistake, TriedOn
+from stiffcal.mistakes.inputs.mistake import Adjustment, AsRead, ChangeTexts, InputMistake, InputPart, TriedOn
 from stiffcal.mistakes.words import millimetres
 
 
-class MisplacedTarget(Mistake):
+class MisplacedTarget(InputMistake):
     """Another place of the first target on its body."""
 
     name = "target"

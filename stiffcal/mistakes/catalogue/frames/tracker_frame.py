@@ -12,13 +12,13 @@ from stiffcal.fault_changes import InputChange
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.rotations import rotation_from_vector
-from stiffcal.mistakes.mistake import Adjustment, AsRead, ChangeTexts, InputPart, Mistake, TriedOn
+from stiffcal.mistakes.inputs.mistake import Adjustment, AsRead, ChangeTexts, InputMistake, InputPart, TriedOn
 from stiffcal.mistakes.words import millimetres
 from stiffcal.quantity import JOINT_ANGLE
 from stiffcal.wording import in_unit
 
 
-class MisplacedTracker(Mistake):
+class MisplacedTracker(InputMistake):
     """Another place of the tracker; fitted with each other mistake where the frame is estimated from these poses."""
 
     name = "tracker-frame"

@@ -9,10 +9,10 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class ActsOn(Mistake):
+class ActsOn(InputMistake):
     """The load that acts the other way."""
 
     name = "acts-on"

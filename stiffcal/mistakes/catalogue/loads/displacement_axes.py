@@ -11,10 +11,10 @@ import numpy as np
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class DisplacementAxes(Mistake):
+class DisplacementAxes(InputMistake):
     """Other axes of the displacements."""
 
     name = "displacement-axes"

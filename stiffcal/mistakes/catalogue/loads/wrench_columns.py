@@ -10,7 +10,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, Scored, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, Scored, TriedOn, Way
 
 FORCES_ALONE = "forces"
 """`InputChange.value` where the order of the moments' columns is open."""
@@ -18,7 +18,7 @@ FORCES_ALONE = "forces"
 CLEARLY_LESS = 0.9
 
 
-class WrenchColumns(Mistake):
+class WrenchColumns(InputMistake):
     """Another order of a wrench's columns."""
 
     name = "wrench-columns"

@@ -10,10 +10,10 @@ import numpy as np
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class WrenchSign(Mistake):
+class WrenchSign(InputMistake):
     """The other sign of one column of forces."""
 
     name = "wrench-sign"

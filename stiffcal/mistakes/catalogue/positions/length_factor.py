@@ -8,7 +8,7 @@ from dataclasses import replace
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 from stiffcal.wording import significant
 
 FACTORS = {
@@ -25,7 +25,7 @@ FACTORS = {
 _OF_ONE_AXIS = (1e3, 1e-3)  # metres in a column of millimetres, and the other way round
 
 
-class LengthFactor(Mistake):
+class LengthFactor(InputMistake):
     """Lengths that are too large or too small by what units differ by."""
 
     name = "length-factor"

@@ -9,12 +9,12 @@ from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.tracker_axes import places_in_tracker, with_places_in_tracker
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 _FACTORS = {"mm": 1e-3, "m": 1e3}
 
 
-class LengthUnit(Mistake):
+class LengthUnit(InputMistake):
     """Another unit of all positions."""
 
     name = "length-unit"

@@ -9,10 +9,10 @@ import numpy as np
 
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class Mirrored(Mistake):
+class Mirrored(InputMistake):
     """A mirror image; which one, an estimated frame leaves open."""
 
     name = "mirrored"

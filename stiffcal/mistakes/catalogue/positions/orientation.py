@@ -10,11 +10,11 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
 
 
-class QuaternionOrder(Mistake):
+class QuaternionOrder(InputMistake):
     """A quaternion x, y, z, w that was read as w, x, y, z."""
 
     name = "quaternion-order"
@@ -32,7 +32,7 @@ class QuaternionOrder(Mistake):
         return ChangeTexts("quaternion_wxyz", "the quaternion x, y, z, w", mend)
 
 
-class QuaternionInverse(Mistake):
+class QuaternionInverse(InputMistake):
     """The orientation of the instrument in the target's axes."""
 
     name = "quaternion-inverse"

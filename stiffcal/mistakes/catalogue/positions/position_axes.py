@@ -10,12 +10,12 @@ import numpy as np
 
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 AXES = "XYZ"
 
 
-class PositionAxes(Mistake):
+class PositionAxes(InputMistake):
     """Other axes of the positions of all targets, or of one.
 
     Of all rows and targets, all of these are one mirror but for a turn, which the estimated frame takes: `Mirrored`.

@@ -8,11 +8,11 @@ from dataclasses import replace
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.absolute.met_places import orders
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 from stiffcal.mistakes.words import listed
 
 
-class TargetOrder(Mistake):
+class TargetOrder(InputMistake):
     """Another order of the targets, in some rows: in all of them the targets' offsets take it up."""
 
     name = "target-order"

@@ -10,10 +10,10 @@ import numpy as np
 from stiffcal.fault_changes import InputChange
 from stiffcal.measurements.tracker_axes import places_in_tracker, with_places_in_tracker
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class TrackerAxes(Mistake):
+class TrackerAxes(InputMistake):
     """Other axes of the tracker."""
 
     name = "tracker-axes"

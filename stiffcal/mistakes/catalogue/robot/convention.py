@@ -8,10 +8,10 @@ from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.escapes import toml_text
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class RobotConvention(Mistake):
+class RobotConvention(InputMistake):
     """The other convention of the robot file."""
 
     name = "robot-convention"

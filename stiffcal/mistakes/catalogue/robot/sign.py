@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class RobotSign(Mistake):
+class RobotSign(InputMistake):
     """The other sign of one entry of a joint."""
 
     name = "robot-sign"

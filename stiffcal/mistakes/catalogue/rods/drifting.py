@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
-from stiffcal.mistakes.rods.readings import RodReadings, centred_by_run, left_over, squares_left
+from stiffcal.mistakes.rods.readings import RodReadings, centred_by_run, count_of, left_over, squares_left
 from stiffcal.mistakes.rods.words import length_in_words
 
 # A rate and its bend.
@@ -22,7 +22,7 @@ class DriftingRod(RodMistake):
     name = "drifting"
     rank = 13
 
-    def trials(self, readings: RodReadings) -> Iterator[RodTrial]:
+    def ways(self, readings: RodReadings) -> Iterator[RodTrial]:
         """Yield each rod without its drift, where times are known."""
         for rod in np.flatnonzero(readings.used).tolist() if readings.time is not None else ():
             yield self._without(rod, readings)
@@ -39,19 +39,11 @@ class DriftingRod(RodMistake):
         without = replace(readings, lengths=readings.lengths - np.einsum("p,pnm->nm", rate, centred))
         squares, numbers = squares_left(without)
         size = float(np.sqrt(np.mean((rate @ columns[:, :, rod]) ** 2)))
-        return RodTrial(self, (rod,), without, squares, numbers + NUMBERS, size)
-
-    def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
-        """Return it in words."""
-        names = " and ".join(rods)
-        return (
-            f"{names} drifts by {length_in_words(trial.size)} rms within a run: {rms}; let the gauge warm up, or "
-            "zero it more often"
-        )
-
-    def grows_slowly(self, trial: RodTrial, left_m: float) -> bool:
-        """Return whether it is more than all that is left without it."""
-        return trial.size > left_m
+        words = f"{readings.named([rod])} drifts by {length_in_words(size)} rms within a run"
+        mend = "let the gauge warm up, or zero it more often"
+        # more than all that is left without it
+        slowly = size > np.sqrt(squares / count_of(readings))
+        return RodTrial((rod,), without, squares, numbers + NUMBERS, size, words, mend, grows_slowly=bool(slowly))
 
 
 def _since_start(readings: RodReadings) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
@@ -17,15 +17,12 @@ class ExchangedRods(RodMistake):
 
     name = "exchanged"
     rank = 12
-    reads_right = True
 
-    def trials(self, readings: RodReadings) -> Iterator[RodTrial]:
+    def ways(self, readings: RodReadings) -> Iterator[RodTrial]:
         """Yield each pair of rods exchanged."""
-        for a, b in combinations(np.flatnonzero(readings.used).tolist(), 2):
+        for pair in combinations(np.flatnonzero(readings.used).tolist(), 2):
             order = np.arange(readings.lengths.shape[1])
-            order[[a, b]] = order[[b, a]]
-            yield mended(self, (a, b), readings, readings.lengths[:, order])
-
-    def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
-        """Return it in words."""
-        return f"{' and '.join(rods)} are interchanged: {rms}; interchange their columns or their entries in [ids]"
+            order[list(pair)] = order[list(pair[::-1])]
+            words = f"{readings.named(pair)} are interchanged"
+            mend = "interchange their columns or their entries in [ids]"
+            yield mended(pair, readings, readings.lengths[:, order], words, mend)

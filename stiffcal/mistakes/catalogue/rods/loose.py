@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -22,9 +22,8 @@ class LooseRod(RodMistake):
 
     name = "loose"
     rank = 14
-    leaves_out = True
 
-    def trials(self, readings: RodReadings) -> Iterator[RodTrial]:
+    def ways(self, readings: RodReadings) -> Iterator[RodTrial]:
         """Yield the readings without each rod, where the others still hold each other, or the load holds them."""
         for rod in np.flatnonzero(readings.used).tolist():
             used = readings.used.copy()
@@ -36,22 +35,14 @@ class LooseRod(RodMistake):
         squares, numbers = squares_left(left)
         off = left_over(left, readings.lengths)[:, rod]
         size = float(np.sqrt(np.mean(off**2)))
-        yield RodTrial(self, (rod,), left, squares, numbers + len(off), size)
+        should = float(np.sqrt(np.mean((readings.lengths[:, rod] - off) ** 2)))
+        if not size > max(LOOSE * should, CLEARLY * readings.sigma):
+            return
+        words = f"{readings.named([rod])} does not follow the link ({length_in_words(size)} rms)"
+        trial = RodTrial((rod,), left, squares, numbers + len(off), size, words, "check its fixing", leaves_out=True)
+        yield trial
         if readings.columns is not None:
             only_rod = np.zeros(len(readings.used), dtype=np.bool_)
             only_rod[rod] = True
             alone, more = squares_left(replace(readings, used=only_rod, signed=False))
-            yield RodTrial(self, (rod,), left, squares + alone, numbers + more, size)
-
-    def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
-        """Return it in words."""
-        names = " and ".join(rods)
-        return (
-            f"{names} does not follow the link ({length_in_words(trial.size)} rms): without it {rms}; check its fixing"
-        )
-
-    def is_large(self, trial: RodTrial, readings: RodReadings) -> bool:
-        """Return whether the rod is further from the others than a link that is no even beam makes it."""
-        (rod,) = trial.rods
-        should = np.sqrt(np.mean((readings.lengths - left_over(trial.mended, readings.lengths))[:, rod] ** 2))
-        return bool(trial.size > max(LOOSE * should, CLEARLY * readings.sigma))
+            yield replace(trial, squares=squares + alone, numbers=numbers + more)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from stiffcal.arrays import Floats
 from stiffcal.mistakes.rods.mended import mended
 from stiffcal.mistakes.rods.mistake import RodMistake, RodTrial
 from stiffcal.mistakes.rods.readings import RodReadings
@@ -16,20 +17,19 @@ class SwappedSign(RodMistake):
 
     name = "swapped-sign"
     rank = 10
-    reads_right = True
 
-    def trials(self, readings: RodReadings) -> Iterator[RodTrial]:
+    def ways(self, readings: RodReadings) -> Iterator[RodTrial]:
         """Yield each rod with the other sign, and all, which a load that is known contradicts."""
         used = tuple(np.flatnonzero(readings.used).tolist())
-        has_load = readings.columns is not None and len(readings.columns) > 0
-        for rods in [*((i,) for i in used), *([used] if has_load else [])]:
-            sign = np.ones(readings.lengths.shape[1])
-            sign[list(rods)] = -1.0
-            yield mended(self, rods, readings, readings.lengths * sign)
+        for rod in used:
+            words = f"{readings.named([rod])} has the wrong sign"
+            mend = "change it in the log, or interchange start_m and end_m"
+            yield mended((rod,), readings, self._swapped(readings, [rod]), words, mend)
+        if readings.columns is not None and len(readings.columns) > 0:
+            words = "all rods have the wrong sign, or the load has"
+            yield mended(used, readings, self._swapped(readings, used), words, "check acts_on")
 
-    def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
-        """Return it in words."""
-        if len(rods) > 2:
-            return f"all rods have the wrong sign, or the load has: {rms}; check acts_on"
-        names = " and ".join(rods)
-        return f"{names} has the wrong sign: {rms}; change it in the log, or interchange start_m and end_m"
+    def _swapped(self, readings: RodReadings, rods: Sequence[int]) -> Floats:
+        lengths = readings.lengths.copy()
+        lengths[:, list(rods)] *= -1.0
+        return lengths

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +19,7 @@ class WarmingRods(RodMistake):
     name = "warming"
     rank = 11
 
-    def trials(self, readings: RodReadings) -> Iterator[RodTrial]:
+    def ways(self, readings: RodReadings) -> Iterator[RodTrial]:
         """Yield all rods without it, where the load and a temperature that changes are known."""
         if readings.growth is None or readings.columns is None or not len(readings.columns):
             return
@@ -29,20 +29,9 @@ class WarmingRods(RodMistake):
         without = replace(readings, lengths=readings.lengths - expansion * readings.growth)
         squares, numbers = squares_left(without)
         rods = tuple(np.flatnonzero(readings.used).tolist())
-        yield RodTrial(self, rods, without, squares, numbers + 1, expansion)
-
-    def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
-        """Return it in words."""
-        return (
-            f"all rods grow with the logged temperature, "
-            f"{in_unit(trial.size, LENGTH.unit_for([trial.size]))} per metre and kelvin: {rms}; "
-            "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])"
-        )
-
-    def grows_slowly(self, trial: RodTrial, left_m: float) -> bool:
-        """Return True: temperatures change over hours."""
-        return True
-
-    def size(self, trial: RodTrial, readings: RodReadings) -> float:
-        """Return the rms of their growth, m."""
-        return float(np.sqrt(np.mean((trial.mended.lengths - readings.lengths) ** 2)))
+        size = float(np.sqrt(np.mean((expansion * readings.growth) ** 2)))
+        per_kelvin = in_unit(expansion, LENGTH.unit_for([expansion]))
+        words = f"all rods grow with the logged temperature, {per_kelvin} per metre and kelvin"
+        mend = "write expansion_per_K of the link ([links] in robot.toml) and of each rod ([ids])"
+        # temperatures change over hours
+        yield RodTrial(rods, without, squares, numbers + 1, size, words, mend, grows_slowly=True)

@@ -10,7 +10,7 @@ import numpy as np
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 # Of so many poses the best order is looked for: the matrix of all distances takes 3 MB.
 MOST_POSES = 600
@@ -20,7 +20,7 @@ LEAST_POSES = 3
 MOST_LISTED = 4
 
 
-class PoseOrder(Mistake):
+class PoseOrder(InputMistake):
     """The places in another order, that which meets kinematics best."""
 
     name = "pose-order"

@@ -16,13 +16,13 @@ from stiffcal.fault_changes import InputChange
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import SAME_POSE_RAD, explained_by_joints, is_better
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TakenBack, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TakenBack, TriedOn, Way
 
 # A title, a line of units and one of numbers above the columns of one of two tables that were put next to each other.
 MOST_ROWS_MOVED = 3
 
 
-class RowOrder(Mistake):
+class RowOrder(InputMistake):
     """Places, displacements or loads of other rows."""
 
     name = "row-order"

@@ -17,7 +17,7 @@ class DisplacementSign(RunMistake):
     kind = SuspectKind.SIGN
     rank = 21
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with components of its displacement reversed."""
         own = read.own
         if not own.deflection_given:

@@ -25,7 +25,7 @@ class DisplacementUnit(RunMistake):
     kind = SuspectKind.UNIT
     rank = 13
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with what was measured of its target multiplied."""
         own = read.own
         for factor, text in LENGTH_UNITS:

@@ -16,7 +16,7 @@ class ForceUnit(RunMistake):
     kind = SuspectKind.UNIT
     rank = 10
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with its forces multiplied."""
         for factor, text in FORCE_FACTORS:
             likely = f"forces {text}: multiply by {factor:.5g}"

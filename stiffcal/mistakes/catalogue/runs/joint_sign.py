@@ -17,7 +17,7 @@ class JointSign(RunMistake):
     kind = SuspectKind.SIGN
     rank = 23
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with one joint's angle reversed."""
         joints, names = read.own.joints, read.chain.joint_names
         for joint in range(joints.shape[1]):

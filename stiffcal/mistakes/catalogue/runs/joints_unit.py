@@ -16,7 +16,7 @@ class JointsUnit(RunMistake):
     kind = SuspectKind.UNIT
     rank = 15
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with its angles multiplied."""
         for factor, text in DEGREE_UNITS:
             yield Variant(f"joint angles are {text}: multiply by {factor:.5g}", factor, joints=read.own.joints * factor)

@@ -17,7 +17,7 @@ class LoadSign(RunMistake):
     kind = SuspectKind.SIGN
     rank = 20
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with components of its load reversed."""
         wrench = read.own.wrench
         for component, name in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):

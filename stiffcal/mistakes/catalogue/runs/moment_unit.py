@@ -16,7 +16,7 @@ class MomentUnit(RunMistake):
     kind = SuspectKind.UNIT
     rank = 12
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with its moments multiplied."""
         if not read.own.setup.moments_measured:
             return

@@ -17,7 +17,7 @@ class PlaceSign(RunMistake):
     kind = SuspectKind.SIGN
     rank = 22
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with its places mirrored."""
         own = read.own
         if own.deflection_given:

@@ -18,7 +18,7 @@ class RotationUnit(RunMistake):
     kind = SuspectKind.UNIT
     rank = 14
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with its rotations multiplied."""
         turned = read.own.deflection
         if not np.isfinite(turned[:, :, 3:]).any():

@@ -24,7 +24,7 @@ class WrenchUnit(RunMistake):
     kind = SuspectKind.UNIT
     rank = 11
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with both multiplied."""
         if not read.own.setup.moments_measured:
             return

@@ -31,7 +31,7 @@ class OthersMoments(RunMistake):
     kind = SuspectKind.EXCHANGED
     of_two_runs = True
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with each other run's moments."""
         for other in read.comparable:
             wrench = read.own.wrench.copy()

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from stiffcal.fault_changes import InputChange
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.mistake import AsRead, ChangeTexts, InputPart, Mistake, TriedOn, Way
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
 
 
-class HalvedAngle(Mistake):
+class HalvedAngle(InputMistake):
     """Twice the angle of one joint."""
 
     name = "halved-angle"

@@ -16,14 +16,11 @@ class HurriedPiece(ClockMistake):
     name = "hurried-piece"
     rank = 5
 
-    def trials(self, course: ClockCourse) -> Iterator[ClockTrial]:
+    def ways(self, course: ClockCourse) -> Iterator[ClockTrial]:
         """Yield the offsets without each piece."""
         for k in range(course.time.size):
             others = np.delete(np.arange(course.time.size), k)
             weight, left = course.weight[others], course.offset[others]
             mean = np.average(left, weights=weight)
-            yield ClockTrial(self, float(weight @ (left - mean) ** 2), 3, float(course.offset[k] - mean), k)
-
-    def sentence(self, course: ClockCourse, trial: ClockTrial) -> str:
-        """Return it in words."""
-        return f"the clock of {course.source} was off by {trial.moves_s:.3g} s about {course.time[trial.place]:.3g} s"
+            words = f"the clock of {course.source} was wrong about {course.time[k]:.3g} s"
+            yield ClockTrial(float(weight @ (left - mean) ** 2), 3, float(course.offset[k] - mean), words)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -15,15 +15,11 @@ class TenfoldRod(RodMistake):
     """A tenth of the readings of one rod."""
 
     name = "tenfold"
-    reads_right = True
 
-    def trials(self, readings: RodReadings) -> Iterator[RodTrial]:
+    def ways(self, readings: RodReadings) -> Iterator[RodTrial]:
         """Yield the readings with those of each rod divided by ten."""
         for rod in np.flatnonzero(readings.used).tolist():
             lengths = readings.lengths.copy()
             lengths[:, rod] /= 10.0
-            yield mended(self, (rod,), readings, lengths)
-
-    def sentence(self, rods: Sequence[str], trial: RodTrial, rms: str) -> str:
-        """Return it in words."""
-        return f"{rods[0]} reads ten times too much: {rms}; correct the range of its amplifier"
+            words = f"{readings.named([rod])} reads ten times too much"
+            yield mended((rod,), readings, lengths, words, "correct the range of its amplifier")

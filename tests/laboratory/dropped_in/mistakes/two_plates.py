@@ -14,6 +14,6 @@ class TwoPlates(RunMistake):
     name = "two-plates"
     kind = SuspectKind.UNIT
 
-    def variants(self, read: RunRead) -> Iterator[Variant]:
+    def ways(self, read: RunRead) -> Iterator[Variant]:
         """Yield the run with twice its load."""
         yield Variant("two plates, of which one was entered: multiply by 2", 2.0, wrench=2.0 * read.own.wrench)

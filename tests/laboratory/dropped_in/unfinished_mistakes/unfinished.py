@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from stiffcal.mistakes.mistake import InputPart, Mistake, TriedOn
+from stiffcal.mistakes.inputs.mistake import InputMistake, InputPart, TriedOn
 
 
-class Unfinished(Mistake):
+class Unfinished(InputMistake):
     """It has no words."""
 
     name = "unfinished"
