@@ -141,7 +141,11 @@ def draft_from_folder(
             links.append(f"{file}: a link out of the folder: not used")
         else:
             files[f"{place}/{file}" if place else file] = logs / file
-    draft = draft_of_logs(files, place, urdf=urdf, robot=robot, tool=tool, ask=ask)
+    if not files:
+        reason = "; ".join(links) or "the folder holds no log"
+        mend = "copy the logs of your instruments into it, or correct the path after --from"
+        raise InputError.at(FaultCode.FILE_MISSING, str(logs), "", reason, mend)
+    draft = draft_of_logs(files, place, urdf=urdf, robot=robot, tool=tool, ask=ask, given=str(logs))
     return replace(draft, remarks=(*draft.remarks, *links))
 
 
@@ -176,12 +180,14 @@ def draft_of_logs(
     robot: str | None = None,
     tool: Sequence[float] | None = None,
     ask: Ask | None = None,
+    given: str = "",
 ) -> Proposal:
     """Propose a campaign of load runs from logs; what the logs of further instruments have to hold is left to be added.
 
     Parameters
     ----------
-    files : name in the campaign folder to the file, in natural order. Others as in `draft_from_folder`.
+    files : name in the campaign folder to the file, in natural order.
+    given : the folder of the logs as it was given, for messages. Others as in `draft_from_folder`.
 
     Raises
     ------
@@ -192,9 +198,9 @@ def draft_of_logs(
     found = sorted_files(files, _joints_of(urdf, robot), names, chain_of_given(urdf, robot))
     devices, unused = with_patterns(*of_use(found, names), place)
     if not devices:
-        reason = "; ".join(unused[:MOST_NAMED]) or "there is no file"
+        reason = f"no log is recognised: {'; '.join(unused[:MOST_NAMED])}"
         mend = "give logs with a line of column names: A1 … A6, Fx, Fy, Fz, X, Y, Z"
-        raise InputError.at(FaultCode.FILE_MISSING, place or "the folder", "", f"no log is recognised: {reason}", mend)
+        raise InputError.at(FaultCode.FILE_MISSING, given or place or "the folder", "", reason, mend)
     runs, unpaired = runs_of(devices)
     roles = together(devices)
     missing = [signal for signal in FURTHER if signal.name in lacking_signals(roles)]

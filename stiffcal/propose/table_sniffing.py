@@ -19,6 +19,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.scope_export import TIME, TIME_UNIT
 from stiffcal.measurements.timestamps import DAY_FIRST, seconds_of_times, unit_of_times
 from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
+from stiffcal.readers import check_is_log
 from stiffcal.table_layout.cells import is_gap, is_time, number
 from stiffcal.table_layout.layout import Layout
 from stiffcal.table_layout.sections import first_table, title_line
@@ -189,6 +190,7 @@ def _decoded(path: Path, display_name: str, section: str) -> tuple[str, str]:
         raise InputError.at(
             FaultCode.FILE_EMPTY, display_name, "", "the file is empty", "give a table with a header and rows"
         )
+    check_is_log(path, display_name, content)
     text = re.sub("\r\n?", "\n", text.removeprefix("\ufeff"))
     if "\0" in text[:4096]:
         raise InputError.at(
