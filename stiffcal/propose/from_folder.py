@@ -18,6 +18,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.answers import Ask, answered, to_write_by_hand
 from stiffcal.propose.column_roles import Roles
+from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.from_table import (
     Proposal,
     arm_of_given,
@@ -228,8 +229,8 @@ def draft_of_logs(
         text,
         {file: path for file, path in files.items() if file in used} | extra,
         tuple(guessed),
-        tuple({column.header: column for device in devices for column in device.kind.roles.unused}.values()),
         roles=roles,
+        columns=_columns(devices),
         to_write=to_write_by_hand(lines, missing, has_robot),
         runs=tuple(runs),
         remarks=(*unpaired, *unused),
@@ -237,6 +238,16 @@ def draft_of_logs(
     if roles.joints is not None:
         check_robot_fits(proposal, roles, urdf)
     return proposal
+
+
+def _columns(devices: Sequence[LoggingDevice]) -> tuple[ExplainedColumn, ...]:
+    """Return the columns of the devices' files, one entry each where a file is several sources."""
+    columns = {
+        (device.files[0], column.column): replace(column, file=device.files[0])
+        for device in devices
+        for column in device.kind.columns
+    }
+    return tuple(columns.values())
 
 
 def _guessed(file: str, lines: Sequence[ProposedLine]) -> list[str]:
