@@ -196,6 +196,7 @@ def _result(proposal: Proposal) -> InitResult:
         guessed=list(proposal.guessed),
         to_write=list(proposal.to_write),
         runs=list(proposal.runs),
+        columns=list(proposal.columns) or None,
     )
 
 

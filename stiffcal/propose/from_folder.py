@@ -18,6 +18,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.answers import Ask, answered, to_write_by_hand
 from stiffcal.propose.column_roles import Roles
+from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.from_table import (
     Proposal,
     arm_of_given,
@@ -141,7 +142,11 @@ def draft_from_folder(
             links.append(f"{file}: a link out of the folder: not used")
         else:
             files[f"{place}/{file}" if place else file] = logs / file
-    draft = draft_of_logs(files, place, urdf=urdf, robot=robot, tool=tool, ask=ask)
+    if not files:
+        reason = "; ".join(links) or "the folder holds no log"
+        mend = "copy the logs of your instruments into it, or correct the path after --from"
+        raise InputError.at(FaultCode.FILE_MISSING, str(logs), "", reason, mend)
+    draft = draft_of_logs(files, place, urdf=urdf, robot=robot, tool=tool, ask=ask, given=str(logs))
     return replace(draft, remarks=(*draft.remarks, *links))
 
 
@@ -176,12 +181,14 @@ def draft_of_logs(
     robot: str | None = None,
     tool: Sequence[float] | None = None,
     ask: Ask | None = None,
+    given: str = "",
 ) -> Proposal:
     """Propose a campaign of load runs from logs; what the logs of further instruments have to hold is left to be added.
 
     Parameters
     ----------
-    files : name in the campaign folder to the file, in natural order. Others as in `draft_from_folder`.
+    files : name in the campaign folder to the file, in natural order.
+    given : the folder of the logs as it was given, for messages. Others as in `draft_from_folder`.
 
     Raises
     ------
@@ -192,9 +199,9 @@ def draft_of_logs(
     found = sorted_files(files, _joints_of(urdf, robot), names, chain_of_given(urdf, robot))
     devices, unused = with_patterns(*of_use(found, names), place)
     if not devices:
-        reason = "; ".join(unused[:MOST_NAMED]) or "there is no file"
+        reason = f"no log is recognised: {'; '.join(unused[:MOST_NAMED])}"
         mend = "give logs with a line of column names: A1 … A6, Fx, Fy, Fz, X, Y, Z"
-        raise InputError.at(FaultCode.FILE_MISSING, place or "the folder", "", f"no log is recognised: {reason}", mend)
+        raise InputError.at(FaultCode.FILE_MISSING, given or place or "the folder", "", reason, mend)
     runs, unpaired = runs_of(devices)
     roles = together(devices)
     missing = [signal for signal in FURTHER if signal.name in lacking_signals(roles)]
@@ -222,8 +229,8 @@ def draft_of_logs(
         text,
         {file: path for file, path in files.items() if file in used} | extra,
         tuple(guessed),
-        tuple({column.header: column for device in devices for column in device.kind.roles.unused}.values()),
         roles=roles,
+        columns=_columns(devices),
         to_write=to_write_by_hand(lines, missing, has_robot),
         runs=tuple(runs),
         remarks=(*unpaired, *unused),
@@ -231,6 +238,16 @@ def draft_of_logs(
     if roles.joints is not None:
         check_robot_fits(proposal, roles, urdf)
     return proposal
+
+
+def _columns(devices: Sequence[LoggingDevice]) -> tuple[ExplainedColumn, ...]:
+    """Return the columns of the devices' files, one entry each where a file is several sources."""
+    columns = {
+        (device.files[0], column.column): replace(column, file=device.files[0])
+        for device in devices
+        for column in device.kind.columns
+    }
+    return tuple(columns.values())
 
 
 def _guessed(file: str, lines: Sequence[ProposedLine]) -> list[str]:

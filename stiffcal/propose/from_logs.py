@@ -12,7 +12,7 @@ from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
-from stiffcal.propose.column_roles import Role
+from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.drive_columns import (
     CURRENT,
     POSITION,
@@ -23,6 +23,8 @@ from stiffcal.propose.drive_columns import (
     as_roles,
     drive_columns,
 )
+from stiffcal.propose.explained import explained
+from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.from_table import (
     Proposal,
     arm_of_given,
@@ -33,8 +35,8 @@ from stiffcal.propose.from_table import (
 )
 from stiffcal.propose.lines import FORCE_SENSOR, ProposedLine, as_text
 from stiffcal.propose.other_tables import table_of
-from stiffcal.propose.role_units import columns_text, unit_of_role
-from stiffcal.propose.signal_lines import LARGEST_RADIAN, signal_lines
+from stiffcal.propose.role_units import LARGEST_RADIAN, columns_text, unit_of_role
+from stiffcal.propose.signal_lines import signal_lines
 from stiffcal.propose.table_sniffing import SniffedTable
 from stiffcal.propose.time_lines import time_line
 
@@ -165,14 +167,34 @@ def draft_from_logs(
     copies = {f"raw/{log.path.name}": log.path for log in logs}
     marked = [f"{MANIFEST_FILE}: {line}" for line in lines if line.doubt is not None]
     marked += [f"robot.toml: {line}" for line in rows if line.doubt is not None]
-    unused = tuple(column for log in firsts.values() for column in log.drives.unused)
     measured = sorted({joint for joints in moved for joint in joints}) or list(range(1, count + 1))
     model = _model_text(kind, measured)
     proposal = Proposal(
-        as_text(lines), text, copies | extra, tuple(marked), unused, model=model, remarks=remarks_of_tables(sniffed)
+        as_text(lines),
+        text,
+        copies | extra,
+        tuple(marked),
+        model=model,
+        remarks=remarks_of_tables(sniffed),
+        columns=tuple(column for log in firsts.values() for column in _explained(log)),
     )
     check_robot_fits(proposal, roles, urdf)
     return proposal
+
+
+def _explained(log: _Log) -> list[ExplainedColumn]:
+    """Return every column of a log with what it is taken for."""
+    drives = log.drives
+    unused = {CURRENT} if TORQUE in drives.signals else set()
+    taken = {c.header: name for name, own in drives.signals.items() for c in own if name not in unused}
+    taken |= {column.header: TEMPERATURE for column in drives.temperature}
+    others = Roles(force=drives.wrench.force, moment=drives.wrench.moment, time=drives.time)
+    return [
+        replace(entry, taken_as=taken[entry.column], why="its name" + (", its unit" if entry.unit else ""))
+        if entry.column in taken
+        else entry
+        for entry in explained([log.table], others)
+    ]
 
 
 def _model_text(kind: str, joints: Sequence[int]) -> str:

@@ -25,7 +25,7 @@ from stiffcal.propose.lines import ProposedLine, as_text
 from stiffcal.propose.noise import with_noise_lines
 from stiffcal.propose.other_tables import TEXT, table_of
 from stiffcal.propose.robot import robot_lines
-from stiffcal.propose.table_lines import frame_lines, run_lines, source_lines
+from stiffcal.propose.table_lines import excluded_rows, frame_lines, run_lines, source_lines
 from stiffcal.propose.table_purpose import check_purpose, serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.templates import chosen_robot, write_folder
@@ -45,8 +45,6 @@ class Proposal:
     """Name under the campaign folder to the file it is copied from."""
     guessed: tuple[str, ...]
     """The lines that are marked, each with its file."""
-    unused: tuple[SniffedColumn, ...]
-    """Columns that are not used."""
     files: list[Path] = field(default_factory=list)
     """What was written; empty for a draft."""
     model: str = ""
@@ -56,13 +54,18 @@ class Proposal:
     roles: Roles | None = None
     """What the columns of the tables are; None of logs."""
     columns: tuple[ExplainedColumn, ...] = ()
-    """Every column of the tables, with what it is taken for."""
+    """Every column of the files, with what it is taken for; of files of one device those of the first."""
     to_write: tuple[str, ...] = ()
     """What no log states: lines to write, each with its file and table."""
     runs: tuple[str, ...] = ()
     """The names of the runs that files make by patterns."""
     remarks: tuple[str, ...] = ()
     """Sentences on files: on each that is not used, on what a spreadsheet hides."""
+
+    @property
+    def unused(self) -> tuple[ExplainedColumn, ...]:
+        """Columns that are not used."""
+        return tuple(column for column in self.columns if not column.taken_as)
 
 
 def draft_campaign(
@@ -115,6 +118,7 @@ def draft_campaign(
         *(ProposedLine("", sentence) for sentence in open_columns(roles)),
         *run_lines(roles),
         *frame_lines(roles, tool),
+        *excluded_rows(sniffed),
     ]
     manifest = as_text(lines)
     copies = {f"raw/{table.path.name}": table.path for table in sniffed}
@@ -127,11 +131,10 @@ def draft_campaign(
         text,
         copies | extra,
         tuple(marked),
-        roles.unused,
         remarks=remarks_of_tables(sniffed),
         lacks_tool=lacks_tool,
         roles=roles,
-        columns=tuple(explained(sniffed, roles)),
+        columns=tuple(explained(sniffed, roles, arm.prismatic)),
     )
     check_robot_fits(proposal, roles, urdf)
     return proposal

@@ -235,7 +235,8 @@ def _kinds(
         if doubted:
             why = f"column {doubted[0].header}: {doubted[0].doubt}"
         elif any(map(is_strain, table.columns)):
-            why = "; ".join(unused_in_words(column for column in table.columns if is_strain(column)))
+            strains = {column.header for column in table.columns if is_strain(column)}
+            why = "; ".join(unused_in_words(own for own in explained([table], roles) if own.column in strains))
         elif table.left_out:
             why = f"{table.left_out[0][1]}: give each column a unique name, such as that of its tool in front"
         if unnamed:
@@ -254,7 +255,7 @@ def _kinds(
             (*signal_lines(part, names), *_counts_lines(part, text)),
             part,
             headers,
-            tuple(explained([table], part)),
+            tuple(explained([table], roles)),
             rows=rows_line(part, len(parts) > 1),
         )
         for part in parts

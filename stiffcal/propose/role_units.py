@@ -9,6 +9,43 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import Role
 from stiffcal.quantities import UnknownUnitError, unit
 
+LARGEST_RADIAN = 6.6
+"""A joint angle beyond one turn and a bit is not in radians."""
+LONGEST_M = 50.0
+"""No linear axis of a robot is longer: larger numbers are mm."""
+# A robot's give is below 5 cm; no reach is above 20 m.
+_LARGEST_DEFLECTION_M = 0.05
+_LARGEST_POSITION_M = 20.0
+
+
+def unit_of_signal(role: Role, signal: str, *, prismatic: bool = False) -> tuple[str, bool]:
+    """Return the unit of a signal's columns, and whether it was guessed by the size of their values.
+
+    Parameters
+    ----------
+    role : the columns. signal : the field of `Roles` that holds them; prismatic : of joints that are linear axes.
+
+    Raises
+    ------
+    InputError
+        As `unit_of_role`.
+    """
+    size = max(column.size for column in role.columns)
+    match signal:
+        case "joints" if prismatic:
+            return unit_of_role(role, "length", "m" if size < LONGEST_M else "mm")
+        case "joints":
+            return unit_of_role(role, "angle", "deg" if size > LARGEST_RADIAN else "rad")
+        case "rotation":
+            return unit_of_role(role, "angle", "rad" if size < _LARGEST_DEFLECTION_M else "deg")
+        case "deflection":
+            likely = "m" if size < _LARGEST_DEFLECTION_M else "mm" if size < _LARGEST_DEFLECTION_M * 1e3 else "um"
+            return unit_of_role(role, "translation", likely)
+        case "position":
+            return unit_of_role(role, "position", "m" if size < _LARGEST_POSITION_M else "mm")
+        case _:
+            return unit_of_role(role, signal, {"force": "N", "moment": "N*m", "mass": "kg"}[signal])
+
 
 def unit_of_role(role: Role, quantity: str, likely: str) -> tuple[str, bool]:
     """Return the unit of a signal's columns and whether it was guessed.

@@ -9,18 +9,11 @@ import numpy as np
 from stiffcal.escapes import toml_text
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.lines import DEFAULT_NAMES, FORCE_SENSOR, TRACKER, FrameNames, ProposedLine
-from stiffcal.propose.role_units import columns_text, unit_of_role
+from stiffcal.propose.role_units import columns_text, unit_of_signal
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.quantities import unit
 from stiffcal.wording import length
 
-LARGEST_RADIAN = 6.6
-"""A joint angle beyond one turn and a bit is not in radians."""
-# no linear axis of a robot is longer, m: larger numbers are mm
-LONGEST_M = 50.0
-# A robot's give is below 5 cm; no reach is above 20 m.
-_LARGEST_DEFLECTION_M = 0.05
-_LARGEST_POSITION_M = 20.0
 _LARGEST_SIGMA_M = 5e-3
 """An instrument that is less certain than this shows no elasticity."""
 _SIGMA_DOUBT = "sigma: one standard uncertainty of each reading"
@@ -48,8 +41,7 @@ def joints_line(roles: Roles, prismatic: Collection[SniffedColumn] = ()) -> Prop
     if prismatic:  # one unit for each column
         return _line_of_mixed_joints(roles.joints, prismatic)
     size = max(column.size for column in roles.joints.columns)
-    likely = "deg" if size > LARGEST_RADIAN else "rad"
-    written, guessed = unit_of_role(roles.joints, "angle", likely)
+    written, guessed = unit_of_signal(roles.joints, "joints")
     line = f"joints = {{ position = {columns_text(roles.joints)}, {toml_text.pair('units', {'position': written})} }}"
     doubts = [f"{written}, judged by the values (up to {size:.3g})"] if guessed else []
     doubts += [roles.joints.doubt] if roles.joints.doubt else []
@@ -58,12 +50,11 @@ def joints_line(roles: Roles, prismatic: Collection[SniffedColumn] = ()) -> Prop
 
 def _line_of_mixed_joints(joints: Role, prismatic: Collection[SniffedColumn]) -> ProposedLine:
     turns = Role(tuple(column for column in joints.columns if column not in prismatic))
-    likely = "deg" if max((column.size for column in turns.columns), default=0.0) > LARGEST_RADIAN else "rad"
-    angle, guessed = unit_of_role(turns, "angle", likely) if turns.columns else ("", False)
+    angle, guessed = unit_of_signal(turns, "joints") if turns.columns else ("", False)
     units, doubts = [angle] * len(joints.columns), [f"{angle}, judged by the values"] if guessed else []
     for k, column in enumerate(joints.columns):
         if column in prismatic:
-            units[k], guessed = unit_of_role(Role((column,)), "length", "m" if column.size < LONGEST_M else "mm")
+            units[k], guessed = unit_of_signal(Role((column,)), "joints", prismatic=True)
             doubts += [f"{column.header} in {units[k]} (values up to {column.size:.3g})"] if guessed else []
     line = f"joints = {{ position = {columns_text(joints)}, {toml_text.pair('units', {'position': units})} }}"
     return ProposedLine(line, ", ".join(doubts) if doubts else None)
@@ -73,17 +64,17 @@ def load_lines(roles: Roles, tool: str, axes: str = DEFAULT_NAMES.axes) -> list[
     """Return the lines of the load: a wrench, or a mass; `tool` is the frame where it acts, `axes` those of a force."""
     if roles.force is None:
         assert roles.mass is not None
-        written, _ = unit_of_role(roles.mass, "mass", "kg")
+        written, _ = unit_of_signal(roles.mass, "mass")
         column = toml_text.value(roles.mass.columns[0].header)
         units = f"{{ mass = {toml_text.value(written)} }}"
         line = f"dead_weight = {{ mass_column = {column}, point = {toml_text.value(tool)}, units = {units} }}"
         return [ProposedLine(line, frames=(tool,))]
     doubts = []
-    force, guessed = unit_of_role(roles.force, "force", "N")
+    force, guessed = unit_of_signal(roles.force, "force")
     doubts += ["N"] if guessed else []
     units, columns = f"force = {toml_text.value(force)}", roles.force.columns
     if roles.moment is not None:
-        moment, guessed = unit_of_role(roles.moment, "moment", "N*m")
+        moment, guessed = unit_of_signal(roles.moment, "moment")
         doubts += ["N*m"] if guessed else []
         units += f", moment = {toml_text.value(moment)}"
         columns += roles.moment.columns
@@ -109,13 +100,11 @@ def moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
     doubts = []
     if roles.deflection is not None:
         size = max(column.size for column in roles.deflection.columns)
-        likely = "m" if size < _LARGEST_DEFLECTION_M else "mm" if size < _LARGEST_DEFLECTION_M * 1e3 else "um"
-        written, guessed = unit_of_role(roles.deflection, "translation", likely)
+        written, guessed = unit_of_signal(roles.deflection, "deflection")
         doubts += [f"{written}, judged by the values (up to {size:.3g})"] if guessed else []
         units, rotation = f"translation = {toml_text.value(written)}", ""
         if roles.rotation is not None:
-            turned = max(column.size for column in roles.rotation.columns)
-            angle, guessed = unit_of_role(roles.rotation, "angle", "rad" if turned < _LARGEST_DEFLECTION_M else "deg")
+            angle, guessed = unit_of_signal(roles.rotation, "rotation")
             if roles.rotation.is_open:
                 doubts.append(
                     f"{', '.join(column.header for column in roles.rotation.columns)}: rotations, not moments"
@@ -135,7 +124,7 @@ def moved_lines(roles: Roles, body: str) -> list[ProposedLine]:
     else:
         assert roles.position is not None
         size = max(column.size for column in roles.position.columns)
-        written, guessed = unit_of_role(roles.position, "position", "m" if size < _LARGEST_POSITION_M else "mm")
+        written, guessed = unit_of_signal(roles.position, "position")
         doubts += [f"{written}, judged by the values (up to {size:.4g})"] if guessed else []
         columns = f"position = {columns_text(roles.position)}"
         doubts += [roles.position.doubt] if roles.position.doubt else []
@@ -160,7 +149,7 @@ def target_tables(roles: Roles) -> list[ProposedLine]:
     lines = []
     for name, role in roles.targets:
         size = max(column.size for column in role.columns)
-        written, guessed = unit_of_role(role, "position", "m" if size < _LARGEST_POSITION_M else "mm")
+        written, guessed = unit_of_signal(role, "position")
         sigma, why = _sigma(role, "position", written)
         doubt = f"{written}, judged by the values (up to {size:.4g})" if guessed else None
         lines += [

@@ -56,6 +56,19 @@ def run_lines(roles: Roles) -> list[ProposedLine]:
     return [ProposedLine(text) for text in ("", "[[runs]]", 'id = "poses"', 'experiment = "absolute"')]
 
 
+def excluded_rows(tables: Sequence[SniffedTable]) -> list[ProposedLine]:
+    """Return the entry that leaves out blank rows and remarks; nothing of tables whose rows belong together."""
+    if len(tables) != 1 or not tables[0].no_readings:
+        return []
+    words = tables[0].no_readings
+    named = ", ".join(dict.fromkeys(repr(word) if word else "blank" for word in words.values()))
+    return [
+        *map(ProposedLine, ("", "[[exclude]]", toml_text.pair("source", "table"))),
+        ProposedLine(toml_text.pair("rows", list(words)), named),
+        ProposedLine(toml_text.pair("why", "no readings")),
+    ]
+
+
 def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine]:
     """Return the frames that `source_lines` name.
 

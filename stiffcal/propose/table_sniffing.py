@@ -19,6 +19,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.scope_export import TIME, TIME_UNIT
 from stiffcal.measurements.timestamps import DAY_FIRST, seconds_of_times, unit_of_times
 from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
+from stiffcal.readers import check_is_log
 from stiffcal.table_layout.cells import is_gap, is_time, number
 from stiffcal.table_layout.layout import Layout
 from stiffcal.table_layout.sections import first_table, title_line
@@ -74,6 +75,8 @@ class SniffedTable:
     """What a person should know of the file, in words."""
     uneven: bool = False
     """Whether columns are known to be of different lengths, which no source holds together."""
+    no_readings: Mapping[int, str] = field(default_factory=dict)
+    """Data rows (from 1) that are no readings: blank ones, "", and those below with a word among numbers: "mean"."""
 
     @property
     def options_text(self) -> str:
@@ -113,7 +116,7 @@ def sniff_table(path: Path, section: str = "") -> SniffedTable:
         raise InputError.at(FaultCode.SYNTAX_INVALID, display_name, "", reason, mend)
     rows, _ = rows_of_lines(lines, layout.delimiter)
     options = {"section": section} if section else {}
-    return sniffed_table(path, [row for row in rows if any(row)], layout.rows, options)
+    return sniffed_table(path, [row for row in rows if len(row) > 1 or any(row)], layout.rows, options)
 
 
 # Of a table that a signal of three components, or a joint and what loads it, can be in.
@@ -138,7 +141,13 @@ def sniffed_table(
         There is no row of numbers.
     """
     width = len(layout.columns)
-    data = [list(row) + [""] * (width - len(row)) for row in rows if layout.shortest <= len(row) <= width]
+    numbered = {
+        k: [*row, *[""] * (width - len(row))]
+        for k, row in enumerate(rows, start=1)
+        if layout.shortest <= len(row) <= width
+    }
+    no_readings = _no_readings(numbered, layout)
+    data = [row for k, row in numbered.items() if not no_readings.get(k)]
     count = dict.fromkeys(layout.columns, 0)
     for name in layout.columns:
         count[name] += 1
@@ -163,7 +172,42 @@ def sniffed_table(
             "the file has no line of numbers",
             "give a table with one row per load state",
         )
-    return SniffedTable(path, tuple(columns), len(data), dict(options or {}), rate_hz=layout.rate_hz, left_out=repeated)
+    return SniffedTable(
+        path,
+        tuple(columns),
+        sum(map(any, data)),
+        dict(options or {}),
+        rate_hz=layout.rate_hz,
+        left_out=repeated,
+        no_readings=no_readings,
+    )
+
+
+_MOST_REMARKS = 20
+"""Rows below the readings that are remarks; more are readings of another kind."""
+
+
+def _no_readings(rows: Mapping[int, Sequence[str]], layout: Layout) -> dict[int, str]:
+    """Return the blank rows, and the last ones that hold a word where the first row holds a number, with the word."""
+    filled = {k: row for k, row in rows.items() if any(row)}
+    first = next(iter(filled.values()), ())
+    remarks: dict[int, str] = {}
+    for k, row in reversed(filled.items()):
+        word = next((cell for cell, above in zip(row, first, strict=True) if _in_place(cell, above, layout)), "")
+        if not word:
+            break
+        remarks[k] = word
+    remarks = remarks if len(remarks) < min(_MOST_REMARKS, len(filled)) else {}
+    return dict(sorted((remarks | {k: "" for k in rows if k not in filled}).items()))
+
+
+def _in_place(cell: str, above: str, layout: Layout) -> bool:
+    """Return whether a cell holds a word in place of a number."""
+    return cell[:1].isalpha() and not is_gap(cell) and not _is_number(cell, layout) and _is_number(above, layout)
+
+
+def _is_number(cell: str, layout: Layout) -> bool:
+    return number(cell, layout.decimal, layout.thousands) is not None
 
 
 def _decoded(path: Path, display_name: str, section: str) -> tuple[str, str]:
@@ -189,6 +233,7 @@ def _decoded(path: Path, display_name: str, section: str) -> tuple[str, str]:
         raise InputError.at(
             FaultCode.FILE_EMPTY, display_name, "", "the file is empty", "give a table with a header and rows"
         )
+    check_is_log(path, display_name, content)
     text = re.sub("\r\n?", "\n", text.removeprefix("\ufeff"))
     if "\0" in text[:4096]:
         raise InputError.at(

@@ -23,20 +23,25 @@ def time_line(
     fraction : the column of what is added to it, and its unit.
     """
     if time is not None and (rate_hz is None or fraction is not None or not stands_still(time)):
-        known = time.unit in TIMES_IN_WORDS or (time.unit is not None and is_unit_of(time.unit, "time"))
-        written = str(time.unit) if known else _likely_time_unit(time)
-        written = written if written in TIMES_IN_WORDS else unit(written, "time").name
+        written, is_guessed = unit_of_time(time)
         added = {} if fraction is None else {"fraction": fraction[0].header, "fraction_unit": fraction[1]}
         line = toml_text.pair("time", {"column": time.header, "unit": written} | added)
         guessed = f"{written}, judged by the values (up to {time.size:.10g})"
         guessed += ", as spreadsheets count days from 1900" if written == _DAYS else ""
-        return ProposedLine(line, time.doubt if known else guessed)
+        return ProposedLine(line, guessed if is_guessed else time.doubt)
     if rate_hz is None:
         return None
     why = "as stated in its first lines"
     if time is not None:
         why += f"; {time.header} repeats values: its resolution is lower than the rate"
     return ProposedLine(f"time = {{ rate_hz = {rate_hz:g} }}", why)
+
+
+def unit_of_time(time: SniffedColumn) -> tuple[str, bool]:
+    """Return the unit of a column of times, and whether it was guessed by the size of its values."""
+    known = time.unit in TIMES_IN_WORDS or (time.unit is not None and is_unit_of(time.unit, "time"))
+    written = str(time.unit) if known else _likely_time_unit(time)
+    return (written if written in TIMES_IN_WORDS else unit(written, "time").name), not known
 
 
 _DAYS = "day"

@@ -42,6 +42,7 @@ from stiffcal.log_columns import (
 )
 from stiffcal.log_options import check_options, nearest_option
 from stiffcal.parsers.client import ParsedFile
+from stiffcal.parsers.signatures import LENGTH_OF_START, not_a_log
 
 __all__ = [
     "Batch",
@@ -55,6 +56,7 @@ __all__ = [
     "WantedColumns",
     "batch_of_columns",
     "check_columns",
+    "check_is_log",
     "check_options",
     "check_there",
     "common_length",
@@ -284,6 +286,7 @@ def find_reader(path: Path, log_format_name: str | None = None, display_name: st
         reader = cast(Reader, known_format)
         if reader.recognises(path):
             return reader if path.suffix.lower() in reader.endings else _with_ending(path) or reader
+    check_is_log(path, display_name)
     raise InputError.at(
         FaultCode.FORMAT_UNKNOWN,
         display_name or str(path),
@@ -291,6 +294,24 @@ def find_reader(path: Path, log_format_name: str | None = None, display_name: st
         "the format cannot be determined from the file",
         f"write format = one of {', '.join(format_names())} in its source",
     )
+
+
+def check_is_log(path: Path, display_name: str = "", start: bytes | None = None) -> None:
+    """Raise an `InputError` for what lies next to logs and is none: a document, a picture, an archive, a program.
+
+    Parameters
+    ----------
+    start : its first bytes, unpacked where it is packed; None: they are read.
+    """
+    if start is None:
+        try:
+            with open_regular(path) as file:
+                start = file.read(LENGTH_OF_START)
+        except OSError:
+            return
+    found = not_a_log(start[:LENGTH_OF_START])
+    if found is not None:
+        raise InputError.at(FaultCode.FORMAT_UNKNOWN, display_name or str(path), "", f"{found[0]}, no log", found[1])
 
 
 def _with_ending(path: Path) -> Reader | None:

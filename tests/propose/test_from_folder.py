@@ -258,6 +258,7 @@ def test_nothing_to_read(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         propose_from_folder(tmp_path / "campaign", tmp_path)
     assert caught.value.faults[0].code is FaultCode.FILE_MISSING
+    assert caught.value.faults[0].file == str(tmp_path)  # as it was given
 
 
 def test_links_out_of_the_folder_are_not_followed(tmp_path: Path) -> None:

@@ -168,7 +168,7 @@ HEADED = b"Logger\nfirmware 3\n" + PLAIN
             {},
             "line 4, column Fx: '1,5' has a decimal mark other than '.'; correct the cell",
         ),
-        (b"PK\x03\x04" + bytes(range(256)), {}, "a workbook or another packed file, not text; name it .xlsx"),
+        (b"PK\x03\x04" + bytes(range(256)), {}, "an archive of files, no log; unpack it"),
         (PLAIN.decode().encode("utf-16")[:-1], {}, "the file is cut off in the middle of a character"),
         (PLAIN.replace(b"1.5", b"1 5000.0"), {}, "line 2, column Fx: '1 5000.0' is not a number"),
         (

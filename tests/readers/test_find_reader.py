@@ -12,7 +12,10 @@ import pytest
 from stiffcal.campaign.found import file_formats
 from stiffcal.campaign.found.file_formats import format_names
 from stiffcal.errors import InputError
+from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.timestamps import seconds_of_times
+from stiffcal.parsers.signatures import not_a_log
+from stiffcal.propose.table_sniffing import sniff_table
 from stiffcal.readers import WantedColumns, find_reader
 
 TWINS = {"mcap": "rosbags", "rosbag1": "rosbags", "rosbag2": "rosbags"}  # one library, one test
@@ -50,6 +53,31 @@ def test_unknown_formats_are_named() -> None:
     reason = "the format cannot be determined from the file; write format = one of c3d, csv, hdf5"
     with pytest.raises(InputError, match=reason):
         find_reader(Path("a.xyz"))
+
+
+NO_LOGS = {
+    "PDF": b"%PDF-1.7\n%\xe2\xe3\n",
+    "picture": b"\xff\xd8\xff\xe0\0\x10JFIF",
+    "video": b"\0\0\0\x18ftypmp42",
+    "archive": b"PK\x03\x04" + bytes(26) + b"logs/a.csv",
+    "office": b"PK\x03\x04" + bytes(26) + b"word/document.xml",
+    "web page": b"<!DOCTYPE html>\n<table>",
+    "pickled": b"\x80\x04\x95\x10\0",
+}
+
+
+@pytest.mark.parametrize("name", ["log", "log.csv"])
+@pytest.mark.parametrize("kind", NO_LOGS)
+def test_what_is_no_log_is_named(kind: str, name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(NO_LOGS[kind])
+    for read in (lambda path: find_reader(path).read_header(path, {}), sniff_table):
+        with pytest.raises(InputError, match=kind) as caught:
+            read(tmp_path / name)
+        assert caught.value.faults[0].code is FaultCode.FORMAT_UNKNOWN
+
+
+def test_text_is_not_taken_for_a_document() -> None:
+    assert not any(not_a_log(start) for start in (b"MZ,Fx,Fy\n1,2,3", b"BM 1;2\n3;4", b"<Rob TYPE=", b"PKW,x\n", b""))
 
 
 def test_a_csv_log_costs_no_other_formats_import() -> None:

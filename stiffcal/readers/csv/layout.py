@@ -17,7 +17,7 @@ from stiffcal.escapes import csv_cell, toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.limits import COLUMNS
 from stiffcal.log_columns import nearest_name, single_character
-from stiffcal.readers import Options, WantedColumns, check_columns, check_options
+from stiffcal.readers import Options, WantedColumns, check_columns, check_is_log, check_options
 from stiffcal.readers.csv.lines import LogText, find_codec
 from stiffcal.readers.csv.rewriting import rewriting_of
 from stiffcal.table_layout.sections import first_table, title_line, titles_of_sections
@@ -209,12 +209,7 @@ def _first_lines(text: LogText, skip: int, display_name: str) -> str:
         They hold bytes of another encoding than it was given, or a line too long for a header.
     """
     content = text.peek(FIRST_BYTES, skip)
-    if content.startswith(b"PK\x03\x04"):
-        reason, mend = (
-            "a workbook or another packed file, not text",
-            "name it .xlsx or .ods, or write format in its source",
-        )
-        raise InputError.at(FaultCode.FORMAT_UNKNOWN, display_name, "", reason, mend)
+    check_is_log(Path(display_name), display_name, content)
     lines = content.split(b"\n")
     header = next((k for k, line in enumerate(lines) if k >= skip and line.strip()), 0)
     if len(lines[header]) > LONGEST_HEADER:
