@@ -20,7 +20,7 @@ from stiffcal.diagnosis.suspects.additive import Offset, best_offset
 from stiffcal.diagnosis.suspects.influence import standing_apart
 from stiffcal.diagnosis.suspects.places import place_misses, place_scores
 from stiffcal.diagnosis.suspects.rival_effects import RunFault, explaining_effect
-from stiffcal.diagnosis.suspects.selection import select_states
+from stiffcal.diagnosis.suspects.selection import RUNS_FOR_ALL_KINDS, select_states
 from stiffcal.diagnosis.suspects.whitened_runs import Bench, WhitenedRuns, first_order
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fitting.fit import Fit
@@ -235,19 +235,15 @@ class _Search:
                 break
             left_out = wanted
             bench, whitened, scores = self._whitened_without(left_out)
+        exchanged = self._exchanged(start.blocks.best_pair(), whitened) if len(left_out) < 2 else ()
+        if exchanged:
+            left_out = exchanged
+            bench, whitened, scores = self._whitened_without(left_out)
         if not left_out:
             return []
-        kept_scores = np.delete(scores, left_out)
-        usual = float(np.median(kept_scores[kept_scores > 0.0])) if (kept_scores > 0.0).any() else 1.0
-        unit = max(1.0, usual) if bench.noise_known else usual
-        suspect_of_run = {run: self._judged(run, left_out, bench, whitened, scores / unit) for run in left_out}
-        for run, suspect in list(suspect_of_run.items()):
-            other_run = None if suspect is None or suspect.variant is None else suspect.variant.other
-            if suspect is not None and other_run in suspect_of_run:
-                suspect_of_run[other_run] = self._judged(
-                    other_run, left_out, bench, whitened, scores / unit, (suspect.kind, run)
-                )
-        found = [suspect for suspect in suspect_of_run.values() if suspect is not None]
+        unit = _unit_of(bench, scores, left_out)
+        found_of_run = self._judged_together(left_out, bench, whitened, scores / unit)
+        found = [suspect for suspect in found_of_run.values() if suspect is not None]
         # Where the model lacks an effect that shows in these runs alone, that is for the diagnosis to find.
         in_place = [suspect for suspect in found if suspect.copied is None and suspect.place_m == 0.0]
         unexplained = [suspect for suspect in in_place if suspect.variant is None]
@@ -263,17 +259,38 @@ class _Search:
         """Return what is wrong with runs that are known to be off, in their order."""
         left_out = tuple(sorted(runs))
         bench, whitened, scores = self._whitened_without(left_out)
-        kept = np.delete(scores, left_out)
-        usual = float(np.median(kept[kept > 0.0])) if (kept > 0.0).any() else 1.0
-        scores = scores / (max(1.0, usual) if bench.noise_known else usual)
+        scores = scores / _unit_of(bench, scores, left_out)
         next_score = float(np.delete(scores, left_out).max(initial=0.0))
+        found = self._judged_together(left_out, bench, whitened, scores)
+        unknown = partial(self._suspect, kind=SuspectKind.UNKNOWN, whitened=whitened, scores=scores)
+        return [found[run] or unknown(run, next_score=next_score) for run in runs]
+
+    def _exchanged(self, pair: tuple[int, ...], whitened: WhitenedRuns) -> tuple[int, ...]:
+        """Return the two runs without which the rest agrees best, where each has what belongs to the other; else none.
+
+        Two at once are more than may be faulty of six or seven runs, and next to an effect that the model lacks they
+        stand out less: here the readings of the other one, which cure both, are the evidence.
+        """
+        if len(pair) < 2 or sum(own.size > 0 for own in self.members) < RUNS_FOR_ALL_KINDS:
+            return ()
+        scores = whitened.scores(pair)
+        if scores[list(pair)].min() < max(LOOKED_AT, LOOKED_AT_GAP * float(np.delete(scores, pair).max())):
+            return ()
+        bench, whitened, scores = self._whitened_without(pair)
+        found = self._judged_together(pair, bench, whitened, scores / _unit_of(bench, scores, pair))
+        others = [None if one is None or one.variant is None else one.variant.other for one in found.values()]
+        return pair if others == [pair[1], pair[0]] else ()
+
+    def _judged_together(
+        self, left_out: Sequence[int], bench: Bench, whitened: WhitenedRuns, scores: Floats
+    ) -> dict[int, FoundSuspect | None]:
+        """Return the fault of each run that is left out, as of `_judged`; the two of an exchange support each other."""
         found = {run: self._judged(run, left_out, bench, whitened, scores) for run in left_out}
         for run, suspect in list(found.items()):
             other = None if suspect is None or suspect.variant is None else suspect.variant.other
             if suspect is not None and other in found:
                 found[other] = self._judged(other, left_out, bench, whitened, scores, (suspect.kind, run))
-        unknown = partial(self._suspect, kind=SuspectKind.UNKNOWN, whitened=whitened, scores=scores)
-        return [found[run] or unknown(run, next_score=next_score) for run in runs]
+        return found
 
     def _apart(self, whitened: WhitenedRuns, left_out: Sequence[int], relative: bool) -> tuple[int, ...]:
         """Return the runs that stand apart, starting without some of them, until they stay the same."""
@@ -435,6 +452,13 @@ class _Search:
         if counts[group_of_run] <= usual:
             return None
         return int(next(k for k in present[group.ravel() == group_of_run] if k != run))
+
+
+def _unit_of(bench: Bench, scores: Floats, left_out: Sequence[int]) -> float:
+    """Return what one is in the scores: the noise, or what the other runs have where that is more or it is unknown."""
+    kept = np.delete(scores, list(left_out))
+    usual = float(np.median(kept[kept > 0.0])) if (kept > 0.0).any() else 1.0
+    return max(1.0, usual) if bench.noise_known else usual
 
 
 def _prior(variant: Variant, left_out: Sequence[int], partner: tuple[SuspectKind, int] | None) -> float:
