@@ -1,26 +1,32 @@
 """Pictures of a report kept by their content: one whose content has been drawn before is not drawn again.
 
-The key is the SHA-256 of what draws a picture (the function and all its arguments) and of the code: units, curves and
-poses that are drawn come from all over the package. Pictures lie in the user's state folder, which nobody else can
-write to, and not in the campaign: a folder from somebody else cannot bring pictures with it.
+The key is the SHA-256 of what draws a picture (the function and all its arguments, by value: pickle's bytes differ with
+which equal objects are one, so between what was computed and what was read from the store) and of the code: units,
+curves and poses that are drawn come from all over the package. Pictures lie in the user's state folder, which nobody
+else can write to, and not in the campaign: a folder from somebody else cannot bring pictures with it.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-import pickle
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from functools import lru_cache
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from functools import lru_cache, partial
 from importlib.metadata import version
 from pathlib import Path
+from types import FunctionType, MethodType
 from typing import Any
+
+import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.files import open_regular, replacing
 from stiffcal.report.fonts import is_in_own_letters
+from stiffcal.report.pictures_of_fit import PictureOfFit
 from stiffcal.trust.record import RECORD, open_record
 from stiffcal.trust.state import fault_of_owner, make_private
 
@@ -43,8 +49,8 @@ class KeptPictures:
         if self._folder is None:
             return ""
         try:
-            content = pickle.dumps(draw, protocol=5)
-        except (pickle.PicklingError, AttributeError, TypeError):
+            content = b"".join(_bytes_of(draw))
+        except TypeError:
             return ""
         return hashlib.sha256(_code() + content).hexdigest()
 
@@ -85,6 +91,50 @@ class KeptPictures:
         if len(entries) > MOST_KEPT:
             for entry in sorted(entries, key=lambda entry: entry.stat().st_mtime_ns)[: -MOST_KEPT // 2]:
                 Path(entry).unlink(missing_ok=True)
+
+
+def _bytes_of(value: Any) -> Iterator[bytes]:
+    """Yield the bytes of a value: others for other values, the same whichever objects hold it.
+
+    Raises
+    ------
+    TypeError : its content is not known, as that of a function inside another one.
+    """
+    match value:
+        case None | bool() | int() | float() | complex() | str() | bytes() | Enum():
+            # NumPy's scalars are numbers of Python too, and written as these are
+            plain = value.item() if isinstance(value, np.generic) else value
+            yield f"{type(plain).__qualname__} {plain!r};".encode()
+        case np.ndarray() if value.dtype != object:
+            yield f"{value.dtype.str} {value.shape} ".encode()
+            yield np.ascontiguousarray(value).tobytes()
+        case np.ndarray() | tuple() | list():
+            yield from _bytes_of_several("(", value)
+        case dict():
+            yield from _bytes_of_several("{", (part for item in value.items() for part in item))
+        case set() | frozenset():
+            yield from sorted(b"".join(_bytes_of(part)) for part in value)
+        case partial():
+            yield from _bytes_of_several("partial", (value.func, value.args, value.keywords))
+        case FunctionType() | type() if "<" not in value.__qualname__:
+            yield f"{value.__module__}.{value.__qualname__};".encode()
+        case MethodType():
+            yield from _bytes_of_several("method", (value.__func__, value.__self__))
+        case PictureOfFit():
+            yield from _bytes_of_several("fit", (value.of, value.key, value.caption))
+        case _ if is_dataclass(value):
+            yield from _bytes_of_several(
+                type(value).__qualname__, (getattr(value, field.name) for field in fields(value))
+            )
+        case _:
+            raise TypeError(f"a {type(value).__qualname__} has no bytes of its own")
+
+
+def _bytes_of_several(name: str, values: Iterable[Any]) -> Iterator[bytes]:
+    yield f"{name}[".encode()
+    for value in values:
+        yield from _bytes_of(value)
+    yield b"]"
 
 
 @lru_cache(maxsize=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stiffcal.presentation.pictures import Picture
 from stiffcal.report.figures.panels import draw_panels
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PictureOfFit:
-    """What draws one; its content is known by the key of the fit, so that a kept picture needs no fit."""
+    """What draws one; its content is known by all but `make`, so that a kept picture needs no fit."""
 
     of: str
     """Which picture, as `plot --of` names it."""
@@ -29,7 +29,3 @@ class PictureOfFit:
     def __call__(self) -> Figure:
         """Compute and draw."""
         return draw_panels(self.make())
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Return what the picture rests on, for the key of `stiffcal.report.kept_pictures`."""
-        return PictureOfFit, (self.of, self.key, self.caption)

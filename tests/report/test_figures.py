@@ -258,6 +258,13 @@ def test_a_picture_whose_content_was_drawn_before_is_not_drawn_again(
     assert (tmp_path / "second-1.svg").read_bytes() == (tmp_path / "first-1.svg").read_bytes()
     draw_pictures([("", partial(_counted, "c"), tmp_path / "other.svg")], no_progress)
     assert DRAWN[-1] == "c"
+    # computed in this process two names may be one object, read from the store they are two
+    name, arrays = "joint 1", [np.arange(3.0), np.arange(3.0)]
+    keys = [
+        kept_pictures.KeptPictures().key(partial(_counted, [name, again, array]))
+        for again, array in zip((name, "".join(("joint", " 1"))), arrays, strict=True)
+    ]
+    assert keys[0] == keys[1] != kept_pictures.KeptPictures().key(partial(_counted, [name, name, 2.0 * arrays[0]]))
     # nothing is taken that is not whole
     for kept in (tmp_path / "state" / "pictures").iterdir():
         kept.write_bytes(kept.read_bytes()[:-8])
