@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Generic, Protocol, Self, TypeVar
+from typing import Generic, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from stiffcal.judgement.numbers import INSTEAD, MODELS, OF_CANDIDATES, SET_ASIDE
 from stiffcal.judgement.priors import COMMON, MemberKind
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.sets import WeighedSets, search_sets
+from stiffcal.mistakes.states.mistake import StateMistake
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 
 
@@ -61,7 +62,9 @@ class Judged:
     aside: Mapping[Off, float] = field(default_factory=dict)
     """Runs and states that took no part, as they are off, with the probability of that about the last model."""
     explained: Mapping[Off, tuple[str, ...]] = field(default_factory=dict)
-    """Of these the effects that explained them nearly as well before they were set aside."""
+    """Of these the effects that explained them nearly as well before they were set aside …"""
+    mistakes: Mapping[Off, StateMistake] = field(default_factory=dict)
+    """… and the mistake inside a run that is more probable than all else that may be wrong with it."""
 
     @property
     def louder(self) -> float:
@@ -113,6 +116,15 @@ class Judged:
         return self.names_of_best == self.chosen
 
 
+class AskedAgain(NamedTuple):
+    """What was set aside, asked again about the last model."""
+
+    probability: Mapping[Off, float]
+    """That it is off."""
+    mistakes: Mapping[Off, StateMistake]
+    """As `Judged.mistakes`."""
+
+
 F = TypeVar("F", bound=JudgedFit)
 
 
@@ -152,9 +164,9 @@ class JudgedReadings(ABC, Generic[F]):
         """Return it with the noise that the readings show next to a model."""
         return self
 
-    def asked_again(self, judged: Judged, fit: F, aside: frozenset[Off]) -> dict[Off, float]:
-        """Return of all that was set aside the probability that it is off, about the last model."""
-        return {}
+    def asked_again(self, judged: Judged, fit: F, aside: frozenset[Off]) -> AskedAgain:
+        """Return of all that was set aside how probable it is that it is off, about the last model, and how."""
+        return AskedAgain({}, {})
 
 
 def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress) -> Judged:
@@ -178,7 +190,8 @@ def judge(campaign: JudgedReadings[F], fit: F, progress: Progress = no_progress)
             judged = campaign.with_rivals(judged, fit, aside)
             effects, without = _next_model(judged, aside)
         if (model_of(effects), without) in tried:
-            judged = replace(judged, aside=campaign.asked_again(judged, fit, aside))
+            again = campaign.asked_again(judged, fit, aside)
+            judged = replace(judged, aside=again.probability, mistakes=again.mistakes)
             without = frozenset(off for off, p in judged.aside.items() if p >= SET_ASIDE)
         if (model_of(effects), without) in tried:
             break

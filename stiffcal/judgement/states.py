@@ -30,7 +30,7 @@ from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.forms import as_added, in_best_form, is_whole, replaced, spring_of, spring_symbol
 from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
-from stiffcal.judgement.judge import Judged, JudgedReadings, is_member, judge, weighed_about
+from stiffcal.judgement.judge import AskedAgain, Judged, JudgedReadings, is_member, judge, weighed_about
 from stiffcal.judgement.lasting_errors import lasting_errors, made_by
 from stiffcal.judgement.like_states import variance_of, with_noise_of_like_states
 from stiffcal.judgement.lingering_noise import LingeringNoise
@@ -41,6 +41,7 @@ from stiffcal.judgement.numbers import (
     ALONE,
     DOUBTED_RUN,
     LINGERING,
+    NAMED,
     OF_LOADS,
     OF_TIME,
     STATED_NOISE_DOF,
@@ -54,6 +55,7 @@ from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.unlisted import UnlistedLaw, unlisted_laws
 from stiffcal.judgement.weight import WeightOfLinks, shown
 from stiffcal.measurements.load_states import LoadStates
+from stiffcal.mistakes.states.mistake import StateMistake
 from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.effect import Effect, ParameterRole, Place
 
@@ -215,10 +217,10 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         )
         return replace(judged, weighed=weighed)
 
-    def asked_again(self, judged: Judged, fit: Fit, aside: frozenset[Off]) -> dict[Off, float]:
-        """Return of each run and state that was set aside the probability that it is off, about the last model."""
+    def asked_again(self, judged: Judged, fit: Fit, aside: frozenset[Off]) -> AskedAgain:
+        """Return of each run and state that was set aside how probable it is that it is off, and how."""
         if not aside:
-            return {}
+            return AskedAgain({}, {})
         everything = fit_problem(self.states, self.model).data
         ground = self.ground(fit, _noise_of(fit), everything)
         laws = {law.place + ": " + law.follows: law for law in unlisted_laws(ground.state, self.driven)}
@@ -231,20 +233,28 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         off = [(Off(one.run), off_columns(one.rows(n_rows)), 0.0) for one in ground.runs_off() if Off(one.run) in aside]
         states = frozenset(one.state for one in aside if one.state is not None)
         off += [(one, off_columns(rows, ALONE), 0.0) for one, rows in rows_off(ground, states)]
-        usual = range(len(columns) + len(off))
-        off += [
-            (Off(change.runs[0]), off_columns(change.rows), change.log_share)
-            for _, change in state_changes(ground, inside_runs_alone=True)
-            if Off(change.runs[0]) in aside
-        ]
+        usual, how = range(len(columns) + len(off)), dict[int, StateMistake]()
+        for mistake, change in state_changes(ground, inside_runs_alone=True):
+            if Off(change.runs[0]) in aside:
+                how[len(columns) + len(off)] = mistake
+                off.append((Off(change.runs[0]), off_columns(change.rows), change.log_share))
         evidence = ground.evidence([*columns, *(rows for _, rows, _ in off)])
-        log_odds = dict[Off, float]()
+        log_odds, likeliest = dict[Off, float](), dict[Off, tuple[float, StateMistake | None]]()
         for number, (one, _, share) in enumerate(off, start=len(columns)):
             sound = [i for i in usual if i < len(columns) or off[i - len(columns)][0] != one]
             gain = evidence.of_set([*sound, number]) - evidence.of_set(sound)
             odds = gain + share + log_odds_of_doubt(one.state is not None)
             log_odds[one] = float(np.logaddexp(log_odds.get(one, -np.inf), odds))
-        return {one: float(1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0)))) for one, odds in log_odds.items()}
+            if one not in likeliest or odds > likeliest[one][0]:
+                likeliest[one] = odds, how.get(number)
+        return AskedAgain(
+            {one: float(1.0 / (1.0 + np.exp(-np.clip(odds, -500.0, 500.0)))) for one, odds in log_odds.items()},
+            {
+                one: mistake
+                for one, (odds, mistake) in likeliest.items()
+                if mistake is not None and odds - log_odds[one] >= np.log(NAMED)
+            },
+        )
 
     def judged(self, fit: Fit, chosen: frozenset[str], number: int, progress: Progress = no_progress) -> Judged:
         """Weigh sets about a model."""

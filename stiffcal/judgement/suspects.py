@@ -108,8 +108,20 @@ def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> l
             replace(suspect, probability=probability[one.run], explained_by=explaining_run(found, one.run))
             for one, suspect in zip(suspicion.suspects, suspects_of(suspicion, states, campaign.chain), strict=True)
         ]
+    suspects = [_inside_a_run(suspect, found) for suspect in suspects]
     suspects += [reading_off(found, off, p) for off, p in found.doubted.items() if off.state is not None]
     return [replace(suspect, exclude=_exclusion(suspect, campaign, states)) for suspect in suspects]
+
+
+def _inside_a_run(suspect: Suspect, found: DiagnosedStates) -> Suspect:
+    """Return a suspect with what probably went wrong inside its run, where no mistake of all of it explains it."""
+    from stiffcal.mistakes.suspect_kinds import SuspectKind
+
+    mistakes = {found.states.runs[off.run].name: one for off, one in found.judged.mistakes.items()}
+    if suspect.run not in mistakes or suspect.kind not in (SuspectKind.UNKNOWN, SuspectKind.BUMP):
+        return suspect
+    mistake = mistakes[suspect.run]
+    return replace(suspect, kind=mistake.kind, likely=mistake.likely)
 
 
 def described(suspicion: Suspicion, campaign: Campaign, states: LoadStates) -> list[Suspect]:

@@ -14,6 +14,7 @@ class SuspectKind(StrEnum):
     EXCHANGED = "exchanged"
     BUMP = "bump"
     ZERO = "zero"
+    KNOCKED = "knocked"
     MOVED = "moved"
     OFF = "off"
     UNKNOWN = "unknown"

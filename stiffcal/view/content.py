@@ -323,6 +323,8 @@ class ViewContent:
     """What other kinds of experiment show."""
     refits_missing: str
     """Why candidates cannot be shown, "" where they can."""
+    in_model: str = ""
+    """How sure the diagnosis is that effects of the model are there, and what cannot be distinguished from them."""
     candidates: list[ViewCandidate] = field(default_factory=list)
     """What the diagnosis says could be added, the most likely first."""
     is_diagnosed: bool = False

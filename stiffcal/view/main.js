@@ -141,7 +141,7 @@
   };
   /** A live page has a button for what the verdict of a page by itself names a command for. */
   function showVerdict(data) {
-    const words = data.live && !data.is_diagnosed ? "Not diagnosed yet: Diagnose, above, finds what is missing." : `${data.verdict} ${S.whyOther(data)}`;
+    const words = data.live && !data.is_diagnosed ? "Not diagnosed yet: Diagnose, above, finds what is missing." : `${data.verdict} ${data.in_model} ${S.whyOther(data)}`;
     document.getElementById("verdict").textContent = S.unbroken(S.visible(words.trim()));
   }
   const summary = document.getElementById("summary"),

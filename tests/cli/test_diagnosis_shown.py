@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.cli.diagnose import _show_excluded, _show_ranking, _show_unknown, show_diagnosis
+from stiffcal.cli.diagnose import _show_excluded, _show_in_model, _show_ranking, _show_unknown, show_diagnosis
 from stiffcal.cli.run import with_missing_in_words
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.diagnosis.answers.results import ExcludedSizeAt, LawCurveAt, UnknownLaw
+from stiffcal.diagnosis.answers.results import ExcludedSizeAt, LawCurveAt, LookAlike, ProposedEffect, UnknownLaw
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
 from stiffcal.stages.diagnoses.followed import followed_residual
@@ -59,6 +59,17 @@ def test_a_law_of_its_own_is_drawn_where_part_is_unexplained() -> None:
             _show_unknown(AnswerConsole(file=text, width=100, markup=False), result)
             assert ("torque of joint 2 [N·m]" in text.getvalue()) is unexplained
             assert ("[mrad]" in text.getvalue()) is unexplained
+
+
+def test_once_in_the_model_an_effect_keeps_its_probability_and_its_look_alikes() -> None:
+    where = Where(joints=[4])
+    alike = LookAlike(effect="two-slope", where=where, probability=0.2)
+    held = ProposedEffect(
+        effect="backlash", where=where, alternatives=[alike], probability=0.98, member_probability=0.8
+    )
+    with StringIO() as text:
+        _show_in_model(AnswerConsole(file=text, width=200), SimpleNamespace(in_model=[held]))  # type: ignore[arg-type]
+        assert "backlash (joint 4): 98.0 %; cannot be distinguished from: two-slope (joint 4) 20 %" in text.getvalue()
 
 
 def test_the_plan_that_decides_is_a_line_to_copy() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -98,6 +99,35 @@ def test_ratios_are_those_of_brute_force(drawn: tuple[Floats, Floats, list[Membe
         assert evidence.normal([number]) - evidence.normal([]) == pytest.approx(expected, abs=1e-4)
 
 
+@pytest.mark.parametrize("known", [0.0, 4.0])
+def test_a_scale_of_the_noise_that_is_not_known_is_integrated(
+    known: float, drawn: tuple[Floats, Floats, list[MemberColumns], Discrepancy]
+) -> None:
+    """By sums over it: log-uniform, or about one with so many degrees of freedom; each reading counts once."""
+    common, y, members, discrepancy = drawn
+    log_scale = np.linspace(-4.0, 4.0, 801)
+    prior = -0.5 * known * (2.0 * log_scale + np.exp(-2.0 * log_scale))
+    flat = np.linalg.qr(common.T, mode="complete")[0][:, len(common) :]
+
+    def integrated(rows: Floats, sizes: Floats, weights: Floats) -> float:
+        found = []
+        for tau, share in [
+            (0.0, NO_DISCREPANCY),
+            *((tau, (1.0 - NO_DISCREPANCY) / len(DISCREPANCIES)) for tau in DISCREPANCIES),
+        ]:
+            for size, weight in zip(sizes, weights, strict=True):
+                whole = flat.T @ (covariance_of(discrepancy, tau) + size**2 * rows.T @ rows) @ flat
+                square = float(y @ flat @ np.linalg.solve(whole, flat.T @ y))
+                density = prior - 0.5 * np.exp(-2.0 * log_scale) * square - log_scale * len(whole)
+                found.append(logsumexp(density) - 0.5 * np.linalg.slogdet(whole)[1] + np.log(share * weight))
+        return float(logsumexp(found))
+
+    evidence = SetEvidence.of(read(common, discrepancy, y), members, NoiseScale(float(N - 2), known))
+    none = integrated(np.zeros((1, N)), np.ones(1), np.ones(1))
+    expected = integrated(members[0].rows, members[0].sizes, members[0].weights) - none
+    assert evidence.normal([0]) - evidence.normal([]) == pytest.approx(expected, abs=1e-4)
+
+
 def test_several_members_are_summed_about_their_best_sizes(
     drawn: tuple[Floats, Floats, list[MemberColumns], Discrepancy],
 ) -> None:
@@ -135,8 +165,9 @@ def test_units_of_common_columns_and_of_coefficients_change_nothing(
     common, y, members, discrepancy = drawn
     noise = NoiseScale(float(N - 2), known)
     mixed = np.array([[1e3, 2e3], [0.0, 1e-4]]) @ common
+    in_other_unit = [replace(one, rows=1e3 * one.rows, sizes=1e-3 * one.sizes) for one in members]
     one = SetEvidence.of(read(common, discrepancy, y), members, noise)
-    other = SetEvidence.of(read(mixed, discrepancy, y), members, noise)
+    other = SetEvidence.of(read(mixed, discrepancy, y), in_other_unit, noise)
     change = [evidence.of_set([0, 2]) - evidence.of_set([]) for evidence in (one, other)]
     assert change[0] == pytest.approx(change[1], abs=1e-6)
 

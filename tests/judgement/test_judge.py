@@ -199,7 +199,9 @@ def test_a_target_that_was_elsewhere_for_a_while_is_no_effect() -> None:
 def test_a_force_sensor_that_was_zeroed_anew_is_no_step_of_the_target() -> None:
     """Of positions in one pose both make the same."""
     campaign = draw_stress("mistake-zeroed-anew", 1, 0)
-    found = read_off(judge_states(campaign.states, campaign.model, built_in_effects()))
+    judged = judge_states(campaign.states, campaign.model, built_in_effects())
+    found = read_off(judged)
+    assert [one.kind for one in judged.mistakes.values()] == ["zero"]
     assert [off for off, _ in found.doubted] == [Off(run) for run in campaign.runs]
     assert not any(group.firm for group in found.groups)
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from stiffcal.judgement.reading import read_off
 from tests.calibration.judging import judged
-from tests.laboratory.judged_folder import said_of
+from tests.laboratory.judged_folder import judged_in, said_of
 
 pytestmark = pytest.mark.long
 
@@ -39,9 +40,11 @@ def test_a_sensor_whose_components_read_each_other_is_no_turned_sensor() -> None
 
 def test_a_target_knocked_and_back_is_a_run_and_no_step() -> None:
     """By 0.34 mm in 8 of 33 states of one run."""
-    found = said_of(DATA / "ceil-knock-part")
+    whole = judged_in(DATA / "ceil-knock-part")
+    found = read_off(whole)
     assert found.groups == ()
     assert [(off.run, off.state) for off, p in found.doubted if p >= 0.95] == [(2, None)]
+    assert {off.run: one.kind for off, one in whole.mistakes.items()} == {2: "knocked"}
 
 
 def test_noise_with_heavy_tails_is_no_effect() -> None:

@@ -7,8 +7,8 @@ import pytest
 
 from stiffcal.effects.cubic_stiffness import CubicStiffness
 from stiffcal.effects.joint_compliance import JointCompliance
-from stiffcal.judgement.numbers import BEND, TYPICAL_COMPLIANCE, TYPICAL_TORQUE
-from stiffcal.judgement.priors import RobotScale
+from stiffcal.judgement.numbers import BEND, EXPECTED_EFFECTS, TYPICAL_COMPLIANCE, TYPICAL_TORQUE, UNLISTED
+from stiffcal.judgement.priors import MemberKind, RobotScale, Share, log_odds
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import NodeLoads, Place
 from stiffcal.model.forms import form_of
@@ -53,3 +53,27 @@ def test_a_curve_bends_as_much_as_its_own_spring_gives(joint: int, rigidity: flo
     assert torque == pytest.approx(TORQUE)
     assert scale.typical(CURVE, place, "p2") * angle**2 == pytest.approx(BEND * torque)
     assert scale.typical(CURVE, place, "p3") * angle**3 == pytest.approx(BEND * torque)
+
+
+def test_a_form_or_a_family_more_moves_no_other_place() -> None:
+    """Place first, family second, form third: what is added takes its share of the next larger one alone."""
+
+    def expected(*families: str) -> tuple[dict[str, float], float]:
+        """Return what is expected of each family at joint 1, and at joint 2."""
+        effects = [Share("joint 1", family, MemberKind.EFFECT, True) for family in families]
+        other = [Share("joint 2", "play", MemberKind.EFFECT, True)]
+        laws = [Share(f"joint {joint}", "its angle", MemberKind.UNLISTED, True) for joint in (1, 2)]
+        odds = np.exp(log_odds([*effects, *other, *laws]))
+        p = odds / (1.0 + odds)
+        assert p.sum() == pytest.approx(EXPECTED_EFFECTS)
+        n = len(effects)
+        assert p[-2] == pytest.approx(UNLISTED * (p[-2] + p[:n].sum()))
+        return {family: sum(p[k] for k in range(n) if families[k] == family) for family in families}, p[n] + p[-1]
+
+    plain, there = expected("play", "spring")
+    more_forms, there_with_forms = expected("play", "play", "spring")
+    more_families, there_with_families = expected("play", "spring", "bearing")
+    assert more_forms == pytest.approx(plain)
+    assert sum(more_families.values()) == pytest.approx(sum(plain.values()))
+    assert there_with_forms == pytest.approx(there)
+    assert there_with_families == pytest.approx(there)

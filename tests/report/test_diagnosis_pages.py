@@ -397,3 +397,11 @@ def test_one_number_stands_for_what_the_missing_effect_explains() -> None:
     assert "97 %" in words(ranking.section(made))
     assert "98 %" not in words(ranking.section(made))
     assert "98 %" in words(ranking.section(content(explained_by_missing=0.971, missing=[])))
+
+
+def test_once_in_the_model_an_effect_keeps_its_probability_and_its_look_alikes_on_page_1() -> None:
+    before = str(summary.section(content()))
+    after = str(summary.section(content(missing=[], in_model=[proposed(ALIKE)])))
+    for page in (before, after):
+        assert "backlash (joint 4), or friction-hysteresis (joint 4): 99.0 %" in page
+    assert "('in the model'" in after

@@ -13,7 +13,7 @@ from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.view.content import ViewModel
-from stiffcal.view.gathering.candidates import view_candidates
+from stiffcal.view.gathering.candidates import in_model_in_words, view_candidates
 from stiffcal.view.gathering.change import LastAdded
 from stiffcal.wording import probability_in_words
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
@@ -35,6 +35,16 @@ def test_members_of_a_group_have_the_probabilities_of_the_verdict(diagnosis: Dia
     sure = {one.name: one.sure for one in view_candidates(replace(diagnosis, missing=[group]))}
     assert sure["joint-compliance j6"] == probability_in_words(0.4)
     assert sure["bearing-tilt j6"] == probability_in_words(0.2)
+
+
+def test_once_in_the_model_an_effect_keeps_its_probability_and_its_look_alikes(diagnosis: DiagnoseResult) -> None:
+    (missing,) = diagnosis.missing
+    rival = LookAlike(effect="bearing-tilt", where=Where(joints=[6]), probability=0.25)
+    group = replace(missing, probability=0.8, member_probability=0.75, alternatives=[rival])
+    words = in_model_in_words(replace(diagnosis, missing=[], in_model=[group]))
+    assert f"joint-compliance of joint 6 {probability_in_words(0.6)}" in words
+    assert f"bearing-tilt of joint 6 {probability_in_words(0.2)}" in words
+    assert in_model_in_words(diagnosis) == ""
 
 
 def test_what_is_rejected_has_none(diagnosis: DiagnoseResult) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.estimation.decomposition import thin_svd
 from stiffcal.estimation.rows import RowSpace
+from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 LEAST_OF_MISTAKE = 1e-6
 """Share of a mistake's longest column below which another is made of those before: far above what rounding leaves."""
@@ -67,7 +68,11 @@ class StateMistake(ABC):
     size_is_known: ClassVar[bool] = False
     """Whether the readings that are exchanged say how large it is; else it may be of any size."""
     inside_a_run: ClassVar[bool] = False
-    """Whether it begins inside a run, so that one that was set aside may have it."""
+    """Whether it begins inside a run, so that one that was set aside may have it …"""
+    kind: ClassVar[SuspectKind] = SuspectKind.OFF
+    """… what such a run is called then …"""
+    likely: ClassVar[str] = ""
+    """… and its cure, in words."""
 
     @abstractmethod
     def changes(self, left: LeftOfStates) -> Iterator[StateChange]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from stiffcal.diagnosis.answers.results import DiagnoseResult, Finding, LookAlike, ProposedEffect, UndecidedEffect
+from stiffcal.diagnosis.words import effect_in_words
 from stiffcal.escapes import shell
 from stiffcal.model.summary import EffectAt
 from stiffcal.view.content import CandidateStanding, ViewCandidate
@@ -38,6 +39,20 @@ def view_candidates(diagnosis: DiagnoseResult | None) -> list[ViewCandidate]:
             command=command_of("add", effect),
         )
     return list(offered.values())
+
+
+def in_model_in_words(diagnosis: DiagnoseResult | None) -> str:
+    """Return how sure a diagnosis is that effects of the model are there, with their look-alikes; "" of none."""
+    texts = []
+    for held in () if diagnosis is None else diagnosis.in_model or ():
+        members: list[ProposedEffect | LookAlike] = [held, *held.alternatives]
+        first, *others = (
+            f"{effect_in_words(EffectAt(effect=one.effect, where=one.where))} "
+            f"{probability_in_words(held.probability_of(one) or 0.0)}"
+            for one in members
+        )
+        texts.append(first + (f" (cannot be distinguished from: {', '.join(others)})" if others else ""))
+    return f"In the model: {'; '.join(texts)}." if texts else ""
 
 
 def _name(effect: EffectAt | ProposedEffect | LookAlike | UndecidedEffect) -> str:

@@ -51,7 +51,7 @@ class MovedBase(PlacesMistake):
     """The base, or the tracker, was moved between two rows."""
 
     name = "moved-base"
-    kind = SuspectKind.BUMP
+    kind = SuspectKind.MOVED
 
     def found_in(self, left: LeftOfPlaces) -> MovedRows | None:
         """Return the move that the rows show: its rows, and a drift that may be it as well."""

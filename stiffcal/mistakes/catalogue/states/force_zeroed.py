@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from stiffcal.mistakes.states.mistake import LeftOfStates, StateChange, StateMistake, independent
+from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 
 class ForceZeroed(StateMistake):
@@ -15,6 +16,11 @@ class ForceZeroed(StateMistake):
     name = "force-zeroed"
     rank = 20
     inside_a_run = True
+    kind = SuspectKind.ZERO
+    likely = (
+        "the force sensor was zeroed anew inside the run, or the target slipped there: end the run at that state and "
+        "begin another, or exclude it"
+    )
 
     def words(self, runs: tuple[int, ...]) -> str:
         """Return in which run."""

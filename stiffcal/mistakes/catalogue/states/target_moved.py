@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from stiffcal.mistakes.states.mistake import LeftOfStates, StateChange, StateMistake, independent
+from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 INTERVALS_KEPT = 2
 """Runs in which a target moved for a while that are compared with all else."""
@@ -23,6 +24,10 @@ class TargetMoved(StateMistake):
     name = "target-moved"
     rank = 21
     inside_a_run = True
+    kind = SuspectKind.KNOCKED
+    likely = (
+        "the target was elsewhere for some states of the run and came back: exclude these states, or repeat the run"
+    )
 
     def words(self, runs: tuple[int, ...]) -> str:
         """Return in which run."""
