@@ -41,7 +41,6 @@ from stiffcal.model.laws.drives import drive_terms, drive_torque
 
 ALL_IT_CARRIES = "all that the joint carries"
 INSTRUMENT, CROSS_TALK = "instrument", "a component of the load that is read in another"
-FORCES, MOMENTS = slice(0, 3), slice(3, 6)
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,7 @@ def _of_cross_talk(state: Linearised) -> Floats:
     wrench = state.data.wrench
     slope = state.tangents.reading_rows()
     # forces among each other, and moments, have one full scale
-    scales = [float(np.quantile(np.abs(wrench[part]).max(axis=0), USUAL_LOAD)) for part in (FORCES, MOMENTS)]
+    scales = [float(np.quantile(np.abs(part).max(axis=0), USUAL_LOAD)) for part in np.split(wrench, [RX])]
     scale = np.repeat(scales, 3)
     apart = [(reads, other) for reads in range(6) for other in range(6) if reads != other]
     return np.array([scale[reads] * slope[:, reads] * _unit(wrench[other]) for reads, other in apart])
