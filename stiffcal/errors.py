@@ -1,7 +1,7 @@
 """The errors a user can meet.
 
-Every mistake in a user's input is an `InputFault`: one line that names the file, the place in it, the reason and the
-mend. The command line prints it and ends with exit code 2; nothing has been written by then.
+Every mistake in a user's input is a `Fault` of an `InputError`: one line that names the file, the place in it, the
+reason and the mend. The command line prints it and ends with exit code 2; nothing has been written by then.
 """
 
 from __future__ import annotations

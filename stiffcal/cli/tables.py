@@ -1,4 +1,4 @@
-"""Tables that more than one command shows."""
+"""Tables as a terminal shows them."""
 
 from __future__ import annotations
 

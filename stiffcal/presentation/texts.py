@@ -1,4 +1,4 @@
-"""Sentences and tables of kinds of experiment as texts, the same in terminal, report and page."""
+"""Sentences and tables as texts, the same in terminal, report, page and notebook."""
 
 from __future__ import annotations
 
