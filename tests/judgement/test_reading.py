@@ -89,7 +89,10 @@ N = 24
 PLAY, SPRINGS, LAW = 0, 1, 2
 
 
-def judged_of(effect: float, law: float = 0.0, *, settled: float = 1.0, at_bound: bool = False) -> Any:
+def judged_of(
+    effect: float, law: float = 0.0, *, poses_differ: float = 0.0, wander: float = 0.0, settled: float = 1.0,
+    at_bound: bool = False,
+) -> Any:  # fmt: skip
     """Return what is read off: a play and springs of a link, of so many noises, next to a law of no catalogue."""
     rng = np.random.default_rng(3)
     basis, _ = np.linalg.qr(rng.normal(size=(N, N)))
@@ -99,15 +102,15 @@ def judged_of(effect: float, law: float = 0.0, *, settled: float = 1.0, at_bound
         )
         for k in (3, 4)
     ]
-    poses, wander = (Discrepancy((0,), N, [one], np.ones(1)) for one in alike)
-    shared = Shared(np.zeros((0, N)), np.zeros((0, 1)), ((poses, 0.2), (wander, 0.2)))
+    of_poses, of_time = (Discrepancy((0,), N, [one], np.ones(1)) for one in alike)
+    shared = Shared(np.zeros((0, N)), np.zeros((0, 1)), ((of_poses, 0.2), (of_time, 0.2)))
     kinds = (MemberKind.EFFECT, MemberKind.EFFECT, MemberKind.UNLISTED)
     members = []
     for k, (name, kind) in enumerate(zip(("play j1", "springs arm", "joint 2: its angle"), kinds, strict=True)):
         columns = MemberColumns(basis[:, k][None], np.zeros(1, dtype=np.bool_), np.array([1.0, 4.0, 16.0]), np.ones(3))
         share = Share(name, name, kind, True)
         members.append(Member(name, share, None, {}, 0.0, columns, -3.0, settled=settled))
-    y = effect * basis[:, PLAY] + law * basis[:, LAW] + basis[:, 5:] @ rng.normal(size=N - 5)
+    y = basis[:, :5] @ [effect, 0.0, law, poses_differ, wander] + basis[:, 5:] @ rng.normal(size=N - 5)
     readings = Readings(shared, y, np.ones(N), np.zeros(N, dtype=np.int64))
     weighed = WeighedSets(
         members, SetEvidence.of(readings, [one.columns for one in members], NoiseScale(float(N), np.inf))
@@ -117,8 +120,8 @@ def judged_of(effect: float, law: float = 0.0, *, settled: float = 1.0, at_bound
     space = SimpleNamespace(data=SimpleNamespace(absolute=np.zeros(N, dtype=np.bool_)))
     ground = SimpleNamespace(
         shared=shared,
-        of_loads=poses,
-        of_time=wander,
+        of_loads=of_poses,
+        of_time=of_time,
         lingering=None,
         alike=None,
         louder=None,
@@ -188,3 +191,17 @@ def test_a_name_that_hangs_on_a_prior_or_on_the_discrepancy_is_not_firm(
     elif doubted:
         monkeypatch.setattr(WeighedSets, "given_discrepancy", lambda weighed, numbers: less)
     assert [group.firm for group in read_off(judged).groups] == [not doubted]
+
+
+@pytest.mark.parametrize("in_time", [False, True])
+def test_a_scatter_that_follows_nothing_is_found_with_its_size(in_time: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reading, "checks_of", lambda judged: ())
+    size = 20.0
+    found = read_off(judged_of(0.0, **{"wander" if in_time else "poses_differ": size}))
+    assert found.unexplained
+    assert found.unlisted == ()
+    assert found.discrepancy is not None
+    assert found.discrepancy.in_time is in_time
+    # along one direction of 24 readings, as far as the grid's sizes go
+    assert 0.3 * size < found.discrepancy.size * np.sqrt(N) < 1.5 * size
+    assert read_off(judged_of(0.0)).discrepancy is None
