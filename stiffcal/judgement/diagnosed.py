@@ -54,6 +54,11 @@ class DiagnosedStates(Diagnosed):
     measured_in = "poses and loads"
     more = "poses"
 
+    @property
+    def differ_between(self) -> str:
+        """Between what readings that follow no law differ, in words."""
+        return "run to run" if self.states.clamped.all() else "pose to pose"
+
     def run_in_words(self, run: int) -> str:
         """Return a run by its number, in words."""
         return f'run "{self.states.runs[run].name}"'

@@ -41,6 +41,11 @@ class DiagnosedRows(Diagnosed):
         """Of what more would decide, in words."""
         return self.problem.folds_in_words
 
+    @property
+    def differ_between(self) -> str:
+        """Between what readings that follow no law differ, in words."""
+        return "pass to pass"
+
     def run_in_words(self, run: int) -> str:
         """Return what is left out with a pass, in words."""
         return self.problem.group_in_words(run)

@@ -82,6 +82,11 @@ class Diagnosed(ABC):
     def more(self) -> str:
         """Of what more would decide, in words: "poses"."""
 
+    @property
+    @abstractmethod
+    def differ_between(self) -> str:
+        """Between what readings that follow no law differ, in words: "pose to pose"."""
+
     @abstractmethod
     def run_in_words(self, run: int) -> str:
         """Return a run by its number, in words."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -76,6 +76,18 @@ class UnlistedFound:
 
 
 @dataclass(frozen=True)
+class ShownDiscrepancy:
+    """A discrepancy that shows: what differs from pose to pose, or in the course of runs, and follows no law."""
+
+    in_time: bool
+    """Whether it is a wander in the course of runs; else each pose has a way of its own."""
+    probability: float
+    """That it shows."""
+    size: float
+    """Rms over all readings at its most probable size, in noises."""
+
+
+@dataclass(frozen=True)
 class WhatIsMissing:
     """What is missing, how probable, and whether something is that nobody has written down."""
 
@@ -97,6 +109,8 @@ class WhatIsMissing:
     """Share that sets which were not weighed have of all, as far as members gain next to those that were."""
     unlisted: tuple[UnlistedFound, ...]
     """Laws that nobody has written down with a probability of `DOUBT` and more, the most probable first."""
+    discrepancy: ShownDiscrepancy | None = None
+    """The one of poses, or in time, that probably shows; None where neither does."""
 
     @property
     def failed(self) -> tuple[Check, ...]:
@@ -191,6 +205,7 @@ def read_off(judged: Judged) -> WhatIsMissing:
         ),
         weighed.not_weighed,
         tuple(UnlistedFound(share_of[name].place, share_of[name].family, min(p, 1.0)) for name, p in probable),
+        next((one for one in _shown(judged) if one.probability >= NAMED), None),
     )
 
 
@@ -306,14 +321,18 @@ def _left(judged: Judged, size: float = 0.0) -> float:
     ----------
     size : of the discrepancy, in noises; a smaller one does not count.
     """
+    return sum(one.probability for one in _shown(judged, size))
+
+
+def _shown(judged: Judged, size: float = 0.0) -> Iterator[ShownDiscrepancy]:
+    """Give how probable it is that each discrepancy shows, and how large it is; as of `_left`."""
     ground, of_discrepancy = judged.ground, judged.weighed.of_discrepancy()
     scatters = SCATTERS if ground.space.data.absolute.all() else SHOWS
-    found = 0.0
     for one, least in ((ground.of_loads, scatters), (ground.of_time, SHOWS)):
         shown = DISCREPANCIES * np.sqrt(one.variance.sum() / judged.weighed.evidence.noise.dof)
-        counted = (shown >= least) & (size <= DISCREPANCIES)
-        found += float(of_discrepancy[ground.shared.numbers_of(one)][counted].sum())
-    return found
+        counted = of_discrepancy[ground.shared.numbers_of(one)] * ((shown >= least) & (size <= DISCREPANCIES))
+        largest = float(shown[np.argmax(counted)])
+        yield ShownDiscrepancy(one is ground.of_time, float(counted.sum()), largest)
 
 
 def _unlisted_in_place(

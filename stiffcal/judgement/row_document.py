@@ -77,7 +77,7 @@ def row_diagnosis(found: DiagnosedRows) -> DiagnoseResult:
         n_candidates=n_effects,
         n_signatures=n_shapes,
         pace=pace_of(found),
-        summary=_of_these(problem, " ".join(answer_of(found, against, structure))),
+        summary=_of_these(problem, " ".join(answer_of(found, against, structure, noise))),
         superfluous=superfluous_of(found),
         evidence=[],
         fit_id="",

@@ -6,11 +6,13 @@ from collections.abc import Iterator, Sequence
 
 from stiffcal.diagnosis.answers.results import ResidualDependence
 from stiffcal.diagnosis.share_in_words import share_in_words
-from stiffcal.diagnosis.words import candidate_in_words
+from stiffcal.diagnosis.words import candidate_in_words, error_in_words, leading_measure
 from stiffcal.judgement.checks import Check
 from stiffcal.judgement.found import Diagnosed, FoundEffect
 from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.numbers import FIRM, NAMED
+from stiffcal.judgement.reading import ShownDiscrepancy
+from stiffcal.measurements.rms import Rms
 from stiffcal.wording import listing, probability_in_words, significant, variable
 
 CHECKED = {
@@ -20,17 +22,19 @@ CHECKED = {
 """What is held against the noise, in words."""
 
 
-def answer_of(found: Diagnosed, against: str, structure: Sequence[ResidualDependence]) -> Iterator[str]:
+def answer_of(
+    found: Diagnosed, against: str, structure: Sequence[ResidualDependence], noise: Rms | None = None
+) -> Iterator[str]:
     """Give the answer, sentence by sentence.
 
     Parameters
     ----------
     found : what is missing. against : the present model's errors next to the noise.
-    structure : what the remaining error follows.
+    structure : what the remaining error follows. noise : of the readings; None where it is not known.
     """
     yield _named(found, against) if found.found else _nothing_named(found, against)
     if found.unexplained:
-        yield _unexplained(found, structure)
+        yield from _unexplained(found, structure, noise)
 
 
 def _named(found: Diagnosed, against: str) -> str:
@@ -96,19 +100,32 @@ def _left_out_is_worse(found: Diagnosed) -> bool:
     return found.before is not None and found.before.ratio**2 - 1.0 > 1.0
 
 
-def _unexplained(found: Diagnosed, structure: Sequence[ResidualDependence]) -> str:
+def _unexplained(found: Diagnosed, structure: Sequence[ResidualDependence], noise: Rms | None) -> list[str]:
     """Return what is left that no effect explains: laws that nobody has written down, and checks that fail."""
     texts = []
     laws = [law for law in found.reading.unlisted if law.probability >= NAMED] or list(found.reading.unlisted[:1])
     if found.reading.p_unknown >= NAMED and laws:
         named = listing(f"{law.place}: {law.follows} ({probability_in_words(law.probability)})" for law in laws)
         texts.append(f"A law of its own that the catalogue does not hold is probable: {named}.")
+    if found.reading.discrepancy is not None:
+        texts.append(_of_no_law(found, found.reading.discrepancy, noise))
     texts += [_failed(found, check) for check in found.reading.failed]
     if structure:
         texts.append(f"The remaining error depends on {variable(structure[0].follows)}.")
     if found.found:
         texts.insert(0, "Something else is missing that no effect of the catalogue explains.")
-    return " ".join(texts)
+    return texts
+
+
+def _of_no_law(found: Diagnosed, shown: ShownDiscrepancy, noise: Rms | None) -> str:
+    """Return a discrepancy that shows, with its size where the noise is known."""
+    measure = None if noise is None else leading_measure(noise)
+    own = None if noise is None or measure is None else dict(noise.items()).get(measure)
+    size = "" if own is None or measure is None else f" by {error_in_words(shown.size * own, measure)} rms"
+    p = probability_in_words(shown.probability)
+    if shown.in_time:
+        return f"The readings drift irregularly in the course of runs{size} ({p})."
+    return f"The readings differ from {found.differ_between}{size}, and no logged variable explains how ({p})."
 
 
 def _failed(found: Diagnosed, check: Check) -> str:

@@ -43,7 +43,7 @@ def summary_of(
             f"Errors of the robot's geometry explain {100.0 * geometry.explains:.0f} % of the avoidable error, of the "
             "size that absolute positions show: correct robot.toml before adding any effect."
         )
-    texts += answer_of(found, against, structure)
+    texts += answer_of(found, against, structure, noise)
     if found.unexplained and pattern is not None:
         texts.append(f"Probable location: {pattern_in_words(pattern)}.")
     return " ".join(texts)

@@ -7,12 +7,21 @@ from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+from scipy.optimize import minimize
+
 from tests.calibration.field_mix import CATEGORIES, NOISE_KNOWN
 from tests.calibration.judging import JudgedCampaign
 from tests.rates.intervals import clopper_pearson
 
 BINS = (0.0, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0)
 """Edges of the bins of stated probabilities."""
+STANDARD_ERRORS = 4.0
+"""With which an oracle, who knows all else, finds an effect of which it is asked whether it is named."""
+ABOUT_ONE = (0.7, 1.4)
+"""Noises that count as one."""
+LEAST_DOUBT = 1e-3
+"""Stated probabilities are held between this and one less it: what is printed has no more digits."""
 
 
 def table(records: Sequence[JudgedCampaign]) -> str:
@@ -26,7 +35,7 @@ def table(records: Sequence[JudgedCampaign]) -> str:
     seconds = sorted(r.answer.seconds for r in records if not r.answer.crash)
     if seconds:
         lines.append(f"processor time: median {seconds[len(seconds) // 2]:.1f} s, most {seconds[-1]:.1f} s")
-    return "\n".join([*lines, *_reliability(records), *_priors(records)])
+    return "\n".join([*lines, *_reliability(records), *_names(records), *_priors(records)])
 
 
 def _line(name: str, own: Sequence[JudgedCampaign], with_outcomes: bool) -> str:
@@ -70,4 +79,48 @@ def _reliability(records: Sequence[JudgedCampaign]) -> list[str]:
             lines.append(
                 f"{low:.2f} to {high:.2f}        {mean:8.3f}{right:>8}{len(own):>6}   {bounds[0]:.3f}–{bounds[1]:.3f}"
             )
-    return lines
+    slope, score, of_base_rate = recalibrated(pairs)
+    return [*lines, f"recalibration slope {slope:.2f}; log score {score:.4f}, of the base rate {of_base_rate:.4f}"]
+
+
+def recalibrated(pairs: Sequence[tuple[float, bool]]) -> tuple[float, float, float]:
+    """Return the slope of log odds over those that were stated, the log score, and that of the rate alone.
+
+    The slope is that of a logistic regression; NaN where all or none are right.
+    """
+    p = np.clip([p for p, _ in pairs], LEAST_DOUBT, 1.0 - LEAST_DOUBT)
+    right = np.array([right for _, right in pairs], dtype=np.float64)
+    score = float(np.mean(np.where(right == 1.0, np.log(p), np.log1p(-p))))
+    rate = float(right.mean())
+    if rate in (0.0, 1.0):
+        return math.nan, score, 0.0
+    columns, sign = np.column_stack([np.ones_like(p), np.log(p / (1.0 - p))]), 2.0 * right - 1.0
+    found = minimize(lambda values: np.logaddexp(0.0, -sign * (columns @ values)).sum(), np.array([0.0, 1.0]))
+    return float(found.x[1]), score, rate * math.log(rate) + (1.0 - rate) * math.log1p(-rate)
+
+
+def _names(records: Sequence[JudgedCampaign]) -> list[str]:
+    """Return how often the names that are given hold the effect that is there, and how many they are."""
+    sizes, held, found = [], 0, 0
+    firm, alone = 0, 0
+    for record in records:
+        if record.category not in ("one", "several"):
+            continue
+        for name, size in zip(record.truth, record.sizes, strict=True):
+            if size * math.sqrt(record.readings) < STANDARD_ERRORS:
+                continue
+            own = next((one for one in record.answer.named if name in one.names), None)
+            found, held = found + 1, held + (own is not None)
+            sizes += [] if own is None else [len(own.names)]
+            if (
+                record.category == "one"
+                and ABOUT_ONE[0] <= size <= ABOUT_ONE[1]
+                and (own is None or len(own.names) < 2)
+            ):
+                alone, firm = alone + 1, firm + (own is not None and own.firm and own.names[0] == name)
+    if not found:
+        return []
+    lines = [f"effects of {STANDARD_ERRORS:g} standard errors and more that are among the names: {held} of {found}"]
+    if sizes:
+        lines[0] += f"; names: {float(np.median(sizes)):g} in the median, {np.mean(sizes):.2f} in the mean"
+    return [*lines, f"single effects of about one noise, not alike another: firm and right {firm} of {alone}"]

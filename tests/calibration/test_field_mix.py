@@ -8,6 +8,7 @@ import pytest
 from tests.calibration.answers import Answer, Named, firm_wrong, is_good
 from tests.calibration.field_mix import FieldCampaign, draw_campaign
 from tests.calibration.judging import JudgedCampaign, read_line
+from tests.calibration.tables import recalibrated, table
 
 NAN = float("nan")
 SEED = 9001
@@ -72,3 +73,27 @@ def test_a_judged_campaign_is_read_as_it_was_written() -> None:
     again = read_line(one.line())
     assert again.line() == one.line()
     assert again.answer.named[0].names == ("creep j1",)
+
+
+def test_probabilities_that_are_true_have_the_slope_one_and_sure_ones_a_smaller() -> None:
+    stated = np.array([0.6, 0.8, 0.9, 0.98])
+    true = [(p, k < round(1000 * p)) for p in stated for k in range(1000)]
+    sure = [(p, k < round(1000 * p**0.5 / (p**0.5 + (1.0 - p) ** 0.5))) for p in stated for k in range(1000)]
+    assert recalibrated(true)[0] == pytest.approx(1.0, abs=0.01)
+    assert recalibrated(sure)[0] == pytest.approx(0.5, abs=0.01)
+    assert recalibrated(true)[1] > recalibrated(true)[2]
+    assert recalibrated(sure)[1] < recalibrated(sure)[2]
+
+
+def test_effects_that_an_oracle_finds_are_counted_by_their_names() -> None:
+    def judged(size: float, *given: Named) -> JudgedCampaign:
+        return JudgedCampaign(
+            3, "one", "repeats", "balance", "", 100, (size,), ("creep j1",), ("creep j1",), (), answer(*given), "",
+            True, 0,
+        )  # fmt: skip
+
+    alike = Named(("backlash j1", "creep j1"), 0.99, (0.6, 0.35), firm=False)
+    sure = Named(("creep j1",), 0.99, (1.0,), firm=True)
+    text = table([judged(0.3), judged(1.0, sure), judged(1.0, alike), judged(1.0), judged(5.0, alike)])
+    assert "among the names: 3 of 4; names: 2 in the median, 1.67 in the mean" in text
+    assert "firm and right 1 of 2" in text

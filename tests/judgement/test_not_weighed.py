@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
+from stiffcal.errors import Progress, no_progress
 from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.inner_products import InnerProducts
 from stiffcal.judgement.members import Member
@@ -28,7 +29,7 @@ def weighed() -> WeighedSets:
     return searched(1.0)
 
 
-def searched(size: float) -> WeighedSets:
+def searched(size: float, progress: Progress = no_progress) -> WeighedSets:
     """Return sets about readings with one effect, of this size."""
     rng = np.random.default_rng(6)
     columns = [
@@ -42,7 +43,9 @@ def searched(size: float) -> WeighedSets:
     ]
     shared = Shared(np.zeros((0, READINGS)), np.zeros((0, 1)), [])
     readings = Readings(shared, y, np.ones(READINGS), np.zeros(READINGS, dtype=np.int64))
-    return search_sets(members, SetEvidence.of(readings, columns, NoiseScale(float(READINGS), np.inf)))
+    return search_sets(
+        members, SetEvidence.of(readings, columns, NoiseScale(float(READINGS), np.inf)), progress=progress
+    )
 
 
 def test_sets_that_were_not_weighed_have_what_is_stated(weighed: WeighedSets) -> None:
@@ -68,7 +71,11 @@ def test_tails_are_not_asked_for_of_sets_that_are_out_of_reach(monkeypatch: pyte
         asked.append(chosen)
         return gains(readings, inner, chosen, *more)
 
+    shown = list[tuple[str, float | None]]()
     monkeypatch.setattr(Readings, "gains", counted)
-    assert searched(10.0).best == (3,)
+    assert searched(10.0, lambda text, share: shown.append((text, share))).best == (3,)
     assert asked
     assert all(3 in chosen for chosen in asked)
+    # what is weighed is shown, n of m, and how much of it is done
+    assert [text for text, _ in shown if f" of {MEMBERS + 2}" in text]
+    assert [share for _, share in shown] == sorted(share for _, share in shown if share is not None)
