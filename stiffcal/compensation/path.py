@@ -12,12 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.compensation.load_table import (
-    WrittenTable,
-    joint_doubts,
-    place_doubts,
-    read_table,
-)
+from stiffcal.compensation.load_table import joint_doubts, place_doubts
 from stiffcal.compensation.option_words import pose_doubts, pose_of_words
 from stiffcal.compensation.path_forces import Forces, in_frame, path_loads
 from stiffcal.compensation.table_columns import (
@@ -30,6 +25,7 @@ from stiffcal.compensation.table_columns import (
     joints_in_words,
 )
 from stiffcal.compensation.table_doubts import shortened
+from stiffcal.compensation.written_table import WrittenTable, read_table
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.wording import unused_columns

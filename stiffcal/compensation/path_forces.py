@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.compensation.load_table import (
-    WrittenTable,
-    force_mend,
-    load_doubts,
-    read_table,
-)
+from stiffcal.compensation.load_table import force_mend, load_doubts
 from stiffcal.compensation.option_words import OPTION_IN_N, numbers_of_words, tool_of_words
 from stiffcal.compensation.table_columns import (
     AXES,
@@ -22,6 +17,7 @@ from stiffcal.compensation.table_columns import (
     TIME,
 )
 from stiffcal.compensation.table_doubts import shortened
+from stiffcal.compensation.written_table import WrittenTable, read_table
 from stiffcal.errors import Fault, InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 

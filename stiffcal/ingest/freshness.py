@@ -62,7 +62,7 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
             then = _provenance_of(snapshot)
         except DamagedStoreError as error:
             return Freshness(f"the store is damaged: {error.faults[0].reason}", origin=origin)
-        from stiffcal.ingest.reading.run_readings import stored_states
+        from stiffcal.ingest.reading.read_sources import stored_states
         from stiffcal.store import changed_settings, changed_sources
         from stiffcal.store.origin import known_sources_state
 

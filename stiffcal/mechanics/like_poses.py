@@ -12,6 +12,9 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 
+SAME_POSE_RAD = float(np.radians(1.0))
+"""Configurations whose joints differ by less are one pose: drives repeat what a program commands within arc seconds,
+and tables are rounded to less than this."""
 # Joints that span the grid: with three, a cell has 27 neighbours, itself included.
 GRID_JOINTS = 3
 # Cells are this much wider than the tolerance, so that rounding never puts two like angles two cells apart.

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import IO
 
 from stiffcal.log_columns import Options
-from stiffcal.parsers.sheets import LIBRARIES, OpenSheet, open_sheet, tables_of_sheets
+from stiffcal.parsers.sheets import LIBRARIES, open_sheet, tables_of_sheets
+from stiffcal.parsers.sheets.open_sheet import OpenSheet
 from stiffcal.parsers.sheets.outlines import Outline, Parts
 
 __all__ = ["LIBRARIES", "open_log", "tables"]

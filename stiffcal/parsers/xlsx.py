@@ -10,7 +10,8 @@ from typing import IO
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.log_columns import Options
-from stiffcal.parsers.sheets import LIBRARIES, SAVE_AS_XLSX, OpenSheet, open_sheet, tables_of_sheets
+from stiffcal.parsers.sheets import LIBRARIES, SAVE_AS_XLSX, open_sheet, tables_of_sheets
+from stiffcal.parsers.sheets.open_sheet import OpenSheet
 from stiffcal.parsers.sheets.outlines import Outline, Parts, is_true, place_of_cell
 
 __all__ = ["LIBRARIES", "open_log", "tables"]

@@ -8,11 +8,9 @@ from stiffcal.arrays import Integers
 from stiffcal.campaign.found.experiment_kinds import kind_names
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.mechanics.like_poses import pose_groups
+from stiffcal.mechanics.like_poses import SAME_POSE_RAD, pose_groups
 from stiffcal.propose.column_roles import Role, Roles
 
-SAME_POSE_RAD = float(np.radians(1.0))
-"""As for folds: rows whose joints agree within 1° are one pose."""
 _MOST_RADIANS = 6.6  # larger angles are degrees
 
 

@@ -16,7 +16,7 @@ from stiffcal.estimation.bounded_least_squares import least_squares_within
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.kinematics import attached_poses, jacobians
-from stiffcal.mechanics.like_poses import pose_groups
+from stiffcal.mechanics.like_poses import SAME_POSE_RAD, pose_groups
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.table_layout.layout import NAMELESS
@@ -35,8 +35,6 @@ _UNKNOWNS = 13
 # As for axes of a force: a load that the joints' springs answer leaves less than a fifth of the deflection, and another
 # choice of columns four times as much.
 _FOLLOWS, _CLEARLY = 0.8, 4.0
-# Rows of one pose agree within this, rad.
-_SAME_POSE_RAD = float(np.radians(1.0))
 
 
 def of_states(columns: Sequence[SniffedColumn], chain: Chain, tool: Floats) -> Roles:
@@ -83,7 +81,7 @@ def _with_places(met: tuple[float, Role, Role], columns: Sequence[SniffedColumn]
     why = f"kinematics meets these places within {length(distance, digits=2)} with no other columns"
     found = Roles(joints=replace(joints, doubt=why), position=replace(place, doubt=why))
     others = [column for column in columns if column not in joints.columns + place.columns]
-    pose = pose_groups(_angles(joints.columns, chain), _SAME_POSE_RAD)
+    pose = pose_groups(_angles(joints.columns, chain), SAME_POSE_RAD)
     forces = [triple for triple in _triples(others) if _loads_poses(numbers_of(triple), pose)]
     if len(forces) == 1:
         return replace(found, force=Role(forces[0], doubt="zero in one row of each pose"))
@@ -143,7 +141,7 @@ def within_limits(block: Sequence[SniffedColumn], chain: Chain) -> bool:
     """Return whether columns stay within the limits of a robot's joints, in degrees or radians."""
     drives = _angles(block, chain, modelled=False)
     low, high = chain.limits.T
-    return bool(np.all((drives >= low - _SAME_POSE_RAD) & (drives <= high + _SAME_POSE_RAD)))
+    return bool(np.all((drives >= low - SAME_POSE_RAD) & (drives <= high + SAME_POSE_RAD)))
 
 
 def _angles(block: Sequence[SniffedColumn], chain: Chain, modelled: bool = True) -> Floats:

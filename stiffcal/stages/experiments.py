@@ -20,6 +20,7 @@ from stiffcal.stages.steps import Ingested, kept_table
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stiffcal.kinds import ExperimentKind
     from stiffcal.kinds.measured import MeasuredRuns
     from stiffcal.kinds.results import ExperimentFit, ExperimentValidation
     from stiffcal.model.assembled.composite import CompliantRobot
@@ -28,18 +29,24 @@ if TYPE_CHECKING:
 
 def fit_experiments(data: Ingested) -> list[ExperimentFit]:
     """Return the fits of the kinds of experiment that the campaign holds, for ``identify``."""
-    from stiffcal.kinds import all_kinds
-
-    fits = [kind.fit(measured_runs(data)) for kind in all_kinds()]
+    fits = [kind.fit(measured_runs(data)) for kind in _kinds_of(data)]
     return [fit for fit in fits if fit is not None]
 
 
 def validated_experiments(data: Ingested) -> list[ExperimentValidation]:
     """Return the validations of the kinds of experiment that the campaign holds, for ``validate``."""
+    validations = [kind.validate(measured_runs(data)) for kind in _kinds_of(data)]
+    return [validation for validation in validations if validation is not None]
+
+
+def _kinds_of(data: Ingested) -> tuple[ExperimentKind, ...]:
+    """Return the kinds of experiment that are asked; none where all runs gave load states alone.
+
+    Kinds without tables of their own have no answers of their own, and what answers for the others is not imported.
+    """
     from stiffcal.kinds import all_kinds
 
-    validations = [kind.validate(measured_runs(data)) for kind in all_kinds()]
-    return [validation for validation in validations if validation is not None]
+    return all_kinds() if data.non_load else ()
 
 
 def measured_runs(data: Ingested) -> MeasuredRuns:
@@ -72,10 +79,8 @@ def kept_of_kinds(tables: Mapping[str, pa.Table], key: str) -> dict[str, pa.Tabl
 
 def robot_to_fit(data: Ingested) -> CompliantRobot:
     """Return the campaign's robot and effects, with the values that the model file or a kind of experiment gives."""
-    from stiffcal.kinds import all_kinds
-
     robot = placed_robot(data.campaign)
-    for kind in all_kinds():
+    for kind in _kinds_of(data):
         robot = robot.with_values(kind.starting_values(measured_runs(data), robot))
     return robot
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.readings.observations import Observations
-from stiffcal.mechanics.like_poses import pose_groups
-from stiffcal.validation.pose_folds import SAME_POSE
+from stiffcal.mechanics.like_poses import SAME_POSE_RAD, pose_groups
 
 REGIONS = 6
 _SEED = 20260
@@ -40,7 +39,7 @@ def random_folds(data: Observations) -> Integers:
 
 def _poses(data: Observations) -> tuple[Integers, Integers]:
     """Return (n,) the pose of each row, and the first row of each pose."""
-    pose = pose_groups(data.angles.T, SAME_POSE)
+    pose = pose_groups(data.angles.T, SAME_POSE_RAD)
     _, first = np.unique(pose, return_index=True)
     return pose, first
 

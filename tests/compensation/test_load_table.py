@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.compensation.load_table import LoadTable, load_table_of, read_load_table, read_table
+from stiffcal.compensation.load_table import LoadTable, load_table_of, read_load_table
 from stiffcal.compensation.table_columns import ANGLES, AXES, POSITION, QUATERNION
 from stiffcal.compensation.table_doubts import deflection_doubts
+from stiffcal.compensation.written_table import read_table
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from tests.laboratory.offered_toml import offers_in

@@ -8,7 +8,8 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.mistakes.clocks.found import clock_mistake
 from stiffcal.reduction.clocks.course import ClockCourse, clock_courses
-from stiffcal.reduction.clocks.offsets import SharedSignal, align_clocks
+from stiffcal.reduction.clocks.lag_search import SharedSignal
+from stiffcal.reduction.clocks.offsets import align_clocks
 from tests.laboratory.made_up_logs import load_cycle
 from tests.reduction.test_clocks import tracker_of
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.clocks.offsets import SharedSignal, _refine_lag, align_clocks, moves, offset_between
+from stiffcal.reduction.clocks.lag_search import SharedSignal, moves
+from stiffcal.reduction.clocks.offsets import _refine_lag, align_clocks, offset_between
 from tests.laboratory.hidden_campaigns import raw_runs, truth
 from tests.laboratory.made_up_logs import load_cycle
 

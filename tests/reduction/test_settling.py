@@ -11,7 +11,7 @@ from stiffcal.measurements.varying import varies
 from stiffcal.model.laws import cubic_curve
 from stiffcal.model.laws.cubic_curve import angle_of_torque, monotonic_range
 from stiffcal.reduction.clocks import offsets as clocks
-from stiffcal.reduction.clocks.offsets import SharedSignal
+from stiffcal.reduction.clocks.lag_search import SharedSignal
 from stiffcal.reduction.loads.cycles import load_vector
 
 

@@ -23,7 +23,7 @@ FOLLOWS, FOLLOWS_NOT = 0.8, 0.5
 # Of few poses any order of columns explains much.
 LEAST_POSES = 3
 # Angles of one pose as logs round them: a hundredth of a degree moves a tool by less than it deflects.
-SAME_POSE_RAD = np.radians(0.01)
+SAME_ANGLES_RAD = np.radians(0.01)
 # The size of the test of another way to read a table, all that are tried counted.
 BY_CHANCE = 1e-4
 # Of the sum of squares: a millionth of the displacement, below what any instrument reads and above rounding.
@@ -141,7 +141,7 @@ def is_better(explained: float, share: float, states: LoadStates, chain: Chain, 
 
 def count_poses(states: LoadStates) -> int:
     """Return the number of different poses."""
-    return len(np.unique(np.round(states.joints / SAME_POSE_RAD), axis=0))
+    return len(np.unique(np.round(states.joints / SAME_ANGLES_RAD), axis=0))
 
 
 def count_distinct(states: LoadStates) -> int:

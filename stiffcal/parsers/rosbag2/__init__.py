@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any, ClassVar
@@ -23,15 +23,13 @@ from stiffcal.log_columns import (
     nearest_name,
 )
 from stiffcal.parsers.open_log import OpenLog
+from stiffcal.parsers.rosbag2.columns import RECORDED, paths_of, taker
 from stiffcal.parsers.rosbag2.definitions import checked_types, parsed_types
 from stiffcal.parsers.rosbag2.storage import QuotedPath, check_bag, checked_chunks, checked_ros1_chunks
 
 LIBRARIES = ("rosbags.rosbag1", "rosbags.rosbag2", "rosbags.typesys")
 """Imported before the limits of a log hold."""
-RECORDED = "time"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
-# Arrays of a joint state, whose elements go by the names in `name`.
-NAMED = ("position", "velocity", "effort")
 MEND = "copy it again from its origin; `mcap recover` or `ros2 bag reindex` may repair an incomplete recording"
 MEND_ROS1 = "copy it again from its origin; `rosbag reindex` may repair an incomplete recording"
 UNKNOWN_AT_END = "ros2_humble"
@@ -59,7 +57,7 @@ class OpenBag(OpenLog):
         InputError
             For a damaged or cut off bag, a message without one of the fields or joints.
         """
-        takers = {name: _taker(name) for name in wanted.names}
+        takers = {name: taker(name) for name in wanted.names}
         values: dict[str, list[Any]] = {name: [] for name in wanted.names}
         start = n_held = n_bytes = n_read = 0
         for recorded, message, size in self._topic.messages():
@@ -266,7 +264,7 @@ class _Topic:
     def columns(self) -> tuple[str, ...]:
         """Return the columns of the first message."""
         for _, message, _ in self.messages():
-            return (RECORDED, *_paths(message, ""))
+            return (RECORDED, *paths_of(message, ""))
         raise InputError.at(
             FaultCode.FILE_EMPTY,
             self.display_name,
@@ -334,96 +332,6 @@ def _type_store(bag: Any, connections: list[Any], release: str, display_name: st
                 MEND,
             )
     return store
-
-
-def _paths(item: Any, path: str) -> Iterator[str]:
-    """Yield the path of every number and word in a message."""
-    names = list(getattr(item, "name", ())) if not isinstance(getattr(item, "name", ""), str) else []
-    for field in fields(item):
-        value = getattr(item, field.name)
-        field_path = f"{path}{field.name}"
-        if field.name.startswith("__"):
-            continue
-        if is_dataclass(value):
-            if _is_time(value):
-                yield field_path
-            else:
-                yield from _paths(value, f"{field_path}.")
-        elif isinstance(value, np.ndarray | list | tuple):
-            if field.name in NAMED and names and len(value) == len(names):
-                yield from (f"{field_path}.{name}" for name in names)
-                continue
-            for index, element in enumerate(value):
-                if is_dataclass(element):
-                    yield from _paths(element, f"{field_path}[{index}].")
-                elif isinstance(element, int | float | str | np.generic):
-                    yield f"{field_path}[{index}]"
-        elif isinstance(value, int | float | str | np.generic):
-            yield field_path
-
-
-def _seconds(value: Any) -> float:
-    return float(value.sec + value.nanosec * 1e-9)
-
-
-def _is_time(value: Any) -> bool:
-    return {"sec", "nanosec"} <= {field.name for field in fields(value)}
-
-
-def _taker(column: str) -> Callable[[int, Any], Any]:
-    """Return the function that takes a column's value out of (recorded, message)."""
-    if column == RECORDED:
-        return lambda recorded, message: recorded * 1e-9
-    # A joint's name may hold points itself, and the order of the names may change between messages.
-    pieces = column.split(".")
-    place = next((k for k, name in enumerate(pieces[:-1]) if name in NAMED), None)
-    if place is None:
-        return _by_path(pieces)
-    by_name = _by_name(pieces[: place + 1], ".".join(pieces[place + 1 :]))
-    by_path = _by_path(pieces)
-    inside = _steps(pieces[: place + 1])
-
-    def take(recorded: int, message: Any) -> Any:
-        # `position` is an array in a joint's state, three members in a pose.
-        value = message
-        for step in inside:
-            value = step(value)
-        return (by_path if is_dataclass(value) else by_name)(recorded, message)
-
-    return take
-
-
-def _by_path(parts: list[str]) -> Callable[[int, Any], Any]:
-    steps = _steps(parts)
-
-    def take(_: int, message: Any) -> Any:
-        for step in steps:
-            message = step(message)
-        return _seconds(message) if is_dataclass(message) else message
-
-    return take
-
-
-def _by_name(parts: list[str], joint: str) -> Callable[[int, Any], Any]:
-    steps, array = _steps(parts[:-1]), parts[-1]
-
-    def take(_: int, message: Any) -> Any:
-        for step in steps:
-            message = step(message)
-        return getattr(message, array)[list(message.name).index(joint)]
-
-    return take
-
-
-def _steps(parts: list[str]) -> list[Callable[[Any], Any]]:
-    return [_step(piece) for joined in parts for piece in joined.replace("[", ".[").split(".")]
-
-
-def _step(piece: str) -> Callable[[Any], Any]:
-    if piece.startswith("["):
-        index = int(piece[1:-1])
-        return lambda item: item[index]
-    return lambda item: getattr(item, piece)
 
 
 def _batch(values_of: dict[str, list[Any]], wanted: WantedColumns, start: int, count: int, display_name: str) -> Batch:

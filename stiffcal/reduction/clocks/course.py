@@ -14,7 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.reduction.clocks.offsets import SharedSignal, SourceClockOffset, offset_between, offset_near
+from stiffcal.reduction.clocks.lag_search import SharedSignal
+from stiffcal.reduction.clocks.offsets import SourceClockOffset, offset_between, offset_near
 
 PIECES = 6  # of a log: two on either side of a step, and those it may lie in; each has to hold ramps of its own
 LEAST_PIECES = 4  # with an answer: a line and a step have three numbers, and one is left to contradict them

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from typing import Annotated
 
@@ -18,38 +17,22 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.documents import KeyIf, Number
-from stiffcal.quantities import unit, unit_names
+from stiffcal.reduction.clocks.lag_search import (
+    LEAST_NOISE,
+    LEAST_NOISE_OF_LOAD,
+    SharedSignal,
+    coarse_lag,
+    interval_of,
+    moves,
+)
 from stiffcal.reduction.clocks.ramps import MOST_STEPS, Integral, ramp_answers, robust_mean, spread_of
-from stiffcal.reduction.holds.finding import Holds, find_holds
+from stiffcal.reduction.holds.finding import Holds
 from stiffcal.reduction.logs.blocks import noise_of
-from stiffcal.wording import significant
 
-LEAST_OVERLAP = 0.3  # of the shorter log
-# Logs of one run begin and end within a part of it; a rate or unit that is wrong is so by more than this factor.
-MOST_APART = 3.0
-# Logs of one run that differ in length by more than this share do not hold the same loads.
-AS_LONG = 0.1
-MOST_GRID = 1 << 14  # points of the common grid on which every lag is tried
-# A log moves where the slow part of it, so many means, scatters by more than white noise leaves of them: 200 means of
-# that scatter by 1 ± 0.05, and half as much again leaves room for noise that is not quite white. A few readings move
-# where they differ at all.
-FEW_READINGS, MEANS, MOVING = 16, 200, 1.5
-# A log follows another where a regression explains so many squares of noise for each of its numbers, and so many more:
-# χ² of n numbers is below n + 2 √(n t) + 2 t but for e⁻ᵗ (Laurent and Massart 2000), for one of 16 000 lags in ten
-# thousand runs t is 19, and noise of logs is not white. And this share of all squares, as a drift of both explains
-# some.
-FOLLOWS_PER_NUMBER, FOLLOWS, LEAST_SHARE = 4.0, 60.0, 0.02
-# A second lag counts where it explains as much but for this factor; what is explained whole has no second one.
-AGAIN, WHOLLY = 1.02, 0.999
 # Steps from hold to hold agree by so much in −2 times the log-likelihood for each number, and so much more: likewise,
 # of the one lag, with t = 5.
 STEPS_PER_NUMBER, STEPS = 3.0, 10.0
 SETTLED_S = 1e-6  # a lag that moves by less has settled: a fiftieth of the quickest logs' step
-# Of a log's range, for the noise of one that shows none (coarse digits, a simulation): less than any sensor's.
-LEAST_NOISE, LEAST_NOISE_OF_LOAD = 1e-6, 1e-9
-ROUNDING = 1e-6  # of a step of the grid: a reading that is on a grid point but for rounding is on it
-OF_STILL_COMPONENT = 1e-6  # of a regression's mean square: components of a load that do not move have no gain
-LEAST_LEFT = 1e-9  # of the squares: what is explained whole has a finite likelihood
 OF_RAMP = 0.25  # of the usual ramp: over it the load is averaged, so that a ramp has four such means
 SPARE_STEPS = 4  # steps more than components of a load: fewer show no contradiction
 RANK = 1e-6  # of the largest step: components that do not move
@@ -59,25 +42,6 @@ MOST_OF_HOLD = 0.4  # of the way from hold to hold, on each side of a ramp: wind
 LEAST_OF_HOLD = 0.2  # of a hold on each side of a ramp: its level is known
 LEVEL_READINGS, NEARLY_ALL = 4.0, 0.9  # likewise of a slow log: so many readings, of no more than this of the hold
 WINDOWS, RAMPS_A_WINDOW = 24, 10.0  # where there are no holds: equal stretches, each averaged over a tenth of it
-
-
-@dataclass(frozen=True)
-class SharedSignal:
-    """What a device measured that another may have measured too, on its own clock."""
-
-    source: str
-    """The source's name."""
-    time: Floats
-    """(m,) s."""
-    values: Floats
-    """(m, c) wrench, position, joint angles, lengths: anything that follows the load linearly, nearly."""
-    leads: bool
-    """True for the load itself (wrench): the others are regressed on it."""
-
-    @cached_property
-    def holds(self) -> Holds:
-        """Where its values stand still: every other log that is aligned to this one asks for them."""
-        return find_holds(self.time, self.values)
 
 
 @dataclass(frozen=True)
@@ -172,7 +136,7 @@ def offset_between(first: SharedSignal, second: SharedSignal) -> SourceClockOffs
         return SourceClockOffset(
             None if reverse_offset.value is None else -reverse_offset.value, reverse_offset.std, reverse_offset.reason
         )
-    coarse = _coarse_lag(first, second)
+    coarse = coarse_lag(first, second)
     if isinstance(coarse, str):
         return SourceClockOffset(None, None, coarse)
     return _refine_lag(first, second, coarse)
@@ -185,145 +149,9 @@ def offset_near(first: SharedSignal, second: SharedSignal, lag: float) -> Source
     return _refine_lag(first, second, lag)
 
 
-def moves(values: Floats) -> bool:
-    """Return whether a log shows more than noise: its slow part against what white noise would leave of it.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> moves(np.random.default_rng(0).normal(size=(1000, 6)))
-    False
-    """
-    if len(values) < FEW_READINGS:
-        return bool(np.ptp(values, axis=0).max(initial=0.0) > 0.0) if len(values) > 1 else False
-    noise = noise_of(values)
-    size = max(len(values) // MEANS, 1)
-    n_used = (len(values) // size) * size
-    means = values[:n_used].reshape(-1, size, values.shape[1]).mean(axis=1)
-    quiet = noise == 0.0
-    if quiet.any() and bool((np.ptp(values[:, quiet], axis=0) > 0.0).any()):
-        return True
-    spread = means.std(axis=0) / np.maximum(noise / np.sqrt(size), np.finfo(float).tiny)
-    return bool((spread[~quiet] > MOVING).any())
-
-
-def _coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
-    """Return the lag at which a regression of ``second`` on ``first`` leaves least, s, or why there is none."""
-    span = max(np.ptp(first.time), np.ptp(second.time))
-    step = max(_interval(first.time), _interval(second.time), span / MOST_GRID)
-    u = _on_grid(first, step)
-    y = _on_grid(second, step)
-    u = (u - u.mean(axis=0)) / np.maximum(u.std(axis=0), 1e-12 * max(np.abs(u).max(), 1e-300))
-    noise = np.maximum(noise_of(second.values), LEAST_NOISE * np.maximum(np.ptp(second.values, axis=0), 1e-300))
-    y = (y - y.mean(axis=0)) / noise
-    lags, gain, share = _gain_of_lags(u, y)
-    if lags.size == 0:
-        return f"{first.source} and {second.source} overlap too little{_of_another_length(first, second)}"
-    best = int(np.argmax(gain))
-    n_free = u.shape[1] * y.shape[1]
-    explained = share[best] * min(len(u), len(y))
-    if explained < FOLLOWS_PER_NUMBER * n_free + FOLLOWS or share[best] < LEAST_SHARE:
-        return f"{second.source} does not follow {first.source}{_of_another_length(first, second)}"
-    # the next best lag outside the peak: loads that repeat exactly do not distinguish one cycle from the next
-    falls = np.flatnonzero(gain < 0.5 * gain[best])
-    left = falls[falls < best].max(initial=-1)
-    right = falls[falls > best].min(initial=gain.size)
-    elsewhere = np.concatenate([gain[: left + 1], gain[right:]])
-    if elsewhere.size and share[best] < WHOLLY and gain[best] < AGAIN * elsewhere.max():
-        found = f"the loads repeat: {second.source} matches {first.source} at more than one time offset"
-        lasts, other = float(np.ptp(second.time)), float(np.ptp(first.time))
-        if min(lasts, other) > (1.0 - AS_LONG) * max(lasts, other):
-            return found
-        return (
-            f"{found}, and lasts {significant(lasts, 4)} s where that lasts {significant(other, 4)} "
-            f"s: did the log of one end early?"
-        )
-    return float(lags[best] * step + second.time[0] - first.time[0])
-
-
-def _of_another_length(first: SharedSignal, second: SharedSignal) -> str:
-    """Return in words that the two logs last so differently that a rate or a unit of time is wrong, or "".
-
-    Which unit it is, the logs decide: with times in it one follows the other.
-    """
-    lasts, other = float(np.ptp(second.time)), float(np.ptp(first.time))
-    if _as_long(lasts, other):
-        return ""
-    sentence = f"; {second.source} lasts {significant(lasts, 4)} s, {first.source} {significant(other, 4)} s: "
-    for name in unit_names("time"):
-        factor = unit(name, "time").factor
-        for scale, numbers, taken in ((factor, name, "s"), (1.0 / factor, "s", name)):
-            if not _as_long(scale * lasts, other):
-                continue
-            scaled = SharedSignal(second.source, scale * second.time, second.values, second.leads)
-            if not isinstance(_coarse_lag(first, scaled), str):
-                return (
-                    f"{sentence}they agree where the times of {second.source} are in {numbers} and were taken for "
-                    f"{taken}, or those of {first.source} the other way round"
-                )
-    return f"{sentence}check rate_hz or the unit of time of both"
-
-
-def _as_long(lasts: float, other: float) -> bool:
-    return other <= MOST_APART * lasts and lasts <= MOST_APART * other
-
-
-def _interval(time: Floats) -> float:
-    return float(np.median(np.diff(time)))
-
-
-def _on_grid(signal: SharedSignal, step: float) -> Floats:
-    """Return the values averaged in steps from the log's start, gaps filled from their neighbours."""
-    index = np.floor((signal.time - signal.time[0]) / step + ROUNDING).astype(np.int64)
-    n = int(index[-1]) + 1
-    count = np.bincount(index, minlength=n)
-    sums = np.stack([np.bincount(index, weights=column, minlength=n) for column in signal.values.T], axis=1)
-    have = np.flatnonzero(count)
-    means = sums[have] / count[have, None]
-    if have.size == n:
-        return np.asarray(means)
-    return np.stack([np.interp(np.arange(n), have, column) for column in means.T], axis=1)
-
-
-def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
-    """Regress y (N, c) on u (M, p) at every lag: y[i] against u[i - lag].
-
-    Returns lags, the gain in log-likelihood over a constant, and the share of y's square sum that is explained.
-    """
-    n_u, n_y = len(u), len(y)
-    design = np.concatenate([np.ones((n_u, 1)), u], axis=1)
-    lags = np.arange(-(n_u - 1), n_y)
-    first, last = np.maximum(lags, 0), np.minimum(n_y, n_u + lags)  # the part of y that has a partner
-    overlap = last - first
-    keep = overlap >= max(LEAST_OVERLAP * min(n_u, n_y), 2 * design.shape[1])
-    lags, first, last, overlap = lags[keep], first[keep], last[keep], overlap[keep]
-    if lags.size == 0:
-        return np.zeros(0), np.zeros(0), np.zeros(0)
-    outer = np.zeros((n_u + 1, design.shape[1], design.shape[1]))
-    np.cumsum(design[:, :, None] * design[:, None, :], axis=0, out=outer[1:])
-    gram = outer[last - lags] - outer[first - lags]
-    size = 1 << int(np.ceil(np.log2(n_u + n_y)))
-    spectrum_u = np.conj(np.fft.rfft(design, size, axis=0))
-    spectrum_y = np.fft.rfft(y, size, axis=0)
-    cross = np.empty((lags.size, design.shape[1], y.shape[1]))
-    for column in range(y.shape[1]):
-        cross[:, :, column] = np.fft.irfft(spectrum_u * spectrum_y[:, column : column + 1], size, axis=0)[lags % size]
-    ridge = (
-        OF_STILL_COMPONENT * np.trace(gram, axis1=1, axis2=2)[:, None, None] / design.shape[1] * np.eye(design.shape[1])
-    )
-    explained = np.einsum("lpc,lpc->l", cross, np.linalg.solve(gram + ridge, cross))
-    squares = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y * y, axis=0)])
-    sums = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y, axis=0)])
-    total = (squares[last] - squares[first]).sum(axis=1)
-    constant = ((sums[last] - sums[first]) ** 2).sum(axis=1) / overlap
-    about = np.maximum(total - constant, 1e-300)
-    residual = np.clip(total - explained, LEAST_LEFT * about, about)
-    return lags.astype(np.float64), overlap * np.log(about / residual), 1.0 - residual / about
-
-
 def _refine_lag(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClockOffset:
     """Refine a lag on the ramps between holds (on equal windows where there are no holds)."""
-    width = max(_interval(second.time), _interval(first.time))
+    width = max(interval_of(second.time), interval_of(first.time))
     windows = _windows(first, first.holds, width)
     if not _steps_agree(windows, first, second, lag):
         return SourceClockOffset(None, None, f"{second.source} does not show the load steps in {first.source}")

@@ -8,7 +8,7 @@ from stiffcal.arrays import Booleans, Floats
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
-from stiffcal.mechanics.like_poses import pose_groups
+from stiffcal.mechanics.like_poses import SAME_POSE_RAD, pose_groups
 
 
 def refuse_few_poses(
@@ -66,4 +66,4 @@ def _seldom_measured(states: LoadStates, least: int) -> list[str]:
 def different_poses(joints: Floats) -> int:
     """Count configurations that differ by more than a degree."""
     # one degree itself still counts as alike
-    return int(pose_groups(joints, np.nextafter(np.radians(1.0), np.inf)).max(initial=-1)) + 1
+    return int(pose_groups(joints, np.nextafter(SAME_POSE_RAD, np.inf)).max(initial=-1)) + 1

@@ -10,10 +10,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.mechanics.like_poses import pose_groups
-
-SAME_POSE_RAD = float(np.radians(1.0))
-"""As for folds: runs whose joints agree within 1° are one pose."""
+from stiffcal.mechanics.like_poses import SAME_POSE_RAD, pose_groups
 
 
 def check_displacement_measured(states: LoadStates, file: str = "campaign.toml") -> list[Fault]:

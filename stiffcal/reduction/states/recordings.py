@@ -17,7 +17,8 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.reduction.clocks.course import ClockCourse, clock_courses
-from stiffcal.reduction.clocks.offsets import SharedSignal, SourceClockOffset, align_clocks, moves
+from stiffcal.reduction.clocks.lag_search import SharedSignal, moves
+from stiffcal.reduction.clocks.offsets import SourceClockOffset, align_clocks
 from stiffcal.reduction.holds.finding import Holds, find_holds
 from stiffcal.reduction.holds.swept import find_sweeps, is_swept
 from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch

@@ -12,6 +12,7 @@ from stiffcal.ingest.reading.recording_tables import recording_name
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tables import states_from_table
 from stiffcal.mechanics.kinematics import attached_poses
+from stiffcal.mechanics.like_poses import SAME_POSE_RAD
 from stiffcal.mechanics.rotations import vector_from_rotation
 from stiffcal.quantity import DELAY
 from stiffcal.reduction.states.commanded import compensated_states
@@ -21,8 +22,6 @@ from stiffcal.stages.steps import Ingested, stored_ingest
 from stiffcal.store import values_of
 from stiffcal.wording import in_unit
 
-# The same pose: what a program commands twice; drives repeat within arc seconds, tables are rounded to less than this.
-_SAME_POSE = np.radians(1.0)
 # Tags of a run that describe its load over time.
 _KINDS = {"step": "step", "impulse": "step", "process": "process", "drilling": "process", "milling": "process"}
 # A load has come when this share of it is there; a displacement is taken back when half of it is.
@@ -77,7 +76,7 @@ def _partner(states: LoadStates, first: dict[int, int], run: int) -> int | None:
         candidate
         for candidate, state in first.items()
         if not states.runs[candidate].compensated
-        and np.abs(states.joints[state] - states.joints[first[run]]).max() < _SAME_POSE
+        and np.abs(states.joints[state] - states.joints[first[run]]).max() < SAME_POSE_RAD
     ]
     same_tags = [candidate for candidate in same_pose if set(states.runs[candidate].tags) == tags]
     return next(iter(same_tags), next(iter(same_pose), None))

@@ -12,7 +12,7 @@ from stiffcal.arrays import Floats
 from stiffcal.estimation.parameters import Parameter, estimated_parameter
 from stiffcal.estimation.unknowns import amplitude_bounds
 from stiffcal.kinds.clamped.answers.analysis import ClampedRun
-from stiffcal.kinds.clamped.held.chain import TorqueSource
+from stiffcal.kinds.clamped.held.torque_source import TorqueSource
 from stiffcal.kinds.clamped.loops.torque_angle_fit import CURVE
 from stiffcal.model.effect import ParameterSpec, Place
 from stiffcal.uncertainty import NORMAL_95

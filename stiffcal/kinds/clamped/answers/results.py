@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from stiffcal.documents import NOT_PROMISED, Matrix, Number
-from stiffcal.kinds.clamped.held.chain import TorqueSource
+from stiffcal.kinds.clamped.held.torque_source import TorqueSource
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,11 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.kinds.clamped.held.torque_source import TorqueSource
 from stiffcal.kinds.clamped.logs.readings import ClampedReadings
 from stiffcal.kinds.clamped.loops.torque_angle import TorqueAngleLaw
 from stiffcal.measurements.load_states import MeasurementSetup
@@ -26,8 +26,6 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.clamped_inverse import clamped_inverse
 from stiffcal.mechanics.kinematics import attached_poses
 
-TorqueSource: TypeAlias = Literal["force sensor", "motor torque"]
-"""What measures the torque on the arm."""
 # A joint of which less than this share is visible in a pose is not measured there.
 LEAST_EXCITED = 0.1
 

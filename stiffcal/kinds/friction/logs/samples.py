@@ -15,9 +15,10 @@ import pyarrow as pa
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.kinds.friction.logs.readings import SteadyReadings, column_of, runs_of, with_runs
-from stiffcal.kinds.friction.logs.steady import SAME_POSE_RAD, JointPass
+from stiffcal.kinds.friction.logs.steady import JointPass
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.like_poses import SAME_POSE_RAD
 from stiffcal.mechanics.rigid_body import drive_matrix, inertial_regressor, rigid_torque
 from stiffcal.model.balance.stated_spring import spring_torque
 

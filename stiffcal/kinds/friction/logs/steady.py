@@ -15,6 +15,7 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
+from stiffcal.mechanics.like_poses import SAME_POSE_RAD
 from stiffcal.reduction.holds.unused import UnusedCode, UnusedStretch
 from stiffcal.reduction.logs.blocks import noise_along_a_course
 
@@ -38,8 +39,6 @@ LEAST_SAMPLES = 8
 SAME_SPEED = 0.04
 # A pass that shares less than this with the others of its level is set aside.
 LEAST_SHARED = 0.6
-# Poses of the joints at rest that count as one.
-SAME_POSE_RAD = np.radians(1.0)
 
 ONE_WAY = SetAside(
     SetAsideCode.ONE_DIRECTION,

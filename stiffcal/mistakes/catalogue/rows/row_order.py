@@ -15,7 +15,7 @@ from stiffcal.arrays import Integers
 from stiffcal.fault_changes import InputChange
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.displacements.springs import SAME_POSE_RAD, explained_by_joints, is_better
+from stiffcal.mistakes.displacements.springs import SAME_ANGLES_RAD, explained_by_joints, is_better
 from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TakenBack, TriedOn, Way
 
 # A title, a line of units and one of numbers above the columns of one of two tables that were put next to each other.
@@ -68,7 +68,7 @@ class RowOrder(InputMistake):
             return True
         (moved,), by, states = taken.change.names, int(taken.change.sizes[0]), read.states
         inner = _inner(read, by)
-        of_others = np.any(np.abs(states.joints[inner + by] - states.joints[inner]) > SAME_POSE_RAD, axis=1)
+        of_others = np.any(np.abs(states.joints[inner + by] - states.joints[inner]) > SAME_ANGLES_RAD, axis=1)
         edges = inner[of_others]
         if not len(edges):
             return False
