@@ -8,6 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from stiffcal.campaign.columns.column_names import WORDS_OF_LETTERS, WORDS_OF_SIGNS
 from stiffcal.table_layout.cells import is_gap, is_reading, marks_of, number
@@ -141,6 +142,7 @@ def _words_in(content: bytes, encoding: str, words: Sequence[str]) -> int:
     return sum(word in small for word in words)
 
 
+@lru_cache(maxsize=1)  # of a small log it takes most of the time, and its header is looked at before its rows
 def text_layout(
     text: str,
     encoding: str,
@@ -149,7 +151,7 @@ def text_layout(
     decimal: str | None = None,
     skip_rows: int | None = None,
     unit_row: bool | None = None,
-    wanted: Collection[str] = (),
+    wanted: tuple[str, ...] = (),
 ) -> TextLayout:
     r"""Return how a text holds a table, by its first lines.
 

@@ -43,14 +43,16 @@ def line_of(size: str, what: str, cost: Cost) -> str:
 
 def measure_runs(size: str, folder: Path) -> dict[str, Cost]:
     """Write a campaign of so many runs and return what each command on it takes, in order."""
-    runs = int(size)
     write_head(folder)
-    write_runs(folder, 1, runs + 1)
+    write_runs(folder, 1, int(size) + 1)
     steps = {"ingest": "ingest", "ingest again": "ingest", "check": "check", "identify": "identify"}
-    costs = _taken(size, folder, steps)
-    write_runs(folder, runs + 1, runs + 2)
+    return _taken(size, folder, steps) | _with_one_more(size, folder)
+
+
+def _with_one_more(size: str, folder: Path) -> dict[str, Cost]:
+    write_runs(folder, int(size) + 1, int(size) + 2)
     more = {"check after one run more": "check", "ingest after one run more": "ingest", "check then": "check"}
-    return costs | _taken(size, folder, more | {"identify after one run more": "identify"})
+    return _taken(size, folder, more | {"identify after one run more": "identify"})
 
 
 def measure_killed(size: str, folder: Path) -> dict[str, Cost]:
@@ -64,7 +66,7 @@ def measure_killed(size: str, folder: Path) -> dict[str, Cost]:
             time.sleep(0.1)
         ingest.kill()
     print(f"{size:>8}  killed with {_runs_kept(folder)} runs kept", flush=True)
-    return _taken(size, folder, {"ingest": "ingest", "check": "check"})
+    return _taken(size, folder, {"ingest": "ingest", "check": "check"}) | _with_one_more(size, folder)
 
 
 def _runs_kept(folder: Path) -> int:

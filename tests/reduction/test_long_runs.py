@@ -14,7 +14,6 @@ from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mistakes.force_zero import large_steps
 from stiffcal.mistakes.force_zero.accounts import moved_zeros
 from stiffcal.mistakes.force_zero.faults import force_zero_faults
-from stiffcal.reduction.copies.like_readings import LikeReadings
 from stiffcal.reduction.set_aside.outliers import outlier_readings
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import joint_springs, played
@@ -35,14 +34,13 @@ def long_run(n: int, levels: Floats) -> LoadStates:
 def test_states_among_which_a_moved_zero_is_looked_for_do_not_grow_with_the_run(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    compared = [0]
+    compared, search = [0], large_steps._new_zeros
 
-    class Counted(LikeReadings):
-        def __init__(self, readings: Floats, step: float) -> None:
-            compared[-1] += len(readings)
-            super().__init__(readings, step)
+    def counted(stretches: list[large_steps._Stretch]) -> list[list[int]]:
+        compared[-1] += sum(one.end - one.start for one in stretches)
+        return search(stretches)
 
-    monkeypatch.setattr(large_steps, "LikeReadings", Counted)
+    monkeypatch.setattr(large_steps, "_new_zeros", counted)
     for n in (900, 3000):
         compared.append(0)
         moved_zeros(long_run(n, UP_AND_DOWN))

@@ -56,10 +56,15 @@ def _accounts_of_runs(states: LoadStates, runs: Sequence[Unloaded], part: Part) 
     scatters = _scatters(runs, part)
     known = [scatter for scatter in scatters if scatter is not None]
     usual = float(np.median(known)) if known else None
-    found: list[list[MovedZero]] = []
-    for run, own, of_sensor in zip(runs, scatters, _noise_of_sensor(states, runs, part), strict=True):
-        floors = [value for value in (own, usual, of_sensor) if value is not None]
-        found.append(_accounts(states, run, max(floors), part) if floors else [])
+    floors = [
+        [value for value in (own, usual, of_sensor) if value is not None]
+        for own, of_sensor in zip(scatters, _noise_of_sensor(states, runs, part), strict=True)
+    ]
+    shown = [k for k, values in enumerate(floors) if values]
+    found: list[list[MovedZero]] = [[] for _ in runs]
+    accounts = _accounts(states, [runs[k] for k in shown], [max(floors[k]) for k in shown], part)
+    for k, own_accounts in zip(shown, accounts, strict=True):
+        found[k] = own_accounts
     return found
 
 
@@ -71,12 +76,20 @@ def without_zeros(states: LoadStates, moved: Sequence[MovedZero]) -> LoadStates:
     return replace(states, wrench=wrench)
 
 
-def _accounts(states: LoadStates, run: Unloaded, scatter: float, part: Part) -> list[MovedZero]:
-    """Return the accounts of what the sensor reads in a run whenever the load is taken off; none where that agrees."""
-    if part is Part.MOMENT:  # the forces say when the load is off
-        return [account for account in (_moved(states, run, scatter, part),) if account is not None]
-    accounts = [_moved(states, readings, scatter, part) for readings in (run, with_returns_between(run)) if readings]
-    return [account for account in (*accounts, *large_steps(states, run, scatter)) if account is not None]
+def _accounts(
+    states: LoadStates, runs: Sequence[Unloaded], scatters: Sequence[float], part: Part
+) -> list[list[MovedZero]]:
+    """Return the accounts of what the sensor reads in runs whenever the load is taken off; none where that agrees."""
+    found: list[list[MovedZero]] = [
+        [account for account in (_moved(states, run, scatter, part),) if account is not None]
+        for run, scatter in zip(runs, scatters, strict=True)
+    ]
+    if part is Part.FORCE:  # of the moments the forces say when the load is off
+        with_returns, large = with_returns_between(runs), large_steps(states, runs, scatters)
+        for accounts, readings, scatter, steps in zip(found, with_returns, scatters, large, strict=True):
+            moved = None if readings is None else _moved(states, readings, scatter, part)
+            accounts += [account for account in (moved, *steps) if account is not None]
+    return found
 
 
 def _scatters(runs: Sequence[Unloaded], part: Part) -> list[float | None]:

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stiffcal.arrays import Booleans, Floats
+from stiffcal.arrays import Floats
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates, members_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.displacements.springs import joint_springs
 from stiffcal.mistakes.force_zero.accounts import moved_zeros, without_zeros
-from stiffcal.mistakes.force_zero.moved_zero import LEAST_LEVEL, MovedZero, Part, ZeroChange, started_at
+from stiffcal.mistakes.force_zero.motion_evidence import likeliest
+from stiffcal.mistakes.force_zero.moved_zero import MovedZero, ZeroChange
 from stiffcal.mistakes.force_zero.tables import rounded_readings
 from stiffcal.reduction.loads.motion import motion_of
 from stiffcal.wording import significant
@@ -23,8 +24,6 @@ from stiffcal.wording import significant
 LEAST_CHANGE = 0.001
 # Of the evidence: five standard errors, odds of e^12.5.
 CLEAR = 25.0
-# Places of a step that are tried at once.
-MANY_STARTS = 100
 
 
 def force_zero_faults(states: LoadStates, chain: Chain, file: str = "campaign.toml") -> list[Fault]:
@@ -38,7 +37,7 @@ def force_zero_faults(states: LoadStates, chain: Chain, file: str = "campaign.to
     if not runs:
         return []
     motion = motion_of(states, chain, all_targets=True).measured
-    judged = [judgement for judgement in (_best(states, run, motion) for run in runs) if judgement is not None]
+    judged = _best_of_runs(states, runs, motion)
     # where small loads are set, most runs read one that is near to none: their motions decide together, which of a few
     # states show nothing each, and no run counts for more than a clear one
     together = sum(min(max(evidence, -CLEAR), CLEAR) for _, evidence in judged)
@@ -50,101 +49,20 @@ def force_zero_faults(states: LoadStates, chain: Chain, file: str = "campaign.to
     return [_fault(states, zero, evidence, bias, file) for zero, evidence in moved]
 
 
-def _best(states: LoadStates, accounts: Sequence[MovedZero], motion: Floats) -> tuple[MovedZero, float] | None:
-    """Return the account that the motion supports most, and how much; None of single readings without support."""
-    best: tuple[MovedZero, float] | None = None
-    for account in accounts:
-        weighed = _likeliest(account, _Motion(states, account, motion))
-        supported = weighed[1] > CLEAR or not account.single
-        if supported and (best is None or weighed[1] > best[1]):
-            best = weighed
-    return best
+def _best_of_runs(
+    states: LoadStates, runs: Sequence[Sequence[MovedZero]], motion: Floats
+) -> list[tuple[MovedZero, float]]:
+    """Return of each run the account that the motion supports most, and how much.
 
-
-def _likeliest(account: MovedZero, motion: _Motion) -> tuple[MovedZero, float]:
-    """Return an account, its step where the motion supports it most, and how much.
-
-    The further from the true place the step is put, the less is explained: among many places it is closed in on.
+    Runs of which single readings without that support are the only account are left out.
     """
-    best = account, motion.evidence(account)
-    if account.earliest is None:
-        return best
-    starts = range(account.earliest, int(np.flatnonzero(account.members == account.between[1])[0]))
-    while starts:
-        apart = -(-len(starts) // MANY_STARTS)
-        tried = [(motion.evidence(started_at(account, start)), -start) for start in starts[::apart]]
-        evidence, start = max(tried)[0], -max(tried)[1]
-        if evidence > best[1]:
-            best = started_at(account, start), evidence
-        starts = range(max(starts.start, start - apart + 1), min(starts.stop, start + apart)) if apart > 1 else range(0)
-    return best
-
-
-class _Motion:
-    """The motion of one run's states, and how well it follows loads.
-
-    Parameters
-    ----------
-    account : one of the run. motion : (n, k) m, of all states.
-    """
-
-    def __init__(self, states: LoadStates, account: MovedZero, motion: Floats) -> None:
-        part, members = account.part, account.members
-        self._parts = [Part.FORCE] if part is Part.FORCE else list(Part)
-        self._load = states.wrench[members]
-        of_finite: dict[bytes, tuple[Booleans, list[Floats]]] = {}
-        for target in motion[members].T:
-            finite = np.isfinite(target)
-            if finite.any():
-                of_finite.setdefault(finite.tobytes(), (finite, []))[1].append(target[finite])
-        self._measured = [(finite, np.stack(targets, axis=1)) for finite, targets in of_finite.values()]
-        as_read = _directed(self._load, self._parts)
-        self._components = as_read.shape[1]
-        self._left = [_misfits(as_read[finite], targets) for finite, targets in self._measured]
-
-    def evidence(self, trial: MovedZero) -> float:
-        """Return twice the logarithm of how often likelier the motion is with a moved zero than with a load left on.
-
-        In one pose the motion is a linear map of the load, whatever the robot's springs and geometry; what play and
-        friction leave of that counts as noise. 0 where no motion was measured.
-
-        Parameters
-        ----------
-        trial : what the sensor reads too much in each of the run's states.
-        """
-        without = _directed(self._load - trial.zero, self._parts)
-        found = 0.0
-        for (finite, targets), squares in zip(self._measured, self._left, strict=True):
-            free = max(len(targets) - self._components, 0)
-            found += free * float(np.sum(np.log(squares / _misfits(without[finite], targets))))
-        return found
-
-
-def _directed(load: Floats, parts: Sequence[Part]) -> Floats:
-    """Return (m, 1 + d) a constant and those components of loads (m, 6) that change, in parts of the largest load.
-
-    Along the others a change of zero would be all the load there is, and any motion would do for it.
-    """
-    readings = np.hstack([load[:, part.columns] / _largest(load[:, part.columns]) for part in parts])
-    centred = readings - readings.mean(axis=0)
-    components = readings @ np.linalg.eigh(centred.T @ centred)[1]
-    loaded = np.ptp(components, axis=0) > LEAST_LEVEL * _largest(readings)
-    return np.hstack([np.ones((len(load), 1)), components[:, loaded]])
-
-
-def _largest(readings: Floats) -> float:
-    return max(float(np.linalg.norm(readings, axis=1).max()), 1e-300)
-
-
-def _misfits(design: Floats, targets: Floats) -> Floats:
-    """Return (k,) the sums of squares that least squares on a design (m, p) leave of targets (m, k).
-
-    The design's columns are as good as orthogonal: normal equations lose nothing, and take a small part of the time.
-    """
-    scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
-    scaled = design / scale
-    left = targets - scaled @ np.linalg.lstsq(scaled.T @ scaled, scaled.T @ targets, rcond=1e-13)[0]
-    return np.asarray(np.maximum((left**2).sum(axis=0), 1e-300))
+    weighed = iter(likeliest(states, [account for accounts in runs for account in accounts], motion))
+    found: list[tuple[MovedZero, float]] = []
+    for accounts in runs:
+        own = [next(weighed) for _ in accounts]
+        supported = [one for account, one in zip(accounts, own, strict=True) if one[1] > CLEAR or not account.single]
+        found += [max(supported, key=lambda one: one[1])] if supported else []
+    return found
 
 
 def _fault(states: LoadStates, moved: MovedZero, evidence: float, bias: str, file: str) -> Fault:

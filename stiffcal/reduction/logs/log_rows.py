@@ -249,10 +249,15 @@ def header_at_once(folder: Path, source: Source, file: str) -> bool:
 
 
 def header_of_file(folder: Path, source: Source, file: str) -> Header:
-    """Return what a file states of itself: the units next to its columns' names, and remarks."""
+    """Return what a file of which rows were read states of itself: units next to its columns' names, and remarks."""
     path = folder / file
     reader = find_reader(path, source.format_for(file), file)
-    return reader.read_header(path, reader_options(source, reader.name, file), file)
+    options = reader_options(source, reader.name, file)
+    if source.files:
+        return reader.read_header(path, options, file)
+    wanted = wanted_columns(source, None)  # as where its rows are read: the layout of a text is found once
+    names = names_in_file(wanted, lambda: reader.read_header(path, options, file).columns)
+    return reader.read_header(path, options, file, in_file_words(wanted, names) if names else wanted)
 
 
 def raw_rows_of(folder: Path, source: Source, file: str, rows: Collection[int]) -> RawRows:

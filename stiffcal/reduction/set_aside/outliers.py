@@ -105,11 +105,9 @@ def _readings(states: LoadStates) -> tuple[Floats, int]:
     columns = [states.position.reshape(n, -1)]
     for b in range(states.rotation.shape[1]):
         if np.isfinite(states.rotation[:, b]).all():
-            rotation = np.zeros((n, 3))
-            for members in members_of(states.run):
-                first = states.rotation[members[0], b]
-                rotation[members] = vector_from_rotation(states.rotation[members, b] @ first.T)
-            columns.append(rotation)
+            _, first, run = np.unique(states.run, return_index=True, return_inverse=True)
+            reference = states.rotation[first[run], b]
+            columns.append(vector_from_rotation(states.rotation[:, b] @ reference.swapaxes(1, 2)))
     return np.concatenate(columns, axis=1), 3
 
 
