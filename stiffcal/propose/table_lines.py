@@ -8,7 +8,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import Role, Roles
-from stiffcal.propose.lines import FORCE_SENSOR, PAYLOAD, TOOL, TRACKER, ProposedLine, frame_table
+from stiffcal.propose.lines import FORCE_SENSOR, PAYLOAD, TOOL, TRACKER, ProposedLine, frame_table, question_line
 from stiffcal.propose.signal_lines import joints_line, load_lines, moved_lines, question_lines, target_tables
 from stiffcal.propose.table_purpose import serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
@@ -80,7 +80,7 @@ def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine
     reason = "measured point" if roles.moment is not None else "point of load application and displacement measurement"
     where = f"{reason}, x, y, z in m in the flange frame"
     known = None if tool is None else f"xyz_m = [{', '.join(map(repr, tool))}]"
-    point = ProposedLine(known) if known is not None else ProposedLine("xyz_m = []", f"to be filled in: {where}")
+    point = ProposedLine(known) if known is not None else question_line(TOOL, "xyz_m", where)
     if serves_absolute(roles):
         return _frames_to_estimate(roles, known)
     lines = [*frame_table(TOOL, "flange"), point]
@@ -101,7 +101,7 @@ def _frames_to_estimate(roles: Roles, known: str | None) -> list[ProposedLine]:
     names = [name for name, _ in roles.targets] or [TOOL]
     target = [line for name in names for line in [*frame_table(name, "flange"), ProposedLine("estimate = true"), place]]
     if _is_loaded(roles):
-        centre = ProposedLine("xyz_m = []", "to be filled in: centre of mass of the payload, m, in the flange frame")
+        centre = question_line(PAYLOAD, "xyz_m", "centre of mass of the payload, x, y, z in m in the flange frame")
         target += [*frame_table(PAYLOAD, "flange"), centre]
     return [*target, *frame_table(TRACKER, "base"), ProposedLine("estimate = true")]
 

@@ -130,6 +130,7 @@ def test_each_column_has_its_unit_and_its_reason() -> None:
     assert {union[f"/{name}/x"][0] for name in ("ft/wrench/force", "probe/point")} == {"force", "position"}
     # each for a reason of its own
     reasons = [found("02-rtde-recorder/robot_data.csv")["target_q_0"], motive["Frame"], motive["plate Rotation W"]]
+    assert "controller computes" in found("20-rsi-xml/rsi.xml")["RIst.X"][2]
     reasons += [franka["tau_J[0]"], found("05-qualisys-tsv/take.tsv")["b X"], franka["q_d[0]"]]
     assert all(not taken for taken, _, _ in reasons)
     assert len({why for _, _, why in reasons}) == 6
