@@ -119,7 +119,7 @@ def draft_campaign(
         *(ProposedLine("", sentence) for sentence in open_columns(roles)),
         *run_lines(roles),
         *frame_lines(roles, tool),
-        *excluded_rows(sniffed),
+        *excluded_rows(sniffed, roles),
     ]
     lines = answered(lines, ask)
     manifest = as_text(lines)

@@ -9,6 +9,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.lines import FORCE_SENSOR, PAYLOAD, TOOL, TRACKER, ProposedLine, frame_table, question_line
+from stiffcal.propose.other_tables import TEXT, rows_that_are_no_readings
 from stiffcal.propose.signal_lines import joints_line, load_lines, moved_lines, question_lines, target_tables
 from stiffcal.propose.table_purpose import serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
@@ -56,12 +57,19 @@ def run_lines(roles: Roles) -> list[ProposedLine]:
     return [ProposedLine(text) for text in ("", "[[runs]]", 'id = "poses"', 'experiment = "absolute"')]
 
 
-def excluded_rows(tables: Sequence[SniffedTable]) -> list[ProposedLine]:
+def excluded_rows(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedLine]:
     """Return the entry that leaves out blank rows and remarks; nothing of tables whose rows belong together."""
-    if len(tables) != 1 or not tables[0].no_readings:
+    if len(tables) != 1:
         return []
-    words = tables[0].no_readings
+    (table,) = tables
+    words = dict(table.no_readings)
     named = ", ".join(dict.fromkeys(repr(word) if word else "blank" for word in words.values()))
+    if table.log_format != TEXT:
+        signals = (roles.joints, roles.force, roles.moment, roles.deflection)
+        columns = [column.header for role in signals if role is not None for column in role.columns]
+        words, named = dict.fromkeys(rows_that_are_no_readings(table, columns), ""), "a cell is no number"
+    if not words:
+        return []
     return [
         *map(ProposedLine, ("", "[[exclude]]", toml_text.pair("source", "table"))),
         ProposedLine(toml_text.pair("rows", list(words)), named),
