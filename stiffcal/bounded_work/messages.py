@@ -89,7 +89,7 @@ LAST = (END, FAULT, UNPACKED, INTERNAL)
 
 def fault_message(error: InputError) -> bytes:
     """Return the message of faults in a file."""
-    faults = [{**fault.as_document(), "names": fault.names} for fault in error.faults]
+    faults = [{**fault.as_document(), "names": fault.names, "rows": fault.rows} for fault in error.faults]
     return joined({"kind": FAULT, "faults": faults})
 
 
@@ -97,7 +97,14 @@ def faults_of(head: Document) -> InputError:
     """Return the faults of a message."""
     return InputError(
         *(
-            Fault(**{**fault, "code": FaultCode(fault["code"]), "names": tuple(fault["names"])})
+            Fault(
+                **{
+                    **fault,
+                    "code": FaultCode(fault["code"]),
+                    "names": tuple(fault["names"]),
+                    "rows": tuple(fault["rows"]),
+                }
+            )
             for fault in head["faults"]
         )
     )

@@ -68,12 +68,8 @@ def init(
         from stiffcal.commands.init import init_campaign, tool_point
 
         at_terminal = sys.stdin.isatty() and not as_json
-        of_folder = any(path.is_dir() for path in table or ())
         if at_terminal and table:
             answer.progress.stop()
-        if at_terminal and table and not of_folder and tool is None and kind in (None, "load"):
-            question = "tool point, X,Y,Z in m in the flange frame (Enter: write it into campaign.toml later)"
-            tool = typer.prompt(question, default="", show_default=False, err=True) or None
         point = None if tool is None else tool_point(tool)
         result = init_campaign(
             folder,

@@ -48,7 +48,7 @@ def init_campaign(
     urdf, robot : the robot as URDF (a file, or the folder of its package), or the name of a bundled one, a robot file
         (*.toml) or what `urdf` takes, not both; of templates that of "load" alone takes one.
     tool : with a table: where the load acts and the displacement is measured, m, in the flange frame.
-    ask : of a folder of logs: called with what no log states, returns the answer or "".
+    ask : called with what no log or table states, returns the answer or "".
     overwrite : also over files that are there.
 
     Returns
@@ -101,8 +101,7 @@ def init_campaign(
             "this option requires --from",
             "give --from TABLE.csv too",
         )
-    lacks_tool = False
-    columns = None
+    columns, to_write = None, None
     if any(Path(table).is_dir() for table in tables):
         if len(tables) > 1:
             raise InputError.at(
@@ -146,10 +145,10 @@ def init_campaign(
                 )
             else:
                 proposal = propose_campaign(
-                    folder, files_at_rest, urdf=urdf, robot=robot, tool=tool, overwrite=overwrite
+                    folder, files_at_rest, urdf=urdf, robot=robot, tool=tool, ask=ask, overwrite=overwrite
                 )
         written, guessed = proposal.files, list(proposal.guessed)
-        lacks_tool = proposal.lacks_tool
+        to_write = list(proposal.to_write)
         columns = list(proposal.columns) or None
         unused = [*proposal.remarks, *unused_in_words(proposal.unused)]
         if not of_logs and (urdf is not None or robot is not None):
@@ -157,12 +156,7 @@ def init_campaign(
 
             unused += remarks_of(folder, proposal, "robot.toml" if urdf is None else urdf.name)
     files = [str(file) for file in written]
-    if lacks_tool:
-        unused.append(
-            "the position of the tool point is in no table: write xyz_m under [frames.tool] in campaign.toml, in m in "
-            "the flange frame, or start with --tool X,Y,Z"
-        )
-    return InitResult(warnings=unused, files=files, guessed=guessed, columns=columns)
+    return InitResult(warnings=unused, files=files, guessed=guessed, to_write=to_write, columns=columns)
 
 
 def _is_one_table(files: Sequence[Path], urdf: Path | None, robot: str | None) -> bool:

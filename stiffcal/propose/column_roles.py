@@ -334,7 +334,8 @@ _MATRIX = re.compile(r"r(?:ot|otation|matrix)?([0-3])([0-3])")
 _TRANSFORM = re.compile(r"([a-z]{1,16})([0-4])([0-4])")
 _NUMBERED_ELEMENT = re.compile(r"([A-Za-z][A-Za-z_ .]{0,60}?)[ _.]?\[?(\d{1,2})\]?")
 _COMPUTED = re.compile(
-    r"(?:(?:actual|target)_TCP_(?:pose|speed)|O_T_EE(?:_[cd])?|F_T_(?:EE|NE)|NE_T_EE|EE_T_K)(?![a-z])", re.IGNORECASE
+    r"(?:(?:actual|target)_TCP_(?:pose|speed)|O_T_EE(?:_[cd])?|F_T_(?:EE|NE)|NE_T_EE|EE_T_K|R(?:Ist|Sol)\.[XYZABC])(?![a-z])",
+    re.IGNORECASE,
 )
 _ORTHONORMAL = 0.02  # elements of two decimals, each off by half a digit
 # Qualisys, as IMUSim's reader takes its 6D exports: Rot[0], [1], [2] are the first column.
@@ -396,7 +397,8 @@ def _transform(columns: list[SniffedColumn], plain: dict[str, str]) -> tuple[Rol
 def is_computed(name: str) -> bool:
     """Return whether a column of a controller's log holds what it computes of the joints' angles, which is no reading.
 
-    Of Universal Robots the pose of the tool (RTDE), of Franka the transformations between its frames (libfranka).
+    Of Universal Robots the pose of the tool (RTDE), of Franka the transformations between its frames (libfranka), of
+    KUKA where it believes the tool to be and where it has to be (RSI).
 
     Examples
     --------

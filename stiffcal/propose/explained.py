@@ -121,7 +121,7 @@ def _not_used(column: SniffedColumn, roles: Roles, unnamed: bool) -> NotUsed:
     ----------
     roles : what the columns of its table are. unnamed : whether these have no names.
     """
-    words, own, values = set(words_of(column.name)[0]), column.name.lower(), column.values
+    words, values = words_of(column.name)[0], column.values
     still = [role for role in (roles.quaternion, roles.matrix) if role is not None and role.stands_still]
     others = () if roles.position is None else roles.position.others
     timed = plain_name(column.name) in TIMES or is_unit_of(column.unit or "", "time")
@@ -132,8 +132,8 @@ def _not_used(column: SniffedColumn, roles: Roles, unnamed: bool) -> NotUsed:
         (NotUsed.LEFT_OPEN, unnamed),
         (NotUsed.STRAIN, is_strain(column)),
         (NotUsed.COMPUTED, is_computed(column.header)),
-        (NotUsed.COMMANDED, bool(_COMMANDED & words) or _DESIRED.fullmatch(column.header) is not None),
-        (NotUsed.OTHER_BODY, any(other and own.startswith(other.lower()) for other in others)),
+        (NotUsed.COMMANDED, bool(_COMMANDED.intersection(words)) or _DESIRED.fullmatch(column.header) is not None),
+        (NotUsed.OTHER_BODY, any(other and " ".join(words).startswith(other) for other in others)),
         (NotUsed.TURN, roles.rotation is not None and column in roles.rotation.columns),
         (NotUsed.OTHER_TIME, roles.time is not None and timed),
         (NotUsed.COUNTER, counts),

@@ -17,6 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
+from stiffcal.propose.answers import Ask, answered, to_write_by_hand
 from stiffcal.propose.column_roles import Roles, recognise
 from stiffcal.propose.explained import explained
 from stiffcal.propose.explained_column import ExplainedColumn
@@ -26,7 +27,7 @@ from stiffcal.propose.noise import with_noise_lines
 from stiffcal.propose.other_tables import TEXT, table_of
 from stiffcal.propose.robot import robot_lines
 from stiffcal.propose.table_lines import excluded_rows, frame_lines, run_lines, source_lines
-from stiffcal.propose.table_purpose import check_purpose, serves_absolute
+from stiffcal.propose.table_purpose import check_purpose
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.templates import chosen_robot, write_folder
 from stiffcal.propose.unnamed_columns import are_numbered, missing_names, open_columns, roles_by_values
@@ -49,8 +50,6 @@ class Proposal:
     """What was written; empty for a draft."""
     model: str = ""
     """The text of model.toml; empty: none is written."""
-    lacks_tool: bool = False
-    """Whether the tool point is left to be written."""
     roles: Roles | None = None
     """What the columns of the tables are; None of logs."""
     columns: tuple[ExplainedColumn, ...] = ()
@@ -74,6 +73,7 @@ def draft_campaign(
     urdf: Path | None = None,
     robot: str | None = None,
     tool: Sequence[float] | None = None,
+    ask: Ask | None = None,
 ) -> Proposal:
     r"""Propose a campaign from one table, or from several of equal length that belong together.
 
@@ -84,6 +84,7 @@ def draft_campaign(
     robot : the name of a bundled robot, or the path of a robot file. With neither, robot.toml holds rows to fill in.
     tool : where the load acts and the displacement is measured, m, in the flange frame; None: a line to fill in,
         without which no command computes anything.
+    ask : called with what no table states, returns the answer or ""; None: the lines are left to be written.
 
     Raises
     ------
@@ -118,21 +119,23 @@ def draft_campaign(
         *(ProposedLine("", sentence) for sentence in open_columns(roles)),
         *run_lines(roles),
         *frame_lines(roles, tool),
-        *excluded_rows(sniffed),
+        *excluded_rows(sniffed, roles),
     ]
+    lines = answered(lines, ask)
     manifest = as_text(lines)
     copies = {f"raw/{table.path.name}": table.path for table in sniffed}
     text, extra, rows = robot_text(roles, urdf, robot, arm)
-    marked = [f"{MANIFEST_FILE}: {line}" for line in lines if line.doubt is not None]
-    marked += [f"robot.toml: {str(line).strip()}" for line in rows if line.doubt is not None]
-    lacks_tool = tool is None and not serves_absolute(roles)
+    marked = [f"{MANIFEST_FILE}: {line}" for line in lines if line.doubt is not None and line.question is None]
+    has_robot = urdf is not None or robot is not None
+    if has_robot:  # else the rows are to be written
+        marked += [f"robot.toml: {str(line).strip()}" for line in rows if line.doubt is not None]
     proposal = Proposal(
         manifest,
         text,
         copies | extra,
         tuple(marked),
         remarks=remarks_of_tables(sniffed),
-        lacks_tool=lacks_tool,
+        to_write=to_write_by_hand(lines, (), has_robot),
         roles=roles,
         columns=tuple(explained(sniffed, roles, arm.prismatic)),
     )
@@ -172,6 +175,7 @@ def propose_campaign(
     urdf: Path | None = None,
     robot: str | None = None,
     tool: Sequence[float] | None = None,
+    ask: Ask | None = None,
     overwrite: bool = False,
 ) -> Proposal:
     """Write a proposed campaign folder: manifest, robot file, and the tables copied into ``raw/``.
@@ -190,7 +194,8 @@ def propose_campaign(
     InputError
         As `draft_campaign`; or the folder holds a campaign already.
     """
-    proposal = draft_campaign([tables] if isinstance(tables, Path) else tables, urdf=urdf, robot=robot, tool=tool)
+    files = [tables] if isinstance(tables, Path) else tables
+    proposal = draft_campaign(files, urdf=urdf, robot=robot, tool=tool, ask=ask)
     return write_proposal(folder, proposal, overwrite=overwrite)
 
 

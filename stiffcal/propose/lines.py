@@ -91,3 +91,8 @@ def as_text(lines: Sequence[ProposedLine]) -> str:
 def frame_table(frame: str, parent: str) -> list[ProposedLine]:
     """Return the head of a frame's table."""
     return [ProposedLine(text) for text in ("", f"[frames.{frame}]", f"parent = {toml_text.value(parent)}")]
+
+
+def question_line(frame: str, key: str, what: str) -> ProposedLine:
+    """Return the line of three numbers of a frame that no log states; `what` they are, in words."""
+    return ProposedLine(f"{key} = []", f"to be filled in: {what}", question=Question(f"frames.{frame}", key, what))

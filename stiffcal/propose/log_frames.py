@@ -13,8 +13,8 @@ from stiffcal.propose.lines import (
     TRACKER,
     FrameNames,
     ProposedLine,
-    Question,
     frame_table,
+    question_line,
 )
 from stiffcal.propose.log_devices import LoggingDevice, together
 
@@ -44,14 +44,13 @@ def frames_of_logs(
             both = "of load and target both; where they differ, write a frame for each" if roles.force else None
             lines += [
                 *frame_table(frame, "flange"),
-                ProposedLine(known, both) if known else _question(frame, "xyz_m", where),
+                ProposedLine(known, both) if known else question_line(frame, "xyz_m", where),
             ]
     if FORCE_SENSOR in named:
         where = "origin of the force sensor's axes, from which it counts moments, x, y, z in m in the flange frame"
-        origin = (
-            ProposedLine("xyz_m = [0.0, 0.0, 0.0]") if roles.moment is None else _question(FORCE_SENSOR, "xyz_m", where)
-        )
-        lines += [*frame_table(FORCE_SENSOR, "flange"), origin, _question(FORCE_SENSOR, "rpy_deg", _TURNED)]
+        asked = question_line(FORCE_SENSOR, "xyz_m", where)
+        origin = ProposedLine("xyz_m = [0.0, 0.0, 0.0]") if roles.moment is None else asked
+        lines += [*frame_table(FORCE_SENSOR, "flange"), origin, question_line(FORCE_SENSOR, "rpy_deg", _TURNED)]
     if TRACKER in named:
         lines += [
             *frame_table(TRACKER, "base"),
@@ -79,7 +78,3 @@ _WHERE = {
 
 
 _TURNED = "how the force sensor is turned on the flange, about its fixed x, y, z in degrees; 0, 0, 0 where it is not"
-
-
-def _question(frame: str, key: str, what: str) -> ProposedLine:
-    return ProposedLine(f"{key} = []", f"to be filled in: {what}", question=Question(f"frames.{frame}", key, what))

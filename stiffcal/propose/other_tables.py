@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +16,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import holds_signals, recognise
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, column_of_times, sniff_table
 from stiffcal.propose.unnamed_columns import are_numbered
-from stiffcal.readers import Options, Reader, find_reader
+from stiffcal.readers import Options, Reader, WantedColumns, find_reader
 
 TEXT = "csv"
 NO_OPTIONS: Options = MappingProxyType({})
@@ -116,6 +116,19 @@ def other_table(reader: Reader, path: Path, display_name: str, options: Options 
         remarks=header.remarks,
         uneven=header.uneven,
     )
+
+
+def rows_that_are_no_readings(table: SniffedTable, columns: Sequence[str]) -> tuple[int, ...]:
+    """Return the data rows (from 1) of a table that is no text in which a cell of columns of numbers holds a word.
+
+    Empty where nothing or another fault is found: reading the table states that.
+    """
+    reader = find_reader(table.path, table.log_format, table.path.name)
+    try:
+        next(iter(reader.read_batches(table.path, table.options, WantedColumns(tuple(columns)), table.path.name)), None)
+    except InputError as error:
+        return error.faults[0].rows
+    return ()
 
 
 def _name_and_unit(header: str, units: Mapping[str, str]) -> tuple[str, str | None]:

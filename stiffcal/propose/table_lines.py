@@ -8,7 +8,8 @@ from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import Role, Roles
-from stiffcal.propose.lines import FORCE_SENSOR, PAYLOAD, TOOL, TRACKER, ProposedLine, frame_table
+from stiffcal.propose.lines import FORCE_SENSOR, PAYLOAD, TOOL, TRACKER, ProposedLine, frame_table, question_line
+from stiffcal.propose.other_tables import TEXT, rows_that_are_no_readings
 from stiffcal.propose.signal_lines import joints_line, load_lines, moved_lines, question_lines, target_tables
 from stiffcal.propose.table_purpose import serves_absolute
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
@@ -56,12 +57,19 @@ def run_lines(roles: Roles) -> list[ProposedLine]:
     return [ProposedLine(text) for text in ("", "[[runs]]", 'id = "poses"', 'experiment = "absolute"')]
 
 
-def excluded_rows(tables: Sequence[SniffedTable]) -> list[ProposedLine]:
+def excluded_rows(tables: Sequence[SniffedTable], roles: Roles) -> list[ProposedLine]:
     """Return the entry that leaves out blank rows and remarks; nothing of tables whose rows belong together."""
-    if len(tables) != 1 or not tables[0].no_readings:
+    if len(tables) != 1:
         return []
-    words = tables[0].no_readings
+    (table,) = tables
+    words = dict(table.no_readings)
     named = ", ".join(dict.fromkeys(repr(word) if word else "blank" for word in words.values()))
+    if table.log_format != TEXT:
+        signals = (roles.joints, roles.force, roles.moment, roles.deflection)
+        columns = [column.header for role in signals if role is not None for column in role.columns]
+        words, named = dict.fromkeys(rows_that_are_no_readings(table, columns), ""), "a cell is no number"
+    if not words:
+        return []
     return [
         *map(ProposedLine, ("", "[[exclude]]", toml_text.pair("source", "table"))),
         ProposedLine(toml_text.pair("rows", list(words)), named),
@@ -80,7 +88,7 @@ def frame_lines(roles: Roles, tool: Sequence[float] | None) -> list[ProposedLine
     reason = "measured point" if roles.moment is not None else "point of load application and displacement measurement"
     where = f"{reason}, x, y, z in m in the flange frame"
     known = None if tool is None else f"xyz_m = [{', '.join(map(repr, tool))}]"
-    point = ProposedLine(known) if known is not None else ProposedLine("xyz_m = []", f"to be filled in: {where}")
+    point = ProposedLine(known) if known is not None else question_line(TOOL, "xyz_m", where)
     if serves_absolute(roles):
         return _frames_to_estimate(roles, known)
     lines = [*frame_table(TOOL, "flange"), point]
@@ -101,7 +109,7 @@ def _frames_to_estimate(roles: Roles, known: str | None) -> list[ProposedLine]:
     names = [name for name, _ in roles.targets] or [TOOL]
     target = [line for name in names for line in [*frame_table(name, "flange"), ProposedLine("estimate = true"), place]]
     if _is_loaded(roles):
-        centre = ProposedLine("xyz_m = []", "to be filled in: centre of mass of the payload, m, in the flange frame")
+        centre = question_line(PAYLOAD, "xyz_m", "centre of mass of the payload, x, y, z in m in the flange frame")
         target += [*frame_table(PAYLOAD, "flange"), centre]
     return [*target, *frame_table(TRACKER, "base"), ProposedLine("estimate = true")]
 

@@ -20,9 +20,9 @@ class InitResult(CommandResult):
     guessed: list[str]
     """The lines of campaign.toml to look at."""
     columns: OrAbsent[list[ExplainedColumn]] = None
-    """Of a table: every column, what it is taken for and why, or why it is not taken."""
+    """Of logs and tables: every column, what it is taken for and why, or why it is not taken."""
     to_write: OrAbsent[list[str]] = None
-    """Of a folder of logs: the lines that are left to be written, as no log states their values."""
+    """Of logs and tables: the lines that are left to be written, as none states their values."""
     runs: OrAbsent[list[str]] = None
     """Of a folder of logs: the runs that its files make."""
 

@@ -15,6 +15,7 @@ from stiffcal.propose.from_table import draft_campaign
 from stiffcal.propose.lines import FrameNames
 from stiffcal.propose.log_kind import LogKind, log_kind
 from stiffcal.reduction.logs.log_rows import read_rows
+from tests.laboratory.workbooks import write_xlsx
 
 FILES = Path(__file__).parents[1] / "laboratory" / "data" / "files"
 DEG = np.pi / 180.0
@@ -130,6 +131,7 @@ def test_each_column_has_its_unit_and_its_reason() -> None:
     assert {union[f"/{name}/x"][0] for name in ("ft/wrench/force", "probe/point")} == {"force", "position"}
     # each for a reason of its own
     reasons = [found("02-rtde-recorder/robot_data.csv")["target_q_0"], motive["Frame"], motive["plate Rotation W"]]
+    assert "controller computes" in found("20-rsi-xml/rsi.xml")["RIst.X"][2]
     reasons += [franka["tau_J[0]"], found("05-qualisys-tsv/take.tsv")["b X"], franka["q_d[0]"]]
     assert all(not taken for taken, _, _ in reasons)
     assert len({why for _, _, why in reasons}) == 6
@@ -138,6 +140,10 @@ def test_each_column_has_its_unit_and_its_reason() -> None:
 def test_rows_of_a_table_that_are_no_readings_are_excluded_in_the_draft(tmp_path: Path) -> None:
     lines = (FILES / "04-excel/mean_row_below.csv").read_text().splitlines()
     blank = "," * 11
-    (tmp_path / "t.csv").write_text("\n".join([*lines[:15], blank, *lines[15:25], blank, *lines[25:]]) + "\n")
-    [entry] = tomllib.loads(draft_campaign([tmp_path / "t.csv"], robot="kr125").manifest)["exclude"]
-    assert (entry["source"], entry["rows"]) == ("table", [15, 26, 27, 28])
+    rows = [*lines[:15], blank, *lines[15:25], blank, *lines[25:]]
+    (tmp_path / "t.csv").write_text("\n".join(rows) + "\n")
+    cells = [[float(cell) if is_number(cell) else cell for cell in row.split(",")] for row in rows]
+    write_xlsx(tmp_path / "t.xlsx", {"log": cells})
+    for name, out in (("t.csv", [15, 26, 27, 28]), ("t.xlsx", [25, 26])):  # blank rows of a sheet are none
+        [entry] = tomllib.loads(draft_campaign([tmp_path / name], robot="kr125").manifest)["exclude"]
+        assert (entry["source"], entry["rows"]) == ("table", out)

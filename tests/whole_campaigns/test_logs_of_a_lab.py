@@ -150,6 +150,41 @@ def minutes_signs_and_two_columns_of_time(places: Floats, forces: Floats, joints
     }
 
 
+def several_heads_blanks_and_no_times(places: Floats, forces: Floats, joints: Floats) -> dict[str, tuple[str, str]]:
+    """Motive with lost frames, columns that stand apart by blanks, a LabVIEW file whose column of times is empty."""
+    camera = "Format Version,1.23,Take Name,t1,Export Frame Rate,2.500000,Length Units,Millimeters\n\n"
+    camera += ",Type,Rigid Body,Rigid Body,Rigid Body,Marker,Marker,Marker\n,Name,plate,plate,plate,m:1,m:1,m:1\n"
+    camera += ",ID,A,A,A,B,B,B\n,,Position,Position,Position,Position,Position,Position\n"
+    camera += "Frame,Time (Seconds),X,Y,Z,X,Y,Z\n"
+    for k, row in enumerate(places.tolist()):
+        cells = ["", "", ""] if k % 17 == 5 else [f"{x:.4f}" for x in row[1:]]
+        camera += ",".join([str(k), f"{row[0]:.6f}", *cells, *cells]) + "\n"
+    head = "".join(f"{name:>16}" for name in ("t", *(f"A{k}" for k in range(1, 7)))) + "\n"
+    axes = head + "".join("".join(f"{x:16.7f}" for x in row) + "\n" for row in joints.tolist())
+    force = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nX_Columns\tNo\n***End_of_Header***\t\n\t\n"
+    force += "Channels\t3\t\t\t\nY_Unit_Label\tNewton\tNewton\tNewton\t\nDelta_X\t0,02\t0,02\t0,02\t\n"
+    force += "***End_of_Header***\t\t\t\t\nX_Value\tFx\tFy\tFz\tComment\n"
+    force += "".join("\t" + line for line in lines(forces[:, 1:], ".4f", "\t", ",").splitlines(True))
+    return {"take.csv": (camera, "utf-8"), "axes.dat": (axes, "utf-8"), "ft.lvm": (force, "cp1252")}
+
+
+def epoch_low_resolution_and_columns_of_a_matrix(
+    places: Floats, forces: Floats, joints: Floats
+) -> dict[str, tuple[str, str]]:
+    """Seconds since 1970 next to a matrix that stands still, a clock of a lower resolution than its rows, libfranka."""
+    names = ["Tool ID", "Timestamp", "Frame #", "Tx", "Ty", "Tz", *(f"R{i}{k}" for i in range(3) for k in range(3))]
+    camera = ",".join(names) + "\n"
+    for k, row in enumerate(places.tolist()):
+        place = ",".join(f"{x:.4f}" for x in row[1:])
+        camera += f"1,{1785175389.64 + row[0]:.7f},{k},{place},1,0,0,0,1,0,0,0,1\n"
+    steps = np.column_stack([50.0 * np.floor(forces[:, 0] / 50.0), forces[:, 1:]])
+    force = "Name;PLC force cell\nSampleTime[ms];20\nUnit;ms / N\n\nTime [ms];Fx;Fy;Fz\n" + lines(steps, ".4f", ";")
+    head = ", ".join(["time", *(f"q[{k}]" for k in range(6)), *(f"tau_J[{k}]" for k in range(6))]) + "\n"
+    torques = np.zeros((len(joints), 6))
+    log = head + lines(np.column_stack([joints[:, 0], np.radians(joints[:, 1:]), torques]), ".9f", ", ")
+    return {"ndi.csv": (camera, "utf-8"), "plc.csv": (force, "cp1252"), "franka.csv": (log, "utf-8")}
+
+
 Writer = Callable[[Floats, Floats, Floats], dict[str, tuple[str, str]]]
 
 
@@ -162,6 +197,8 @@ Writer = Callable[[Floats, Floats, Floats], dict[str, tuple[str, str]]]
         dates_lost_targets_and_xml,
         document_utf32_and_names,
         minutes_signs_and_two_columns_of_time,
+        several_heads_blanks_and_no_times,
+        epoch_low_resolution_and_columns_of_a_matrix,
     ],
 )
 def test_a_folder_of_other_programs_logs_gives_the_right_stiffnesses(

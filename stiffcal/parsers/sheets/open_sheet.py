@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -198,11 +198,10 @@ class OpenSheet(OpenLog):
         if not faults or name in wanted.unjudged:
             return values
         (first,) = next(iter(faults.values())).faults
-        mend = first.mend
         if len(faults) <= _MOST_LISTED:
-            plural = "s" * (len(faults) > 1)
-            mend += f", or leave the row{plural} out: [[exclude]] with {toml_text.pair('rows', list(faults))}"
-        raise InputError.at(first.code, first.file, first.place, first.reason, mend)
+            out = f"leave the row{'s' * (len(faults) > 1)} out: [[exclude]] with {toml_text.pair('rows', list(faults))}"
+            first = replace(first, mend=f"{first.mend}, or {out}", rows=tuple(faults))
+        raise InputError(first)
 
     def first_rows(self, names: Sequence[str]) -> Iterator[Batch]:
         """Yield the first rows of columns of unknown kind: as numbers where most are, words among them as gaps.
