@@ -8,6 +8,7 @@ import numpy as np
 
 from stiffcal.mistakes.clocks.mistake import ClockMistake, ClockTrial
 from stiffcal.reduction.clocks.course import ClockCourse
+from stiffcal.wording import fixed_places
 
 
 class JumpingClock(ClockMistake):
@@ -26,9 +27,10 @@ class JumpingClock(ClockMistake):
 
     def sentence(self, course: ClockCourse, trial: ClockTrial) -> str:
         """Return it in words."""
-        before, after = course.time[trial.place - 1], course.time[trial.place]
+        before, after = (fixed_places(course.time[k], 1) for k in (trial.place - 1, trial.place))
+        when = f"at {before} s" if before == after else f"between {before} s and {after} s"
         return (
-            f"the clock of {course.source} jumps by {trial.moves_s:+.3f} s against {course.against} between "
-            f"{before:.1f} s and {after:.1f} s; one offset is used for the whole run: correct the times in a copy of "
+            f"the clock of {course.source} jumps by {trial.moves_s:+.3f} s against {course.against} "
+            f"{when}; one offset is used for the whole run: correct the times in a copy of "
             "the log, or split the run there"
         )
