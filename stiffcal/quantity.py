@@ -8,6 +8,7 @@ stand in `stiffcal.quantities`.)
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal, Protocol, TypeAlias
@@ -235,7 +236,8 @@ def unit_words(unit: str) -> str:
 
     Examples
     --------
-    >>> unit_words("rad/(N*m)"), unit_words("N*m^2")
-    ('rad/(N·m)', 'N·m²')
+    >>> unit_words("rad/(N*m)"), unit_words("N*m^2"), unit_words("um")
+    ('rad/(N·m)', 'N·m²', 'µm')
     """
-    return unit.replace("*", "·").replace("^2", "²").replace("^3", "³").replace("degC", "°C")
+    micro = re.sub(r"\bu(?=(?:m|N|rad)\b)", "µ", unit)
+    return micro.replace("*", "·").replace("^2", "²").replace("^3", "³").replace("degC", "°C")

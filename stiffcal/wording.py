@@ -211,7 +211,18 @@ def position(value: float, is_prismatic: bool = False) -> str:
     ('−28.6°', '250.0 mm')
     """
     unit = of_joint(is_prismatic).usual
-    return f"{value * unit.factor + 0.0:.1f}{unit.mark}".replace("-", "−")
+    return f"{fixed_places(value * unit.factor, 1)}{unit.mark}"
+
+
+def fixed_places(value: float, places: int) -> str:
+    """Return a number with so many places behind the point, with a minus as printed.
+
+    Examples
+    --------
+    >>> fixed_places(-3.14, 1), fixed_places(-0.01, 1)
+    ('−3.1', '0.0')
+    """
+    return f"{round(value, places) + 0.0:.{places}f}".replace("-", "−")
 
 
 def share(fraction: float | None) -> str:

@@ -9,13 +9,14 @@ import typer
 
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import AsJson, NoUpdate
+from stiffcal.cli.options import AsJson, Details, NoUpdate
 from stiffcal.escapes.shell import command_line
 
 
 def compare(
     before: Annotated[Path, typer.Argument(metavar="DIR1", help="The earlier campaign.")],
     after: Annotated[Path, typer.Argument(metavar="DIR2", help="The later campaign.")],
+    details: Details = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
 ) -> int:
@@ -31,5 +32,5 @@ def compare(
 
         context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify)
         result = compare_campaigns(before, after, context)
-        answer.show(result, NextLine(command_line("report", after)))
+        answer.show(result, NextLine(command_line("report", after)), details)
     return OK

@@ -23,8 +23,11 @@ class NarrowTable(Table):
     """A table whose columns are as wide as their longest word at least; numbers (aligned right) are never wrapped.
 
     Columns without room stand in further parts below, each with the first column again. A column without a title (a
-    unit, a remark) stays with the one before it.
+    unit, a remark) stays with the one before it. Before that secondary columns go, from the last on, and a line names
+    them.
     """
+
+    secondary: frozenset[int] = frozenset()
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """Draw as many parts as the width asks for."""
@@ -34,6 +37,11 @@ class NarrowTable(Table):
         starts = [k for k, title in enumerate(titles) if k == 0 or title]
         groups = [list(range(a, b)) for a, b in pairwise([*starts, len(titles)])]
         room = options.max_width + GAP
+        left_out: list[str] = []
+        for group in [group for group in reversed(groups) if group[0] in self.secondary]:
+            if sum(least[k] + GAP for kept in groups for k in kept) > room:
+                groups.remove(group)
+                left_out.insert(0, titles[group[0]])
         parts = [groups[0].copy()] if groups else []
         for group in groups[1:]:
             if sum(least[k] + GAP for k in (*parts[-1], *group)) > room and parts[-1] != groups[0]:
@@ -54,6 +62,9 @@ class NarrowTable(Table):
                 for place, k in enumerate(shown)
             ]
             yield from Table.__rich_console__(part, console, options)
+        if left_out:
+            yield Segment(f"no room for: {'; '.join(left_out)}")
+            yield Segment.line()
 
     def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
         """Take the width there is."""

@@ -9,8 +9,8 @@ OPTIONS = {
     "validate": "--details --model --no-update --store --thresholds",
     "diagnose": "--details --no-update --store",
     "improve": "--dry-run --likely --no-report --no-update --report --store --yes",
-    "compare": "--no-update",
-    "trend": "--max-change --no-update --output",
+    "compare": "--details --no-update",
+    "trend": "--details --max-change --no-update --output",
     "history": "--restore --store --yes",
     "plot": "--against --no-update --of --output --run --store",
     "report": "--no-update --output --short --store",
@@ -21,7 +21,7 @@ OPTIONS = {
         "--convention --cycle-ms --filter --leave-out --no-update --output --raw-text --sensor --store --strict "
         "--target --tool --zeroed-at"
     ),
-    "predict": "--at --force --load-path --no-update --note --output --points --pose --poses --store",
+    "predict": "--at --details --force --load-path --no-update --note --output --points --pose --poses --store",
     "map": (
         "--at --load --mass --no-update --output --plane --points --pose --slices --stiffness --store --table --target"
     ),
@@ -29,7 +29,7 @@ OPTIONS = {
         "--acts-on --filter --frame --judge --log --never-zeroed --no-sag --no-update --normal --output --path "
         "--picture --position-only --sag --segments --start --store --target --tool --zeroed"
     ),
-    "plan": "--campaign --criterion --for --no-update --output --program --runs --store --tell",
+    "plan": "--campaign --criterion --details --for --no-update --output --program --runs --store --tell",
     "simulate": "--from --seed",
     "effects": "--from --output",
     "add": "--all --curved --joints --links --pairs --start",

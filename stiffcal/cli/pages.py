@@ -55,7 +55,8 @@ def draw_blocks(console: AnswerConsole, blocks: Iterable[Block]) -> None:
 def _draw_table(console: AnswerConsole, table: Table) -> None:
     from stiffcal.presentation.texts import printed_columns, printed_rows
 
-    drawn = plain_table(*(_heading(column, unit) for column, unit in printed_columns(table)))
+    headings = [_heading(column, unit) for column, unit in printed_columns(table)]
+    drawn = plain_table(*headings, secondary=[k for k, column in enumerate(table.columns) if column.is_secondary])
     for row in printed_rows(table):
         drawn.add_row(*row)
     console.print(drawn)

@@ -10,7 +10,7 @@ import typer
 
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.escapes.shell import command_line
 
 
@@ -58,6 +58,7 @@ def plan(
         ),
     ] = None,
     output: Output = None,
+    details: Details = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
@@ -84,7 +85,7 @@ def plan(
         options += [("--runs", f"{runs}")] if runs is not None else []
         options += [("--force", f"{force:g}")] if force is not None else []
         words = [word for option in options for word in option] + (["--tell", *tell] if tell else [])
-        answer.show(result, after_plan(folder, campaign, words, store))
+        answer.show(result, after_plan(folder, campaign, words, store), details)
     return OK
 
 

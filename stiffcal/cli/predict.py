@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
+from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
@@ -56,6 +56,7 @@ def predict(
     points: Annotated[int, typer.Option(help="Points on each segment of the load path.")] = 20,
     note: Annotated[str, typer.Option(metavar="WORDS", help="Note for the report, printed with the load path.")] = "",
     output: Output = None,
+    details: Details = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
@@ -83,7 +84,7 @@ def predict(
         one = None if pose is None else OneLoad(pose, OneLoad.force if force is None else force)
         result = predict_campaign(folder, context, poses=one or poses, load_path=path, output=output)
         then = NextLine(command_line("export", folder, "-o", "model.json", store=store))
-        answer.show(result, then)
+        answer.show(result, then, details)
     return OK
 
 

@@ -9,7 +9,7 @@ import typer
 
 from stiffcal.cli.answers import NextLine, answering
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.options import AsJson, NoUpdate, Output, Overwrite
+from stiffcal.cli.options import AsJson, Details, NoUpdate, Output, Overwrite
 from stiffcal.escapes.shell import command_line
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def trend(
         ),
     ] = None,
     output: Output = None,
+    details: Details = False,
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     overwrite: Overwrite = False,
@@ -45,7 +46,7 @@ def trend(
 
         context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite)
         result = trend_campaigns(folders, context, output, max_change)
-        answer.show(result, _next(result))
+        answer.show(result, _next(result), details)
     return OK if result.passed else NOT_HELD
 
 

@@ -133,11 +133,15 @@ def _curve(found: DiagnosedStates, law: UnlistedFound) -> LawCurveAt | None:
 
 
 def _deciding_force(found: DiagnosedStates, one: ExcludedSize) -> float | None:
-    """Return the force, N, that would show it where it is as large as the noise; None where these loads do, or none."""
+    """Return the force, N, that would show it where it is as large as the noise.
+
+    None where these loads do, none would, or the robot cannot bear it.
+    """
     force = float(np.linalg.norm(found.kept_states.wrench[:, :3], axis=1).max(initial=0.0))
     noise = found.first.fit.noise_length.get("translation") if found.noise_known else None
     if noise and force > 0.0 and one.grows_with_load and noise < one.size < np.inf:
-        return force * one.size / noise
+        chain, deciding = found.first.fit.robot.chain, force * one.size / noise
+        return deciding if deciding <= chain.largest_payload * float(np.linalg.norm(chain.gravity)) else None
     return None
 
 

@@ -109,6 +109,16 @@ class Chain:
     """Joints, from 1, that move along their axis instead of turning about it."""
 
     @property
+    def largest_payload(self) -> float:
+        """Kilograms at the flange beyond which no load is worth proposing; infinite where nothing limits it.
+
+        Where the maker's payload is not stated: no arm of this kind carries more than it weighs.
+        """
+        if self.rated_payload is not None:
+            return self.rated_payload
+        return float(np.sum(self.link_mass)) if self.masses_known else np.inf
+
+    @property
     def n_joints(self) -> int:
         """J, the number of joints."""
         return int(self.fixed.shape[0])

@@ -110,7 +110,12 @@ def edit_text(
         given = _every_place(catalogue[effect].places(campaign.chain), kind)
     if kind != "setup" and not any(given.values()) and not wanted.everywhere:
         option = f"--{kind}"
-        mend = f"give {option}, or --all; possible: {', '.join(possible) or 'none on this robot'}"
+        there = possible if action == "add" else _held(campaign, effect)
+        # joints and pairs as the option takes them: "2", "5-6"
+        named = [label if kind == "links" else label.replace("j", "") for label in there]
+        mend = f"give {option} with one or more of {', '.join(named)}, or --all"
+        if not named:
+            mend = f"{effect} is not in the model" if action == "remove" else "this robot has no such place"
         raise InputError.at(
             FaultCode.PLACE_INVALID, "command line", option, f"{effect} acts at {kind}, and none is given", mend
         )
@@ -223,6 +228,14 @@ def places_at(
         links=list(links) or None,
         pairs=[list(_pair(pair, campaign)) for pair in pairs] or None,
     )
+
+
+def _held(campaign: Campaign, effect: str) -> list[str]:
+    """Return the places at which the model holds an effect, as parameter names have them."""
+    entries = [entry for entry in campaign.model.effects if entry.type == effect]
+    joints = [f"j{joint}" for entry in entries for joint in entry.joints or []]
+    pairs = ["-".join(f"j{joint}" for joint in pair) for entry in entries for pair in entry.pairs or []]
+    return [*joints, *(link for entry in entries for link in entry.links or []), *pairs]
 
 
 def _given(where: Where, kind: str, campaign: Campaign) -> dict[str, Sequence[Any]]:

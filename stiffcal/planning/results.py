@@ -176,7 +176,7 @@ class PlanResult(CommandResult):
     ``predicted_at`` names, m. What is not identified is taken as exact.
     """
     predicted_at: OrAbsent[str] = None
-    """The path's file, "region", or "possible poses"."""
+    """The path's file, "region", or "random poses"."""
     goals: OrAbsent[list[PlannedGoal]] = None
     """Where the plan has several goals."""
     another_hour: OrAbsent[AnotherHour] = None

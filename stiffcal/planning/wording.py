@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.wording import significant
+from stiffcal.wording import fixed_places, significant
 
 if TYPE_CHECKING:
     from stiffcal.identification.answers.observability import ObservabilityIndices
@@ -69,5 +69,5 @@ def direction_and_sizes(wrench: Floats) -> tuple[str, str] | None:
     if not largest.any():
         return None
     direction = largest / np.linalg.norm(largest)
-    sizes = ", ".join(f"{size + 0.0:.0f}" for size in forces @ direction)
-    return f"({', '.join(f'{part + 0.0:.2f}' for part in direction)})", sizes
+    sizes = ", ".join(fixed_places(size, 0) for size in forces @ direction)
+    return f"({', '.join(fixed_places(part, 2) for part in direction)})", sizes

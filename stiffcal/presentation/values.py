@@ -47,6 +47,8 @@ class Column:
     """Numbers stand right, texts left."""
     is_wide: bool = False
     """Whether its texts wrap, and it takes the room that others leave on a printed page."""
+    is_secondary: bool = False
+    """Whether a terminal that is too narrow for all columns leaves it out."""
 
 
 @dataclass(frozen=True)

@@ -182,7 +182,7 @@ class CampaignSession:
 
         Raises
         ------
-        InputError : a model that is tried is not written; of the steps, when they are taken: the input is wrong.
+        InputError : this session holds another model than model.toml; of the steps, when they are taken.
         """
         from stiffcal.commands.improve import improvement
         from stiffcal.python.improvement import ModelImprovement
@@ -419,7 +419,8 @@ class CampaignSession:
     def _refuse_trial(self, step: str) -> None:
         """Raise InputError where a model is tried: the step would write, or read, what is of model.toml."""
         if self._context.trial is not None:
-            reason, mend = "a model that is tried is not written", f"open the campaign and call {step} on that"
+            reason = f"{step} works with model.toml, and this session holds another model"
+            mend = f"call {step} on a session of the campaign itself, stiffcal.open(DIR)"
             raise InputError.at(FaultCode.OPTION_INVALID, str(self.folder), step, reason, mend)
 
     def _data(self) -> Ingested:

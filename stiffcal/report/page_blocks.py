@@ -52,4 +52,14 @@ def table_of(table: values.Table, caption: str) -> TableBlock:
         TableColumn(column.title, unit, align="right" if column.numbers else "left", width=float(column.is_wide))
         for column, unit in printed_columns(table)
     )
-    return TableBlock(columns, printed_rows(table), caption)
+    rows = printed_rows(table)
+    if any(column.is_wide for column in table.columns):
+        # the errors of several measures stand one under the other: side by side they leave no room for the words
+        rows = tuple(
+            tuple(
+                cell.replace(", ", ",\n") if column.numbers else cell
+                for column, cell in zip(table.columns, row, strict=True)
+            )
+            for row in rows
+        )
+    return TableBlock(columns, rows, caption)

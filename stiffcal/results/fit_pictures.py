@@ -27,6 +27,8 @@ MOST_NAMES = 40
 HEIGHT_MM, ROW_MM = 72.0, 3.2
 """Height of a picture, and of a row of the correlations."""
 LARGEST_PT = 9.0
+MOST_NUMBERS = 30
+"""Of more parameters every fifth number is written below the correlations: two digits would touch the next two."""
 """Side of the square of a correlation of ± 1, points of print."""
 PROFILE_COLUMNS, PROFILE_MM = 2, 58.0
 """Panels of profiles in a row, and the height of one."""
@@ -124,10 +126,10 @@ def correlation_picture(names: Sequence[str], covariance: Floats) -> Picture:
                 Marks(column[own].astype(np.float64), row[own].astype(np.float64), "s", colour, size=LARGEST_PT * share,
                       is_hollow=False, label=f"{label}, up to {share:.1f}" if k == step.max() else "")
             )  # fmt: skip
-    edge = len(names) - 0.5
+    edge, every = len(names) - 0.5, 1 if len(names) <= MOST_NUMBERS else 5
     panel = Panel(
         "Correlations", "number of the parameter", "", tuple(series),
-        x_names=tuple(str(k + 1) for k in range(len(names))),
+        x_names=tuple(str(k) if k % every == 0 else "" for k in range(1, len(names) + 1)),
         y_names=tuple(f"{name}  {k}" for k, name in enumerate(names, start=1)), x_limits=(-0.5, edge),
         y_limits=(edge, -0.5), empty="" if len(names) > 1 else "a single parameter has no correlation",
     )  # fmt: skip

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from stiffcal.quantity import ShownUnit
 
 SHIFTED = "shifted by what the model lacks"
+SHIFTED_WORD = "shifted"
+"""In a table, under which stands once by what."""
 
 
 def as_shown(
@@ -108,6 +110,16 @@ def value_in_model(estimate: Estimate | None, unit: ShownUnit) -> str:
         return "not in the model"
     words = remark(estimate)
     return value_text(estimate, unit) + (f", {words}" if words else "")
+
+
+def value_and_remark(estimate: Estimate | None, unit: ShownUnit) -> tuple[str, str]:
+    """Return a value and what is to be known of it apart, which several values of a row may share.
+
+    Of a shifted one a word: under the table stands once by what.
+    """
+    if estimate is None:
+        return "not in the model", ""
+    return value_text(estimate, unit), remark(estimate).replace(SHIFTED, SHIFTED_WORD)
 
 
 def value_with_unit(estimate: Estimate | None, unit: ShownUnit) -> str:

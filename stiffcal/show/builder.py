@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from stiffcal.presentation.pictures import Picture
 
 
-def number(title: str) -> Column:
-    """Return a column of numbers."""
-    return Column(title)
+def number(title: str, is_secondary: bool = False) -> Column:
+    """Return a column of numbers; a secondary one is left out where a terminal has no room for it."""
+    return Column(title, is_secondary=is_secondary)
 
 
 def wide(title: str) -> Column:

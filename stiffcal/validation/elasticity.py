@@ -150,7 +150,7 @@ def _summary(joints: list[JointElasticity]) -> Elasticity:
         )
     others = [joint.joint for joint in joints if joint.verdict != "identified"]
     known = f"elasticity of {_joints(identified)} is identified; " if identified else ""
-    mend = "with whatever payload at the flange, such poses do not identify it"
+    mend = "no payload that the robot can carry would change that"
     if payloads:
         ways = [f"{significant(mass, 2)} kg for joint {joint}" for mass, joint in payloads]
         mend = f"measure again with a payload at the flange in half of the poses: {', '.join(ways)}"
@@ -272,12 +272,10 @@ def payload_that_shows(fit: Fit, joint: int, compliance: float) -> float | None:
         return None
     scatter = float(np.sqrt(np.mean(left**2) * (1.0 + len(fit.free_names) / fit.dof)))
     mass = KNOWN * scatter / shown
-    rated = chain.rated_payload
-    if rated is not None:
-        # less than the smallest is within what weighs anyhow
-        return max(mass, LEAST_PAYLOAD * rated) if mass <= rated else None
-    # no arm of this kind carries more than it weighs
-    return mass if not chain.masses_known or mass < float(np.sum(chain.link_mass)) else None
+    if mass > chain.largest_payload:
+        return None
+    # less than the smallest is within what weighs anyhow
+    return max(mass, LEAST_PAYLOAD * (chain.rated_payload or 0.0))
 
 
 def _without(robot: CompliantRobot, parameter: Parameter) -> CompliantRobot:

@@ -56,9 +56,10 @@ def require_one_robot(chains: list[Chain], before: Path, after: Path) -> None:
 def amplitude_of(parameter: IdentifiedParameter) -> float:
     """Return the quantity that the fit's covariance is of: the value, for stiffness-like parameters its inverse."""
     from stiffcal.model.catalogue.catalogue import find_effects
+    from stiffcal.model.forms import form_of
 
     if parameter.value is None:
         return math.nan
     effect = find_effects().get(parameter.effect)
     symbol = parameter.name.rsplit(".", 1)[1]
-    return parameter.value if effect is None else effect.spec(symbol).amplitude_of(parameter.value)
+    return parameter.value if effect is None else form_of(effect, [symbol]).spec(symbol).amplitude_of(parameter.value)

@@ -137,7 +137,7 @@ def test_add_without_a_place_lists_the_places(campaign: Path, capsys: pytest.Cap
     document, code = document_of(capsys, "add", campaign, "joint-compliance")
     assert code == 2
     assert set(document["error"]) == {"code", "file", "place", "reason", "mend"}
-    assert "possible: j1, j2, j3, j4, j5, j6" in document["error"]["mend"]
+    assert "--joints with one or more of 1, 2, 3, 4, 5, 6" in document["error"]["mend"]
 
 
 def test_add_and_remove(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,7 +21,8 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.model.summary import Where
 from stiffcal.show.pages import page_of
 from stiffcal.validation.compare_result import CompareResult
-from stiffcal.validation.one_robot import require_one_robot
+from stiffcal.validation.one_robot import amplitude_of, require_one_robot
+from tests.laboratory.fits import parameter
 
 CAMPAIGNS = Path(__file__).resolve().parents[2] / "campaigns"
 
@@ -41,11 +42,36 @@ def test_a_stiffness_is_not_called_a_compliance() -> None:
     )  # fmt: skip
     shown = StringIO()
     draw_page(AnswerConsole(file=shown, width=200), page_of(result))
-    first, second = (line for line in shown.getvalue().splitlines() if "joint 2" in line)
-    assert "stiffness" in first.split()
-    assert "c" not in first.split()
+    first, second = (line for line in shown.getvalue().splitlines() if "joint 2" in line or "j2" in line)
+    assert first.startswith("joint-compliance, joint 2, stiffness ")
     assert "(1.000 ± 0.020)·10⁶" in first
-    assert "b" in second.split()
+    assert second.startswith("backlash.j2.b ")
+
+
+def test_values_of_one_kind_fit_eighty_columns_and_a_remark_of_several_is_explained_once() -> None:
+    estimates = [
+        EstimatedParameter(
+            name=f"joint-compliance.j{joint}.c", effect="joint-compliance", where=Where(joints=[joint]), unit="N·m/rad",
+            value=1e6, interval=[0.98e6, 1.02e6], is_shifted=True,
+        )
+        for joint in range(1, 7)
+    ]  # fmt: skip
+    result = CompareResult(
+        warnings=[], before="a", after="b", parameters=[], only_before=[], only_after=[],
+        before_after=values_before_and_after(estimates, estimates), p_value_all=None, changed=[], origin="own",
+    )  # fmt: skip
+    shown = StringIO()
+    draw_page(AnswerConsole(file=shown, width=80, force_terminal=True, color_system=None), page_of(result))
+    lines = shown.getvalue().splitlines()
+    assert len([line for line in lines if line.startswith("joint ")]) == 6
+    assert all(line.split()[-1] == "shifted" for line in lines if line.startswith("joint "))
+    assert max(map(len, lines)) <= 80
+    assert len(lines) <= 12
+
+
+def test_a_curve_that_takes_the_place_of_a_straight_law_is_compared() -> None:
+    assert amplitude_of(parameter("cubic-stiffness.j2.p1", 2e4)) == pytest.approx(2e4)
+    assert amplitude_of(parameter("joint-compliance.j2.c", 2e-6)) == pytest.approx(2e-6)
 
 
 def chain_of(campaign: str) -> Chain:

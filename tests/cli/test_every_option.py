@@ -51,8 +51,8 @@ CALLS: dict[str, list[str]] = {
     "validate": ["small --details --thresholds thresholds.toml --no-update", "small --model other"],
     "diagnose": ["small --details --no-update"],
     "improve": ["small --dry-run --likely --no-update --no-report", "small --yes --report"],
-    "compare": ["small other --no-update"],
-    "trend": ["small other --max-change 9 -o trend.svg --no-update", "small other --output trend.pdf"],
+    "compare": ["small other --no-update --details"],
+    "trend": ["small other --max-change 9 -o trend.svg --no-update --details", "small other --output trend.pdf"],
     "history": ["small --restore 1 --yes"],
     "plot": [
         "small --run pose1 -o plot.png --no-update",
@@ -96,7 +96,7 @@ CALLS: dict[str, list[str]] = {
     ],
     "plan": [
         "small --for stiffness --criterion worst --runs 3 --campaign planned --program p.src -o runs.csv --no-update",
-        "small --runs 3 --force 300 --tell 'backlash j4' 'two-slope j4' --output runs.csv",
+        "small --runs 3 --force 300 --tell 'backlash j4' 'two-slope j4' --output runs.csv --details",
     ],
     "simulate": [f"twin --from {ROOT}/campaigns/irb4400 --seed 1"],
     "effects": ["backlash -o backlash.svg", "--from small --output creep.svg creep"],

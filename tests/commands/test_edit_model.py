@@ -41,7 +41,7 @@ def test_adding_what_is_there_changes_nothing(campaign: Path) -> None:
 @pytest.mark.parametrize(
     ("effect", "where", "message"),
     [
-        ("joint-compliance", {}, r"none is given; give --joints, or --all; possible: j1, j2, j3, j4, j5, j6"),
+        ("joint-compliance", {}, r"none is given; give --joints with one or more of 1, 2, 3, 4, 5, 6, or --all"),
         ("joint-complience", {"joints": "1"}, "did you mean joint-compliance"),
         ("joint-compliance", {"joints": "7"}, "unknown joint 7"),
         ("joint-compliance", {"links": "swing"}, "use --joints instead"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from stiffcal.measurements.load_states import Sigma
 from stiffcal.presentation.pictures import Picture
 from stiffcal.report.gathering import plot_of_fit
 from stiffcal.report.gathering.plot_of_fit import picture_of_fit, pictures_of_fit, residuals_in_noises, statistics_page
+from stiffcal.report.kept_pictures import KeptPictures
 from stiffcal.report.pictures_of_fit import PictureOfFit
 from stiffcal.stages.fit import fit_now, up_to_date_fit_at_hand
 from stiffcal.stages.steps import RunContext, up_to_date_states
@@ -49,7 +49,7 @@ def test_a_picture_in_the_report_is_known_by_the_key_of_its_fit_and_computed_whe
     def never() -> Picture:
         raise AssertionError
 
-    same = [pickle.dumps(PictureOfFit("normal", key, "", never)) for key in ("a", "a", "b")]
+    same = [KeptPictures().key(PictureOfFit("normal", key, "", never)) for key in ("a", "a", "b")]
     assert same[0] == same[1] != same[2]
 
 

@@ -135,8 +135,9 @@ def test_the_share_of_geometry_has_a_column_where_it_is_known() -> None:
     assert cells(compliance(from_geometry=0.27))[4] == "27"
 
 
-def test_a_report_without_a_diagnosis_asks_for_one() -> None:
-    made = summary.section(with_validation(made_up_content(n_runs=1)))
+def test_a_report_without_a_diagnosis_asks_for_one_also_within_the_noise() -> None:
+    noise = {"translation": 1.0, "rotation": 1.0}
+    made = summary.section(with_validation(made_up_content(n_runs=1), noise=noise))
     assert isinstance(made, ReportSection)
     (facts,) = [block for block in made.blocks if isinstance(block, Facts)]
     assert dict(facts.rows)["next step"] == "stiffcal diagnose DIR"

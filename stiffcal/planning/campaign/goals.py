@@ -52,7 +52,7 @@ class PredictedArea:
     wrench: Floats
     """(n, 6) N, N·m."""
     name: str
-    """The path's file, "region", or "possible poses"."""
+    """The path's file, "region", or "random poses"."""
     doubts: tuple[str, ...] = ()
     """What was read of the path's file and may not have been meant, in words."""
 
@@ -97,7 +97,7 @@ def wanted_goals(purpose: str, with_rivals: bool) -> list[WantedGoal]:
 def area_of(
     goals: list[WantedGoal], campaign: Campaign, plan: PlanFile, model: PlanModel, candidates: Candidates
 ) -> PredictedArea:
-    """Return where the error of prediction is stated: of the goal, else of the region, else of all possible poses.
+    """Return where the error of prediction is stated: of the goal, else of the region, else of random poses.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def area_of(
     if named == REGION or plan.region is not None:
         return _region(campaign, plan, model, candidates)
     pick = np.linspace(0, len(candidates.joints) - 1, min(AREA_POSES, len(candidates.joints))).astype(np.int64)
-    return PredictedArea(candidates.joints[pick], _largest(candidates.wrench[pick]), "possible poses")
+    return PredictedArea(candidates.joints[pick], _largest(candidates.wrench[pick]), "random poses")
 
 
 def _region(campaign: Campaign, plan: PlanFile, model: PlanModel, candidates: Candidates) -> PredictedArea:

@@ -189,6 +189,8 @@ def share_legend(figure: Figure, handles: Sequence[Any]) -> None:
     if handles:
         # A letter of 6.5 pt takes about 1.35 mm, the mark and the gaps around it 11 mm.
         widest = max(11.0 + 1.35 * len(str(handle.get_label())) for handle in handles)
-        columns = max(1, min(len(handles), int(PAGE_WIDTH_MM / widest)))
+        rows = -(-len(handles) // max(1, min(len(handles), int(PAGE_WIDTH_MM / widest))))
+        # rows as long as each other
+        columns = -(-len(handles) // rows)
         outside = figure.get_layout_engine() is not None
         figure.legend(handles=list(handles), loc="outside upper center" if outside else "upper center", ncols=columns)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -107,9 +108,13 @@ def fill_ladder(
 
 
 def label_lines(label: str, size: tuple[int, int]) -> list[str]:
-    """Return a rung's label in lines of so many letters, shortened at a word after so many lines."""
+    """Return a rung's label in lines of so many letters, shortened at a word after so many lines.
+
+    A place stays whole: "(joint" with the number in the next line is read as a word of its own.
+    """
     width, most_lines = size
-    return textwrap.wrap(label, width, max_lines=most_lines, placeholder=" …", break_on_hyphens=False) or [""]
+    whole = re.sub(r"\((joints?|links?|pairs?) (?=[^ )]+\))", "(\\1\u00a0", label)
+    return textwrap.wrap(whole, width, max_lines=most_lines, placeholder=" …", break_on_hyphens=False) or [""]
 
 
 def leading_component(fits: Sequence[HistoryEntry | StoredFit]) -> str | None:
@@ -171,7 +176,7 @@ def _draw_rung(axes: Axes, row: int, rung: Rung, unit: ShownUnit, above: float |
             text += f"  ({sign} {wording.significant(max(factor, 1.0 / factor), 2)})"
         axes.annotate(
             text, (rung.heldout * unit.factor, row), xytext=(8, -7 if above else 0), textcoords="offset points",
-            va="center", fontsize=6.5, zorder=5,
+            va="center", fontsize=6.5, zorder=5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.3},
         )  # fmt: skip
     elif rung.fitted is None:
         axes.annotate(

@@ -22,8 +22,8 @@ ROW_MM = 46.0
 COMPONENTS = ("u1", "u2", "u3", "φ1", "φ2", "φ3")
 # A bent link is drawn with its largest displacement as long as this share of the link.
 BENT_SHARE = 0.12
-# Length of a rod's name with its reading, over that of the link.
-NAME_SHARE = 0.16
+# Space for the rods' names next to the link, over its length, and height of a name over that of a panel.
+NAMES_SHARE, NAME_HEIGHT = 0.24, 0.13
 
 
 @canvas.styled
@@ -112,7 +112,7 @@ def draw_bent(picture: LinkPicture) -> Figure:
     bent = picture.bent_link
     size = float(np.abs(bent.displacement).max())
     factor = _round_down(BENT_SHARE * float(bent.x1[-1]) / size) if size > 0.0 else 1.0
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 72)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 84)
     for panel, across in zip(figure.subplots(2, 1, sharex=True), (1, 2), strict=True):
         _draw_bent_plane(panel, picture, across, factor)
     times = f"{factor:,.0f}".replace(",", " ")
@@ -134,7 +134,7 @@ def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: flo
         label="axis, deflected",
     )
     scale, unit = float(np.abs(bent.change).max()) or 1.0, canvas.unit_of(LENGTH, bent.change)
-    named: list[tuple[float, bool, float]] = []
+    texts: list[tuple[float, float, str, str]] = []
     for rod, name in enumerate(picture.rods):
         colour = canvas.COLOURS[1] if bent.change[rod] > 0.0 else canvas.COLOURS[5]
         word = "rod under extension" if bent.change[rod] > 0.0 else "rod under compression"
@@ -143,31 +143,32 @@ def _draw_bent_plane(panel: Axes, picture: LinkPicture, across: int, factor: flo
         panel.plot(x, y, color=colour, linewidth=width, label=word, solid_capstyle="butt", zorder=2)
         sign = "+" if bent.change[rod] > 0.0 else ""
         text = f"{name} {sign}{wording.in_unit(float(bent.change[rod]), unit)}"
-        # the outermost rods are named on their outer side, the others towards the axis
-        outermost = abs(y[0]) >= float(np.abs(bent.start[:, across]).max()) - 1e-9
-        place, up = _free_place(named, (min(x), max(x)), y[0], (y[0] >= 0.0) == outermost, float(bent.x1[-1]))
-        named.append((y[0], up, place))
-        panel.annotate(
-            text, (place, y[0]), xytext=(0, 2.5 if up else -2.5), textcoords="offset points", fontsize=5.5,
-            color=colour, ha="center", va="bottom" if up else "top",
-        )  # fmt: skip
+        texts.append((y[0], max(x), text, colour))
     panel.set_ylabel(f"x{across + 1} [m]")
-    panel.margins(x=0.03, y=0.22)
+    panel.margins(x=0.03, y=0.12)
+    _name_rods(panel, texts, float(bent.x1[-1]))
 
 
-def _free_place(
-    named: list[tuple[float, bool, float]], ends: tuple[float, float], height: float, up: bool, length: float
-) -> tuple[float, bool]:
-    """Return where along a rod, and on which side of it, its name stands clear of those that are drawn already.
+def _name_rods(panel: Axes, texts: list[tuple[float, float, str, str]], length: float) -> None:
+    """Write what rods are called next to the link, one above the other, with a thin line to where each ends.
 
-    Rods of one height lie one behind the other. Where no place is clear the middle is taken, on the preferred side.
+    Parameters
+    ----------
+    texts : height and end of each rod, its name, its colour. length : of the link.
     """
-    for side in (up, not up):
-        of_side = [place for other, its_side, place in named if its_side == side and abs(other - height) < 1e-9]
-        for place in np.linspace(ends[0] + 0.1 * (ends[1] - ends[0]), ends[1] - 0.1 * (ends[1] - ends[0]), 9):
-            if all(abs(place - other) > NAME_SHARE * length for other in of_side):
-                return float(place), side
-    return 0.5 * (ends[0] + ends[1]), up
+    low, high = panel.get_ylim()
+    gap = NAME_HEIGHT * (high - low)
+    texts = sorted(texts)
+    places = np.array([height for height, *_ in texts])
+    for k in range(1, len(places)):
+        places[k] = max(places[k], places[k - 1] + gap)
+    # as many go up as down
+    places += np.mean([height for height, *_ in texts]) - places.mean()
+    for (height, end, text, colour), place in zip(texts, places.tolist(), strict=True):
+        panel.plot((end, 1.04 * length, 1.08 * length), (height, place, place), color=colour, linewidth=0.4, zorder=1)
+        panel.annotate(text, (1.09 * length, place), fontsize=5.5, color=colour, va="center")
+    panel.set_ylim(min(low, places[0] - gap), max(high, places[-1] + gap))
+    panel.set_xlim(-0.03 * length, (1.0 + NAMES_SHARE) * length)
 
 
 def _grid(count: int) -> tuple[Figure, list[Axes]]:

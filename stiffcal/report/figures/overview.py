@@ -54,9 +54,9 @@ def draw_overview(
     if run is None:
         handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, component), component, _LABEL_SIZE)
     else:
-        ladder, robot = figure.subplots(1, 2, width_ratios=(1.75, 1.0))
+        ladder, robot, numbers = figure.subplots(1, 3, width_ratios=(1.75, 0.6, 0.4))
         handles = fill_ladder(ladder, rungs, wording.part(noise, component), component, _LABEL_SIZE)
-        _draw_robot(robot, run, shares)
+        _draw_robot(robot, numbers, run, shares)
     canvas.share_legend(figure, handles)
     return figure
 
@@ -67,20 +67,12 @@ _SAME_M = 1e-3
 """Joints that are closer are drawn as one."""
 
 
-def _free_corner(line: Floats) -> tuple[bool, bool]:
-    """Return the corner of the picture that is farthest from the arm (n, 2): whether right, whether up."""
-    span = np.maximum(np.ptp(line, axis=0), 1e-9)
-    ends = (line - line.min(axis=0)) / span
-    along = np.linspace(0.0, 1.0, 9)[:, None, None]
-    points = (ends[None, :-1] + along * np.diff(ends, axis=0)[None]).reshape(-1, 2)
-    corners = ((True, False), (False, False), (True, True), (False, True))
-    return max(corners, key=lambda corner: float(np.linalg.norm(points - np.array(corner, float), axis=1).min()))
-
-
 def _away_from_arm(line: Floats, at: Floats) -> Floats:
     """Return the direction (2,) in which a label at a place of the arm (n, 2) is farthest from its two neighbours."""
-    away = np.zeros(2)
     nearest = int(np.argmin(np.linalg.norm(line - at, axis=1)))
+    if float(np.linalg.norm(line[nearest] - at)) > _SAME_M:
+        return _across_the_link(line, at)
+    away = np.zeros(2)
     for side in (line[nearest::-1], line[nearest:]):
         length = np.linalg.norm(side - at, axis=1)
         if (length > _SAME_M).any():
@@ -94,8 +86,17 @@ def _away_from_arm(line: Floats, at: Floats) -> Floats:
     return away / size if size else np.array([0.0, 1.0])
 
 
-def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> None:
-    """Draw the arm from the side; circles have the area of their share of the deflection."""
+def _across_the_link(line: Floats, at: Floats) -> Floats:
+    """Return the direction (2,) across the link on which a place lies, away from the rest of the arm (n, 2)."""
+    begin, along = line[:-1], np.diff(line, axis=0)
+    share = np.clip(np.sum((at - begin) * along, axis=1) / np.maximum(np.sum(along**2, axis=1), 1e-12), 0.0, 1.0)
+    link = along[int(np.argmin(np.linalg.norm(begin + share[:, None] * along - at, axis=1)))]
+    across = np.array([link[1], -link[0]]) / max(float(np.linalg.norm(link)), 1e-12)
+    return across if float(across @ (at - line.mean(axis=0))) >= 0.0 else -across
+
+
+def _draw_robot(axes: Axes, numbers: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> None:
+    """Draw the arm from the side, each share of the deflection as the area of a circle; its numbers next to it."""
     stick = run.stick
     assert stick is not None
     points = stick @ side_view(stick).T
@@ -126,15 +127,8 @@ def _draw_robot(axes: Axes, run: ReportRun, shares: Sequence[PlaceShare]) -> Non
         )  # fmt: skip
     written = [place for place in shares if place.share >= _LEAST_WRITTEN][:_MOST_WRITTEN]
     text = "\n".join(["share of the deflection", *(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)])
-    right, up = _free_corner(line)
-    # room for the text next to the arm
-    away = 1.3 * float(np.ptp(line, axis=0).max())
-    beyond = line[:, 0].max() + away if right else line[:, 0].min() - away
-    axes.plot([beyond], [line[:, 1].mean()], linestyle="none")
-    axes.annotate(
-        text, (float(right), float(up)), xycoords="axes fraction", ha="right" if right else "left",
-        va="top" if up else "bottom", fontsize=6,
-    )  # fmt: skip
+    numbers.annotate(text, (1.0, 0.5), xycoords="axes fraction", ha="right", va="center", fontsize=6)
+    numbers.set_axis_off()
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.22)
     axes.set_axis_off()

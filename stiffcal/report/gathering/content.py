@@ -36,7 +36,7 @@ from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.model.summary import EffectAt
-from stiffcal.quantity import FORCE, MOMENT
+from stiffcal.quantity import FORCE, MOMENT, unit_words
 from stiffcal.reduction.loads.cycles import LoadCycles, find_load_cycles
 from stiffcal.reduction.loads.motion import gauge_directions
 from stiffcal.report.content import ReportContent, ReportRun, ReportStates, ResidualCovariate, SetAsideRows
@@ -227,9 +227,9 @@ def _direction_labels(states: LoadStates, force: Floats, cycles: LoadCycles) -> 
             axis = int(np.argmax(np.abs(total)))
             word = f"near {'+' if total[axis] > 0.0 else '−'}{'xyz'[axis]}"
             taken.append(word)
-            # "another" says what it is: a second direction nearest to the same axis
+            # a second direction nearest to the same axis
             again = taken.count(word)
-            labels[members] = word if again == 1 else f"{word}, another" + (f" {again}" if again > 2 else "")
+            labels[members] = word if again == 1 else f"another {word}" + (f" ({again})" if again > 2 else "")
     return labels
 
 
@@ -341,10 +341,12 @@ def _sigma_in_words(signal: Any) -> str:
     texts = []
     for quantity, value in sigma.model_dump(exclude_none=True).items():
         if quantity == "per_metre":
-            texts.append(f"plus {value:g} {getattr(units, 'position', '')} per m of distance")
+            texts.append(f"plus {value:g} {unit_words(getattr(units, 'position', ''))} per m of distance")
             continue
         unit = getattr(units, quantity, None) or {"rotation": "rad", "force": "N", "moment": "N·m"}.get(quantity, "")
-        stated = f"{value:g} {unit}" if isinstance(value, float) else "by row"
+        if quantity == "coverage" and value == 1.0:
+            continue
+        stated = f"{value:g} {unit_words(unit)}" if isinstance(value, float) else "by row"
         texts.append(f"{quantity} {stated}".strip())
     return ", ".join(texts)
 

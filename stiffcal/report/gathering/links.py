@@ -27,6 +27,9 @@ from stiffcal.validation.validate import load_in_base
 HOW_MANY = 4
 # Two rods are on opposite sides where their middles lie across the axis, this near to opposite and equally long.
 OPPOSITE_M = 0.02
+ALONG, UNLOADED = 0.7, 0.02
+"""States of a run that are drawn over its force: this share of the load is along it, or the load is at most this share
+of the largest. Pictures alone hang on both."""
 POINTS = 41
 
 
@@ -92,10 +95,13 @@ def _picture(link: MeasuredLink, observed: _ObservedLinks) -> LinkPicture:
 def _run(number: int, link: MeasuredLink, observed: _ObservedLinks, rigid: Floats | None) -> LinkRun:
     """Gather one run, in the states in which all the link's rods were read."""
     in_run = np.flatnonzero(link.run == number)
+    load = observed.load[link.index[in_run]]
+    size = np.linalg.norm(load, axis=1)
+    direction = load[int(np.argmax(size))] / max(float(size.max()), 1e-300)
+    # over the force along one direction, what loads across it make would stand at no force
+    along_it = (np.abs(load @ direction) >= ALONG * size) | (size <= UNLOADED * size.max())
+    in_run, load = in_run[along_it], load[along_it]
     where = link.index[in_run]
-    load = observed.load[where]
-    direction = load[int(np.argmax(np.sum(load**2, axis=1)))]
-    direction = direction / max(float(np.linalg.norm(direction)), 1e-300)
     # a device that pushes and pulls is called by its own direction, not by the larger of its two ends
     direction = direction * (1.0 if direction[int(np.argmax(np.abs(direction)))] > 0.0 else -1.0)
     rows = _rows_of(link, observed.data)

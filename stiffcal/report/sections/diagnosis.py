@@ -137,7 +137,9 @@ def _excluded(sizes: Sequence[ExcludedSizeAt]) -> str:
         text += f"be found: {listed}."
     if hidden:
         text += f" Nowhere in this campaign shows: {wording.listing(hidden, 30)}."
-    forces = [f"{one.of} {one.deciding_force_N:.0f} N" for one in known if one.deciding_force_N is not None]
+    forces = [
+        f"{one.of} {wording.significant(one.deciding_force_N)} N" for one in known if one.deciding_force_N is not None
+    ]
     if forces:
         text += f" Loads up to these would show what is as large as the noise: {wording.listing(forces, 30)}."
     return text.strip()

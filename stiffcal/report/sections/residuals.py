@@ -117,16 +117,20 @@ def _by_groups(validation: ValidateResult, content: ReportContent) -> list[Block
     # a place that is measured once is on no branch
     known = [group for group in _GROUPS if not (content.absolute_alone and group[1] == "branch")]
     prismatic = content.prismatic_joints
-    several = [(title, unit, parts) for select, title, unit in known if len(parts := select(validation)) > 1]
+    several = [
+        (title, unit, short_ranges(parts, ShownUnit("")))
+        for select, title, unit in known
+        if len(parts := select(validation)) > 1
+    ]
     blocks: list[Block] = []
     if several:
-        text = " ".join(f"By {title}: {_extremes(parts)}" for title, _, parts in several)
+        text = " ".join(f"By {title}{unit}: {_extremes(parts)}" for title, unit, parts in several)
         missing = [title for select, title, _ in known if len(select(validation)) <= 1]
         if missing:
             text += f" Not grouped by {wording.listing(missing)}: only one group in these data."
         names = wording.listing([title for title, _, _ in several])
         caption = f"Residual by {names}. {text}{_noise_words(validation)}"
-        groups = [(f"{title}{unit}", short_ranges(parts, ShownUnit(""))) for title, unit, parts in several]
+        groups = [(f"{title}{unit}", parts) for title, unit, parts in several]
         blocks.append(PictureBlock(partial(draw_residuals_by, groups, validation.noise), caption))
     angles = validation.by_joint_angle
     if len(angles) > 1:

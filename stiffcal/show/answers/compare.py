@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiffcal.identification.answers.before_after import units_of_values
-from stiffcal.results.value_words import value_in_model
+from stiffcal.results.value_words import value_and_remark
 from stiffcal.show.builder import PageBuilder, number
+from stiffcal.show.parameters import add_values, joined_remarks, names_and_units
 from stiffcal.validation.change import CHANCE
 from stiffcal.wording import change_words, listing, place, significant
 
@@ -22,34 +23,22 @@ def page(result: CompareResult, details: bool) -> Page:
     made.say(text, "verdict", level)
     units = units_of_values(result.before_after)
     chances = {change.name: change.p_value for change in result.parameters}
+    named = names_and_units(
+        [(row.effect, row.where, row.name, row.unit, units.of(row.quantity)) for row in result.before_after]
+    )
     rows = []
-    for row in result.before_after:
-        symbol, unit = row.name.rsplit(".", 1)[1], units.of(row.quantity)
+    for row, name in zip(result.before_after, named.names, strict=True):
+        unit = units.of(row.quantity)
+        (before, of_before), (after, of_after) = (value_and_remark(one, unit) for one in (row.before, row.after))
+        remarks = ("changed" if row.name in result.changed else "", of_before, of_after)
         rows.append(
             (
-                row.effect,
-                place(row.where),
-                "stiffness" if symbol == "c" and row.unit == "N·m/rad" else symbol,
-                value_in_model(row.before, unit),
-                value_in_model(row.after, unit),
-                unit.name,
-                change_words(row.relative),
-                significant(chances.get(row.name), 2),
-                "changed" if row.name in result.changed else "",
+                name, before, after, *named.unit_of(unit), change_words(row.relative),
+                significant(chances.get(row.name), 2), joined_remarks(remarks),
             )
-        )
-    titles = (
-        "effect",
-        "place",
-        "parameter",
-        number("before, ± 95 %"),
-        number("after, ± 95 %"),
-        "",
-        number("change"),
-        number("p"),
-        "",
-    )
-    made.table(titles, rows)
+        )  # fmt: skip
+    titles = ("parameter", number(named.title("before"), named.several), number(named.title("after")))
+    add_values(made, (*titles, *named.unit_title, number("change"), number("p", True), "remark"), rows, details)
     return made.page()
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.quantity import ANGLE, JOINT_ANGLE, LENGTH, LINEAR_STIFFNESS
 from stiffcal.show.builder import PageBuilder, number
-from stiffcal.wording import in_unit, significant
+from stiffcal.wording import fixed_places, in_unit, significant
 
 if TYPE_CHECKING:
     from stiffcal.compensation.map_result import MapResult
@@ -36,9 +36,9 @@ def page(result: MapResult, details: bool) -> Page:
     made.table(("", number("smallest"), number("largest")), rows)
     worst = result.worst
     if worst is not None:
-        place = ", ".join(f"{LENGTH.usual.factor * value:.0f}" for value in worst.position)
-        angles = [] if worst.joints is None else [round(math.degrees(turn), 1) + 0.0 for turn in worst.joints]
-        joints = f", joints ({', '.join(f'{value:.1f}' for value in angles)}){JOINT_ANGLE.usual.mark}" if angles else ""
+        place = ", ".join(fixed_places(LENGTH.usual.factor * value, 0) for value in worst.position)
+        angles = [fixed_places(math.degrees(turn), 1) for turn in worst.joints or ()]
+        joints = f", joints ({', '.join(angles)}){JOINT_ANGLE.usual.mark}" if angles else ""
         name = "largest position error" if any(result.wrench) else "softest point"
         made.say(f"{name} at ({place}) {LENGTH.usual.name} in base axes{joints}", "worst")
     for file in (result.file, result.picture):

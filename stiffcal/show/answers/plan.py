@@ -9,11 +9,15 @@ import numpy as np
 from stiffcal.planning.wording import CANDIDATES, OWN_WEIGHT, another_hour_text, indices_text, remedy_text
 from stiffcal.quantity import JOINT_ANGLE, Units, quantity_of
 from stiffcal.show.builder import PageBuilder, number
-from stiffcal.wording import DASH, length, significant
+from stiffcal.wording import DASH, count, fixed_places, length, significant
 
 if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
     from stiffcal.presentation.values import Page
+
+
+MOST_RUNS, MOST_VALUES = 10, 10
+"""Runs and parameters that are listed without details."""
 
 
 def page(result: PlanResult, details: bool) -> Page:
@@ -24,13 +28,13 @@ def page(result: PlanResult, details: bool) -> Page:
         f"{CANDIDATES[result.experiment]}; values from {result.values_from}",
         "runs",
     )
-    _add_runs(made, result)
-    _add_expected(made, result)
+    _add_runs(made, result, details)
+    _add_expected(made, result, details)
     if result.separations:
         made.head("separation of the look-alikes: misfit of the second if the first is true")
         rows = [(entry.truth, entry.rival, significant(entry.chi_square, 2)) for entry in result.separations]
         made.table(("true", "fitted instead", number("χ²")), rows)
-    _add_gain(made, result)
+    _add_gain(made, result, details)
     if result.folder is not None:
         made.say(f"wrote {result.folder}, ready for the logs in raw/", "written")
     if result.program is not None:
@@ -40,7 +44,7 @@ def page(result: PlanResult, details: bool) -> Page:
     return made.page()
 
 
-def _add_runs(made: PageBuilder, result: PlanResult) -> None:
+def _add_runs(made: PageBuilder, result: PlanResult, details: bool) -> None:
     unit = JOINT_ANGLE.usual
     driven = ("driven", number(unit.in_brackets("to ±"))) if result.experiment == "clamped" else ()
     loaded = any(run.wrench[:, :3].any() for run in result.runs)
@@ -48,17 +52,20 @@ def _add_runs(made: PageBuilder, result: PlanResult) -> None:
     rows = []
     for run in result.runs:
         force = run.wrench[int(np.argmax(np.linalg.norm(run.wrench[:, :3], axis=1))), :3]
-        cells = [run.id, str(run.rank), *(f"{angle:.1f}" for angle in unit.factor * run.joints)]
+        cells = [run.id, str(run.rank), *(fixed_places(angle, 1) for angle in unit.factor * run.joints)]
         if run.moved_joint is not None and run.turn is not None:
             cells += [f"joint {run.moved_joint}", significant(unit.factor * run.turn, 2)]
         if loaded:
-            cells.append(", ".join(f"{component:.0f}" for component in force + 0.0) if force.any() else OWN_WEIGHT)
+            cells.append(", ".join(fixed_places(component, 0) for component in force) if force.any() else OWN_WEIGHT)
         rows.append(cells)
     load = (number("largest force [N]"),) if loaded else ()
-    made.table(("run", number("rank"), *angles, *driven, *load), rows)
+    shown = rows if details or len(rows) <= MOST_RUNS + 1 else rows[:MOST_RUNS]
+    made.table(("run", number("rank"), *angles, *driven, *load), shown)
+    if len(shown) < len(rows):
+        made.say(f"  and {count(len(rows) - len(shown), 'more run')} (--details, or a run sheet: -o FILE)", "more")
 
 
-def _add_expected(made: PageBuilder, result: PlanResult) -> None:
+def _add_expected(made: PageBuilder, result: PlanResult, details: bool) -> None:
     made.head("expected uncertainty (half width of the 95 % interval)")
     with_units = result.experiment == "absolute"
     units = Units((parameter.unit, [parameter.half_width]) for parameter in result.parameters)
@@ -67,7 +74,12 @@ def _add_expected(made: PageBuilder, result: PlanResult) -> None:
         unit = units.of(quantity_of(parameter.unit))
         half = DASH if parameter.half_width is None else significant(unit.factor * parameter.half_width, 2)
         rows.append((parameter.name, *((half, unit.name) if with_units else ()), _percent(parameter.relative)))
-    made.table(("parameter", *((number("±"), "unit") if with_units else ()), number("± %")), rows)
+    # those that will be known worst decide; what is not identifiable is named below
+    worst = sorted(range(len(rows)), key=lambda k: -(result.parameters[k].relative or 0.0))
+    shown = rows if details or len(rows) <= MOST_VALUES + 1 else [rows[k] for k in sorted(worst[:MOST_VALUES])]
+    made.table(("parameter", *((number("±"), "unit") if with_units else ()), number("± %")), shown)
+    if len(shown) < len(rows):
+        made.say(f"  and {len(rows) - len(shown)} more, better known or not at all (--details)", "more")
     if with_units:
         made.say("for geometry and frames ± % is relative to the typical size of their errors", "relative-to")
     if result.observability is not None:
@@ -83,9 +95,15 @@ def _add_expected(made: PageBuilder, result: PlanResult) -> None:
         made.say(f"{what} at {result.predicted_at}: ± {half}{without}", "prediction")
 
 
-def _add_gain(made: PageBuilder, result: PlanResult) -> None:
+def _add_gain(made: PageBuilder, result: PlanResult, details: bool) -> None:
     made.head("after the runs of highest rank")
-    rows = [(str(point.runs), f"{point.minutes:.0f}", _percent(point.worst_relative)) for point in result.gain]
+    last = len(result.gain) - 1
+    rows = [
+        (str(point.runs), f"{point.minutes:.0f}", _percent(point.worst_relative))
+        for k, point in enumerate(result.gain)
+        # each twice as many as the one before: what one run more brings shrinks with their number
+        if details or k == last or (k + 1) & k == 0
+    ]
     made.table((number("runs"), number("min"), number("largest ± %")), rows)
     if result.another_hour is not None:
         made.say(another_hour_text(len(result.runs), result.another_hour), "another-hour")

@@ -16,15 +16,16 @@ if TYPE_CHECKING:
     from stiffcal.documents import Matrix, Vector
     from stiffcal.presentation.values import Page
 
-MOST_STATES = 24
-"""Rows of its tables; with details all."""
+MOST_ROWS = 24
+"""Of its tables together; with details all."""
 
 
 def page(result: PredictResult, details: bool) -> Page:
     """Return deflection, stiffness with and without complementary stiffness, and each link's own part."""
     made = PageBuilder("Prediction")
     made.say(f"deflection of {result.target}, base axes; values from {result.values_from}", "target")
-    shown = result.states if details else result.states[:MOST_STATES]
+    n_tables = 2 + (len(result.states[0].links) if result.states else 0)
+    shown = result.states if details else result.states[: MOST_ROWS // n_tables]
     unit = LENGTH.unit_for(float(value) for state in shown for value in state.deflection[:3])
     rows = [(f"{k}", *(_translation(state, axis, unit) for axis in range(3))) for k, state in enumerate(shown, 1)]
     made.table((number("state"), *(number(unit.in_brackets(f"d{axis}")) for axis in "xyz")), rows)
@@ -38,7 +39,7 @@ def page(result: PredictResult, details: bool) -> Page:
     made.table([number(title) for title in ("state", "x", "y", "z", "x without", "y without", "z without")], rows)
     _add_links(made, shown, unit)
     if len(shown) < len(result.states):
-        made.say(f"{len(result.states) - len(shown)} more in --json or -o FILE", "more")
+        made.say(f"{len(result.states) - len(shown)} more in --details, --json or -o FILE", "more")
     if result.file is not None:
         made.say(f"wrote {result.file}", "written")
     return made.page()

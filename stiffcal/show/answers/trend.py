@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiffcal.quantity import Units, quantity_of
-from stiffcal.results.value_words import value_in_model
+from stiffcal.results.value_words import value_and_remark
 from stiffcal.show.builder import PageBuilder, number
-from stiffcal.wording import change_words, place, share, significant
+from stiffcal.show.parameters import add_values, joined_remarks, names_and_units
+from stiffcal.wording import change_words, share, significant
 
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
@@ -20,17 +21,6 @@ VERDICTS = {
     "undecided": "undecided: several causes would explain these changes",
     "unexplained": "unexplained: neither a joint nor a change of the set-up explains these changes",
 }
-_TITLES = (
-    "effect",
-    "place",
-    "parameter",
-    number("first, ± 95 %"),
-    number("last, ± 95 %"),
-    "",
-    number("change"),
-    number("varies by"),
-    "",
-)
 
 
 def page(result: TrendResult, details: bool) -> Page:
@@ -39,8 +29,7 @@ def page(result: TrendResult, details: bool) -> Page:
     dates = [campaign.date or "" for campaign in result.campaigns]
     span = f", {dates[0]} to {dates[-1]}" if dates[0] else ""
     made.say(f"{len(result.campaigns)} campaigns{span}", "campaigns")
-    units = Units((row.unit, [one.value for one in row.values if one is not None]) for row in result.parameters)
-    made.table(_TITLES, [_row(row, result, units) for row in result.parameters])
+    _add_parameters(made, result, details)
     if result.figure is not None:
         made.say(f"parameters over the campaigns: {result.figure}", "written")
     if result.cause is not None:
@@ -52,19 +41,22 @@ def page(result: TrendResult, details: bool) -> Page:
     return made.page()
 
 
-def _row(row: TrendParameter, result: TrendResult, units: Units) -> tuple[str, ...]:
-    symbol, unit = row.name.rsplit(".", 1)[1], units.of(quantity_of(row.unit))
-    return (
-        row.effect,
-        place(row.where),
-        "stiffness" if symbol == "c" and row.unit == "N·m/rad" else symbol,
-        value_in_model(row.values[0], unit),
-        value_in_model(row.values[-1], unit),
-        unit.name,
-        change_words(row.change),
-        _deviation(row),
-        _remark(row, result),
+def _add_parameters(made: PageBuilder, result: TrendResult, details: bool) -> None:
+    units = Units((row.unit, [one.value for one in row.values if one is not None]) for row in result.parameters)
+    unit_of = [units.of(quantity_of(row.unit)) for row in result.parameters]
+    named = names_and_units(
+        [
+            (row.effect, row.where, row.name, row.unit, unit)
+            for row, unit in zip(result.parameters, unit_of, strict=True)
+        ]
     )
+    rows = []
+    for row, name, unit in zip(result.parameters, named.names, unit_of, strict=True):
+        (first, of_first), (last, of_last) = (value_and_remark(row.values[k], unit) for k in (0, -1))
+        remarks = joined_remarks((_remark(row, result), of_first, of_last))
+        rows.append((name, first, last, *named.unit_of(unit), change_words(row.change), _deviation(row), remarks))
+    titles = ("parameter", number(named.title("first"), named.several), number(named.title("last")), *named.unit_title)
+    add_values(made, (*titles, number("change"), number("varies by", True), "remark"), rows, details)
 
 
 def _deviation(row: TrendParameter) -> str:

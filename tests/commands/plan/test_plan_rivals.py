@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -73,6 +74,7 @@ def test_what_stays_alike_is_a_warning(irb4400: Path) -> None:
         ("nothing j4", FaultCode.EFFECT_UNKNOWN),
         ("backlash j9", FaultCode.JOINT_UNKNOWN),
         ("backlash swing", FaultCode.PLACE_INVALID),
+        ("backlash", FaultCode.PLACE_INVALID),
     ],
 )
 def test_a_wrong_rival_is_named(irb4400: Path, text: str, code: FaultCode) -> None:
@@ -80,6 +82,8 @@ def test_a_wrong_rival_is_named(irb4400: Path, text: str, code: FaultCode) -> No
         plan_campaign(with_plan(irb4400, LOAD), request=PlanRequest(rivals=("two-slope j4", text)))
     assert raised.value.code == code
     assert "\n" not in str(raised.value.faults[0])
+    # `plan` has no option for a place
+    assert not re.search(r"--(joints|links|all)", str(raised.value)) or code is FaultCode.JOINT_UNKNOWN
 
 
 def test_look_alikes_of_a_diagnosis_that_names_none_are_refused(irb4400: Path, monkeypatch: pytest.MonkeyPatch) -> None:
