@@ -98,7 +98,6 @@ def test_the_ladder_holds_what_was_tried(models: LiveModels) -> None:
     assert len({model.id for model in content.models}) == len(content.models)
     assert all(model.residual_heldout is not None for model in content.models if model.id.startswith("tried"))
 
-
     left_out = ModelChoice(excluded=[RowsLeftOut(source="table", rows=[3, "7-9"])])
     assert left_out.label == "without 4 rows"
 
