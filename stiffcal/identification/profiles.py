@@ -61,7 +61,7 @@ class Profile:
     level: float
     """Rise at the ends of the 95 % interval."""
     estimate: float
-    """The value that the fit states."""
+    """The value that the fit states; infinite for a stiffness whose compliance is zero."""
     low: float | None
     """Lower end of the interval by the profile; None where it is not reached."""
     high: float | None
@@ -143,12 +143,14 @@ def _profile(
     values = np.array([spec.value_of(value) if value or not spec.inverse else np.inf for value in grid.tolist()])
     parabola = ((grid - estimate) / std) ** 2
     order = np.argsort(values)
-    values, rise, parabola = values[order], rise[order], parabola[order]
+    grid, values, rise, parabola = grid[order], values[order], rise[order], parabola[order]
     middle = int(np.argmin(parabola))
+    # on the grid of what is solved for: a stiffness may be infinite
+    ends = (_reached(grid[side], rise[side], level) for side in (slice(middle, None, -1), slice(middle, None)))
+    low_end, high_end = (None if end is None else spec.value_of(end) for end in ends)
     return Profile(
         _name(fit.robot, column), spec, column.role is ParameterRole.NONLINEAR, values, rise, parabola, level,
-        float(values[middle]),
-        _reached(values[middle::-1], rise[middle::-1], level), _reached(values[middle:], rise[middle:], level),
+        float(values[middle]), low_end, high_end,
     )  # fmt: skip
 
 

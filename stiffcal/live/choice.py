@@ -64,7 +64,9 @@ class ModelChoice:
     def label(self) -> str:
         """What differs from model.toml, in words."""
         words = [*(f"+ {name}" for name in self.added), *(f"− {name}" for name in self.removed)]
-        return " ".join([*words, *(["without rows"] if self.excluded else [])])
+        left_out = sum(len(one.rows) for one in self.exclusions)
+        rows = [f"without {left_out} {'row' if left_out == 1 else 'rows'}"] if left_out else []
+        return " ".join([*words, *rows])
 
     @property
     def exclusions(self) -> tuple[Exclusion, ...]:

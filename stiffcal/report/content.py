@@ -224,13 +224,7 @@ class EvidenceFigure:
     @property
     def of_motors(self) -> bool:
         """Whether only angles of clamped motors were read."""
-        rms = self.evidence.heldout_rms_after
-        return rms.motor_angle is not None and rms.translation is None and rms.rotation is None
-
-    @property
-    def rotational(self) -> bool:
-        """True where residuals are in rad, False where they are in m."""
-        return self.of_motors or self.evidence.component == "rotation"
+        return self.evidence.component == "motor_angle"
 
 
 @dataclass(frozen=True)

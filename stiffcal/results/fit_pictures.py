@@ -188,7 +188,7 @@ def _profile_panel(profile: Profile, stated: tuple[float, float] | None) -> Pane
     title = f"{profile.name}\nby the profile: {_by_the_profile(profile, factor)} {unit}".rstrip()
     if stated is not None:
         ends = [factor * end if math.isfinite(end) else None for end in stated]
-        title += f"\nby the parabola: {estimate(factor * profile.estimate, ends)} {unit}".rstrip()
+        title += f"\nby the parabola: {estimate(_finite(profile.estimate, factor), ends)} {unit}".rstrip()
     return Panel(
         title, f"value [{unit}]" if unit else "value", "rise [variances of the noise]", tuple(series),
         x_limits=(float(x[0]), float(x[-1])), y_limits=(0.0, 3.0 * profile.level), x_ticks=5,
@@ -203,12 +203,17 @@ def _by_the_profile(profile: Profile, factor: float) -> str:
         end is None and profile.parabola[k] > 0.99 * REACH**2 for k, end in ((0, profile.low), (-1, profile.high))
     ]
     if not any(beyond):
-        return estimate(factor * profile.estimate, [low, high])
+        return estimate(_finite(profile.estimate, factor), [low, high])
     ends = [
         f"beyond {significant(factor * profile.values[k])}" if out else "its limit" if end is None else significant(end)
         for k, end, out in zip((0, -1), (low, high), beyond, strict=True)
     ]
-    return f"{significant(factor * profile.estimate)} ({' … '.join(ends)})"
+    return f"{significant(_finite(profile.estimate, factor))} ({' … '.join(ends)})"
+
+
+def _finite(value: float, factor: float) -> float | None:
+    """Return a value in the unit that is printed; None where it is infinite."""
+    return factor * value if math.isfinite(value) else None
 
 
 def in_standard_uncertainties(steps: Floats, covariance: Floats) -> Floats:

@@ -57,14 +57,12 @@ def value_text(estimate: Estimate, unit: ShownUnit) -> str:
     >>> value_text(Estimate(value=None, interval=None, is_identifiable=False), unit)
     'not identifiable'
     """
-    if not estimate.is_identifiable:
-        return "not identifiable"
-    if estimate.is_fixed:
+    if estimate.is_fixed and estimate.is_identifiable:
         # what is fixed has a value: the stiffness of a compliance of zero has none
         value = "rigid" if estimate.value is None else wording.estimate(estimate.value, None, unit.factor)
         return f"{value} (fixed)"
     text = wording.estimate(estimate.value, estimate.interval, unit.factor)
-    return "not identified" if text == DASH else text
+    return text if estimate.is_identifiable and text != DASH else "not identifiable"
 
 
 def remark(estimate: Estimate) -> str:

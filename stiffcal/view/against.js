@@ -251,8 +251,7 @@
       g.textAlign = "left";
       g.textBaseline = "bottom";
       // what a long name has last, what was added, must not be cut off
-      const shown = [model.label, model.short].map(text).find((words) => g.measureText(words).width <= box.w) ?? text(model.short);
-      g.fillText(S.shortened(g, shown, box.w), box.x, box.y - 5);
+      g.fillText(S.fitting(g, [model.label, model.short].map(text), box.w), box.x, box.y - 5);
     }
 
     /** Run, row and values of a point. */

@@ -1,6 +1,13 @@
 (function (S) {
-  /** A name in one line, or in two where it is longer than there is room. */
-  function writeName(g, text, width, x, y) {
+  /** A name in two lines of a smaller letter, the second "" where one holds it. */
+  function twoLines(g, text, width) {
+    const words = text.split(" ");
+    let first = words.shift();
+    while (words.length && g.measureText(`${first} ${words[0]}`).width <= width) first += ` ${words.shift()}`;
+    return [first, words.join(" ")];
+  }
+  /** A name in one line, or in two where it is longer than there is room; a short one where it is longer than both. */
+  function writeName(g, text, short, width, x, y) {
     g.textAlign = "left";
     g.textBaseline = "middle";
     if (g.measureText(text).width <= width) {
@@ -8,12 +15,11 @@
       return;
     }
     g.font = "11px system-ui, sans-serif";
-    const words = text.split(" ");
-    let first = words.shift();
-    while (words.length && g.measureText(`${first} ${words[0]}`).width <= width) first += ` ${words.shift()}`;
-    // a smaller line may hold all of it
-    g.fillText(S.shortened(g, first, width), x, words.length ? y - 6 : y);
-    if (words.length) g.fillText(S.shortened(g, words.join(" "), width), x, y + 6);
+    const isWhole = (lines) => lines.every((line) => g.measureText(line).width <= width),
+      lines = [text, short].map((name) => twoLines(g, name, width)),
+      [first, second] = lines.find(isWhole) ?? lines[1];
+    g.fillText(S.shortened(g, first, width), x, second ? y - 6 : y);
+    if (second) g.fillText(S.shortened(g, second, width), x, y + 6);
     g.font = "12px system-ui, sans-serif";
   }
 
@@ -42,7 +48,8 @@
     g.fillStyle = row.chosen ? S.theme.chosen : S.theme.ground;
     g.fillRect(0, y, width, height - 2);
     g.fillStyle = row.grey ? S.theme.quiet : S.theme.ink;
-    writeName(g, (row.chosen ? "▸ " : "") + S.visible(row.name), left - 10, 4, middle);
+    const [name, short] = [row.name, row.short ?? row.name].map((words) => (row.chosen ? "▸ " : "") + S.visible(words));
+    writeName(g, name, short, left - 10, 4, middle);
     if (row.value > 0) {
       const end = Math.min(toX(row.value), width - right + 4);
       g.fillStyle = row.grey ? S.theme.line : S.theme.series[0];

@@ -34,6 +34,7 @@
       return {
         id: model.id,
         name: nameOf(model),
+        short: model.kind === "fit" ? model.short : undefined,
         value: heldout ?? inside,
         second: inside,
         text: heldout === null ? `${S.error(model.fit_rms)} (fit)` : S.error(model.heldout_rms),
@@ -106,7 +107,7 @@
       const model = S.modelById.get(S.state.model);
       if (!model) return data.refits_missing;
       const ofFit = model.fit_rms ? `, ${S.error(model.fit_rms)} of the fit` : "";
-      const words = `${model.label}: ${S.error(model.heldout_rms)} rms ${S.leftOut()}${ofFit}; ${S.noiseWords()}. ${model.remark}`;
+      const words = `${model.label}: ${S.error(model.heldout_rms)} rms ${S.leftOut()}${ofFit}; ${S.noiseWords()}${S.ofRods(model.heldout_rms ?? model.fit_rms)}. ${model.remark}`;
       numbers.textContent = S.unbroken(S.visible(words.trim()));
       numbers.dataset.heldout = String(S.main(model.heldout_rms) ?? "");
       numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");

@@ -6,6 +6,8 @@
     readingsOf = document.getElementById("readings"),
     chosen = document.getElementById("chosen");
 
+  /** What a choice needs next to its text, in pixels. */
+  const ARROW = 32;
   function controls() {
     const { data } = S;
     const model = S.choice("", [], (value) => S.set({ model: value, off: [] }));
@@ -13,11 +15,18 @@
     const clear = S.button({ onclick: () => S.select([]) }, "Clear the selection");
     const count = S.make("span", { id: "count", role: "status" });
     bar.append(model.element);
+    const pen = S.make("canvas").getContext("2d");
+    let listed = "";
     chosen.append(count, " ", clear);
     S.onChange(() => {
       const shown = data.models.filter(S.isDrawable);
-      if (model.select.options.length !== shown.length)
-        model.select.replaceChildren(...shown.map((entry) => S.make("option", { value: entry.id }, entry.label)));
+      const { font, maxWidth } = getComputedStyle(model.select),
+        room = parseFloat(maxWidth) - ARROW;
+      pen.font = font;
+      const texts = shown.map((entry) => S.fitting(pen, [entry.label, entry.short].map(S.visible), room));
+      const key = JSON.stringify(shown.map((entry, k) => [entry.id, texts[k]]));
+      if (key !== listed) model.select.replaceChildren(...shown.map((entry, k) => S.make("option", { value: entry.id, title: S.visible(entry.label) }, texts[k])));
+      listed = key;
       model.select.value = S.state.model;
       clear.hidden = !S.nSelected;
       count.textContent = [

@@ -241,10 +241,11 @@
       model.more.hidden = true;
       return;
     }
-    error.textContent = S.visible(S.error(S.errorNow()));
+    const now = S.errorNow();
+    error.textContent = S.visible(S.error(now));
     error.classList.toggle("waiting", Boolean(S.waitsFor));
     const known = S.data.noise ? "" : ": repeat readings or state sigma";
-    noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; ${S.noiseWords()}${known}`);
+    noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; ${S.noiseWords()}${known}${S.ofRods(now)}`);
     fillHint();
     undo.disabled = !S.canUndo();
     const isDue = !S.data.is_diagnosed || Boolean(S.data.diagnosis_of);

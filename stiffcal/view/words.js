@@ -43,6 +43,11 @@
     if (S.scalar) return S.size(S.main(rms));
     return S.length(rms.translation) + (S.data.rotation && rms.rotation !== null ? `, ${S.angle(rms.rotation)}` : "");
   };
+  /** The error of the rods next to that of the tool, and their noise; "" where there are none. @param {{length: number|null}|null} rms */
+  S.ofRods = (rms) =>
+    S.data.measure === "length" || !Number.isFinite(rms?.length ?? NaN)
+      ? ""
+      : `; at the rods ${S.length(rms.length)}${S.data.noise ? `, noise ${S.length(S.data.noise.length)}` : ""}`;
   /** The noise that a model's error is compared with. @param {string} [size] */
   S.noiseWords = (size = S.error(S.data.noise)) => (S.data.noise ? `noise ${size}` : "noise not known");
   /** Why the diagnosis states another error of the present fit than the page, where what is printed differs; "" else. */

@@ -18,6 +18,7 @@ from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
 from stiffcal.model.effect_values import Covariate, NodeLoads
+from tests.laboratory.clamped_bench import clamped_bench
 from tests.laboratory.robots import six_axes
 from tests.laboratory.simulated_states import joint_springs, medium_robot, played
 
@@ -51,7 +52,7 @@ def evidence(effect: str, place: Place) -> tuple[EffectEvidence, LoadStates]:
 def test_backlash_is_read_in_its_joint() -> None:
     """The law over the torque is the gap's two flanks, times the mean lever; the residual has lost it afterwards."""
     found, states = evidence("backlash", Place("joints", (4,)))
-    assert (found.covariate, found.unit, found.rotational) == ("torque on joint 4", "N·m", found.rotational)
+    assert (found.covariate, found.unit) == ("torque on joint 4", "N·m")
     assert found.lever is not None
     run, seen = states.run[found.index], np.isfinite(found.before)
     gaps = []
@@ -115,7 +116,17 @@ def test_a_state_without_one_component_is_left_out_alone(monkeypatch: pytest.Mon
 def test_runs_add_up() -> None:
     """The errors run by run make the whole error, and every state is there once."""
     found, _ = evidence("backlash", Place("joints", (4,)))
-    stated = found.rms_after.rotation if found.rotational else found.rms_after.translation
+    stated = getattr(found.rms_after, found.measure)
     whole = np.sqrt(np.mean([after**2 for _, _, after in found.by_run]))
     assert whole == pytest.approx(stated, rel=0.05)
     assert len(np.unique(found.index)) == len(found.index) == len(found.value) == len(found.after)
+
+
+def test_of_a_clamped_joint_the_motors_angle_is_read() -> None:
+    chain = replace(six_axes(), gravity=np.zeros(3))
+    states = clamped_bench(chain, np.array([[0.1, -1.0, 0.8, 0.2, 0.7, 0.1]]), (2,), 1e-9 * np.eye(6))
+    springs = (PlacedEffect(find_effects()["joint-compliance"], Place("joints", (2,))),)
+    robot = with_effect(CompliantRobot(chain, springs, deformed=False), "cubic-stiffness", Place("joints", (2,)))
+    scan = scan_candidates(fit_observations(fit_problem(states, robot), robot, Settings()), [])
+    (found,) = evidence_for(scan, {"cubic-stiffness j2"}, find_effects())
+    assert found.measure == "motor_angle"

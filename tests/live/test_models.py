@@ -98,6 +98,9 @@ def test_the_ladder_holds_what_was_tried(models: LiveModels) -> None:
     assert len({model.id for model in content.models}) == len(content.models)
     assert all(model.residual_heldout is not None for model in content.models if model.id.startswith("tried"))
 
+    left_out = ModelChoice(excluded=[RowsLeftOut(source="table", rows=[3, "7-9"])])
+    assert left_out.label == "without 4 rows"
+
 
 def test_what_lowers_no_error_is_said_to(models: LiveModels) -> None:
     """On a robot of joint springs alone a tilt gains next to nothing; the model of the file is compared with none."""

@@ -352,7 +352,7 @@ def test_values_that_a_missing_effect_shifts_are_grey_with_the_value_after() -> 
     ("after", "fixed", "listed", "cell"),
     [
         (Estimate(value=2.0e5, interval=[1.9e5, 2.1e5]), False, True, "stays within ±"),
-        (Estimate(value=None, interval=None), False, True, "not identified"),
+        (Estimate(value=None, interval=None), False, True, "not identifiable"),
         (Estimate(value=None, interval=[4.0e4, None]), False, True, "above 4.00·10⁴"),
         (None, False, True, "not in the model"),
         (Estimate(value=2.0e5, interval=None), True, True, ""),

@@ -74,7 +74,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "load_path": lambda: draw_load_path(PATH),
     "residuals_with_rods": lambda: draw_residuals_by_run(WITH_RODS, Rms(1e-5, 1e-5, length=1e-6)),
     "evidence": lambda: draw_evidence(shown(driver="bending moment at the middle of the upper arm")),
-    "errors_of_motors": lambda: draw_errors_by_run(shown(heldout_rms_after=Rms(None, None, motor_angle=2e-5)), 1e-5),
+    "errors_of_motors": lambda: draw_errors_by_run(shown(component="motor_angle"), 1e-5),
 }
 # Axes along which things are sorted, not measured.
 KINDS = ("run", "branch", "direction of force", "size of load", "joint angle")

@@ -71,16 +71,17 @@ def test_a_history_without_validation_says_so() -> None:
 
 
 @pytest.mark.parametrize(
-    ("reach", "low", "high", "interval"),
+    ("reach", "value", "low", "high", "interval"),
     [
-        (REACH, 1.0, 3.0, "2.0 ± 1.0"),
-        (REACH, 1.0, None, "2.00 (1.00 … beyond 5.60)"),
-        (REACH, None, None, "2.00 (beyond −1.60 … beyond 5.60)"),
-        (1.0, 1.5, None, "2.00 (above 1.50)"),
+        (REACH, 2.0, 1.0, 3.0, "2.0 ± 1.0"),
+        (REACH, 2.0, 1.0, None, "2.00 (1.00 … beyond 5.60)"),
+        (REACH, 2.0, None, None, "2.00 (beyond −1.60 … beyond 5.60)"),
+        (1.0, 2.0, 1.5, None, "2.00 (above 1.50)"),
+        (1.0, np.inf, 1.5, None, "above 1.50"),
     ],
 )
 def test_an_end_beyond_what_was_computed_is_no_open_end(
-    reach: float, low: float | None, high: float | None, interval: str
+    reach: float, value: float, low: float | None, high: float | None, interval: str
 ) -> None:
     """A profile that ends at a bound, nearer than its reach, has an end that is open."""
     away = np.linspace(-reach, reach, 5)
@@ -92,7 +93,7 @@ def test_an_end_beyond_what_was_computed_is_no_open_end(
         0.2 * away**2,
         away**2,
         3.84,
-        2.0,
+        value,
         low,
         high,
     )

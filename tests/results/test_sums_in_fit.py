@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stiffcal.identification.answers.document import values_in_fit
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.identification.readings.observations import observe
@@ -43,6 +44,15 @@ def test_the_robot_of_an_answer_predicts_what_was_fitted() -> None:
     [in_fit] = [parameter.in_fit for parameter in result.parameters if parameter.in_fit is not None]
     assert in_fit == pytest.approx(1.0 / SIX_STIFFNESS[0], rel=0.05)
     assert np.isfinite(in_fit)
+
+
+def test_a_stiffness_that_is_infinite_in_the_fit_stands_for_nothing() -> None:
+    """A number in a stored fit is finite: one that was not made every command fit again."""
+    fit = identify_parameters(played(medium_robot(), 2), with_base(six_axes()))
+    rigid = PlacedEffect(find_effects()["link-beam"], Place("links", (2,)), {"EA": np.inf})
+    unknown = replace(fit.parameters[0], name=rigid.parameter_name("EA"), value=None)
+    robot = replace(fit.robot, placed=(*fit.robot.placed, rigid))
+    assert unknown.name not in values_in_fit(replace(fit, robot=robot, parameters=(*fit.parameters, unknown)))
 
 
 def test_springs_that_are_not_significant_are_named_where_others_of_the_effect_are() -> None:

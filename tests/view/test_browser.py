@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -99,6 +100,10 @@ def test_brushing_selects_in_all_panels_and_stands_in_the_address(page: Any, bro
     rows = page.evaluate("(i) => i.map((k) => stiffcal.data.states.row[k])", chosen)
     lines = page.locator("#exclude").inner_text()
     assert all(str(int(row)) in lines for row in rows[:5])
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.get_by_role("button", name="Copy the lines").click()
+    copied = tomllib.loads(page.evaluate("navigator.clipboard.readText()"))["exclude"]
+    assert all(int(row) in {int(one) for entry in copied for one in entry["rows"]} for row in rows)
     again = page.context.new_page()
     again.goto(page.url)
     again.wait_for_selector("body[data-ready]")
@@ -332,7 +337,8 @@ def test_a_share_is_measured_by_what_chance_explains(page: Any) -> None:
 def test_a_long_verdict_and_many_effects_leave_the_picture_in_a_small_window(
     browser: Any, content: Any, tmp_path: Path
 ) -> None:
-    long = replace(content[0], verdict="Torque over angle of joint 2: nothing is missing. " * 30)
+    models = [replace(model, label=f"{model.label} + an effect of a long name" * 4) for model in content[0].models]
+    long = replace(content[0], verdict="Torque over angle of joint 2: nothing is missing. " * 30, models=models)
     path = tmp_path / "view.html"
     path.write_text(build_page(long), encoding="utf-8")
     page, complaints = opened(browser, path, viewport={"width": 800, "height": 600})
@@ -343,6 +349,9 @@ def test_a_long_verdict_and_many_effects_leave_the_picture_in_a_small_window(
         return [...document.querySelectorAll("#in-model .check")].map((one) => one.getBoundingClientRect())
             .filter((box) => box.top < line.bottom - 1 && box.bottom > line.bottom + 1).length; }"""
     assert page.evaluate(cut) == 0
+    # nor is the name of a model cut off: there is a shorter one
+    names = page.evaluate("Array.from(document.querySelectorAll('#bar option'), (option) => option.text)")
+    assert names == [model.short for model in models if model.residual_heldout is not None]
     page.get_by_role("button", name="all of it").click()
     assert becomes(page, "document.getElementById('against-canvas').getBoundingClientRect().top > 600")
     page.get_by_role("button", name="less").click()
@@ -430,6 +439,10 @@ def test_numbers_are_written_as_in_terminal_and_report(page: Any) -> None:
         "0 %",
         "4.10 %",
     ]
+    # a model of a tool and rods
+    rods = "(stiffcal.data.noise = { ...stiffcal.data.noise, length: 5e-7 }, stiffcal.ofRods({ length: 8.6e-6 }))"
+    assert page.evaluate(rods) == "; at the rods 0.00860 mm, noise 0.000500 mm"
+    assert page.evaluate("stiffcal.ofRods({ translation: 1e-5 })") == ""
     broken = "0.126 mm in 12 poses, 2 N·m, 99.5 to 100 %), 3 noisy rows"
     unbroken = "0.126\u00a0mm in 12 poses, 2\u00a0N·m, 99.5 to 100\u00a0%), 3 noisy rows"
     assert page.evaluate("(text) => stiffcal.unbroken(text)", broken) == unbroken

@@ -291,8 +291,8 @@ class EffectEvidenceSummary:
     """What the residual is drawn against."""
     unit: str
     """Of the covariate, "1" for a number."""
-    component: Literal["translation", "rotation"]
-    """Which residual is drawn: m or rad."""
+    component: Literal["translation", "rotation", "length", "motor_angle"]
+    """Which residual is drawn: m or rad; "length" are rods, "motor_angle" clamped motors."""
     lever: Number
     """m or 1, mean lever that turns were multiplied with; null where the residual itself is projected."""
     heldout_rms_before: Rms

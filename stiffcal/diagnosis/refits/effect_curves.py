@@ -26,12 +26,12 @@ from stiffcal.diagnosis.scans.load_scan import LoadScan
 from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.fitting.regressors import Linearised, Regressor
 from stiffcal.identification.readings.observations import Observations
-from stiffcal.identification.readings.row_layout import GAUGE, ROTATION, TRANSLATION
+from stiffcal.identification.readings.row_layout import GAUGE, MEASURE_OF, ROTATION, TRANSLATION, RowMeasure
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.assembled.composite import PlacedEffect
 from stiffcal.model.effect import Effect
-from stiffcal.quantity import ANGLE, LENGTH
+from stiffcal.quantity import of_measure
 from stiffcal.validation.validate import rms_of
 
 # A turn read off a lever four times shorter than the mean is four times as noisy.
@@ -52,8 +52,8 @@ class EffectEvidence:
     """What the residual is drawn against."""
     unit: str
     """The covariate's unit, "1" for a number."""
-    rotational: bool
-    """True where the residual is read in rotations (rad), False for lengths at the tool (m)."""
+    measure: RowMeasure
+    """What is read: "translation" (m, at the tool), "rotation" (rad), "length" (m, of rods), "motor_angle" (rad)."""
     lever: float | None
     """m or 1, mean lever that turns (or shifts) were multiplied with; None where the residual itself is projected."""
     index: Integers
@@ -124,12 +124,13 @@ def _evidence(
     else:
         direction, lever = _directions(state, placed_effect, added, rows, value if covariate else None)
     law = _along(direction, added, rows)
+    measure = MEASURE_OF[data.kind[rows[0]]]
     if not covariate:
-        shown = (ANGLE if data.rotational[rows][0] else LENGTH).usual
+        shown = of_measure(measure).usual
         value, covariate = law * shown.factor, f"contribution of {placed_effect.effect.name}"
         unit = shown.name
     return EffectEvidence(
-        placed_effect, covariate, unit, bool(data.rotational[rows][0]), lever, data.index, value,
+        placed_effect, covariate, unit, measure, lever, data.index, value,
         _along(direction, before, rows), _along(direction, after, rows), law,
         Rms.of(rms_of(before, data)), Rms.of(rms_of(after, data)),
         _by_run(data.run, before[rows], after[rows], np.any(data.measured_mask[rows], axis=0)),

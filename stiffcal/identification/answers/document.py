@@ -118,13 +118,16 @@ def included_by_convention(fit: Fit) -> dict[str, list[str]]:
 
 
 def values_in_fit(fit: Fit) -> dict[str, float]:
-    """Return name to value of parameters that are not identified alone but stand for what is known of several."""
+    """Return name to value of parameters that are not identified alone but stand for what is known of several.
+
+    Without a compliance of 0, as which an infinite stiffness is in the fit.
+    """
     open_ones = {parameter.name for parameter in fit.parameters if parameter.value is None}
     return {
         name: value
         for placed in fit.robot.placed
         for symbol, value in placed.values.items()
-        if (name := placed.parameter_name(symbol)) in open_ones and value
+        if (name := placed.parameter_name(symbol)) in open_ones and value and np.isfinite(value)
     }
 
 

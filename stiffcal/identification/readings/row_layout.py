@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -24,12 +25,11 @@ from stiffcal.reduction.loads.motion import gauge_directions
 # Kinds of rows. Each has a noise of its own.
 TRANSLATION, ROTATION, GAUGE, LENGTH, MOTOR = range(5)
 N_KINDS = 5
-# What the kinds are reported as: `stiffcal.identification.noise.reading_noise.rms_by_measure`.
+RowMeasure: TypeAlias = Literal["translation", "rotation", "length", "motor_angle"]
+# What each kind is reported as: `stiffcal.identification.noise.reading_noise.rms_by_measure`.
+MEASURE_OF: tuple[RowMeasure, ...] = ("translation", "rotation", "translation", "length", "motor_angle")
 MEASURES: dict[str, tuple[int, ...]] = {
-    "translation": (TRANSLATION, GAUGE),
-    "rotation": (ROTATION,),
-    "length": (LENGTH,),
-    "motor_angle": (MOTOR,),
+    measure: tuple(kind for kind in range(N_KINDS) if MEASURE_OF[kind] == measure) for measure in MEASURE_OF
 }
 # Measures that are determined only where their rows are.
 OPTIONAL = ("length", "motor_angle")

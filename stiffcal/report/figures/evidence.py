@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.quantity import ANGLE, JOINT_ANGLE, LENGTH, ShownUnit
+from stiffcal.quantity import JOINT_ANGLE, ShownUnit, of_measure
 from stiffcal.report.content import EvidenceFigure
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.effect_picture import draw_on
@@ -75,7 +75,7 @@ def covariate_axis(drawn: EvidenceFigure) -> tuple[Floats, str]:
 
 def residual_unit(drawn: EvidenceFigure) -> ShownUnit:
     """Return the unit of the residuals."""
-    return canvas.unit_of(ANGLE if drawn.rotational else LENGTH, drawn.before)
+    return canvas.unit_of(of_measure(drawn.evidence.component), drawn.before)
 
 
 def _draw_points(axes: Axes, value: Floats, residual: Floats, drawn: EvidenceFigure, known: Integers) -> None:
@@ -142,7 +142,7 @@ def draw_errors_by_run(drawn: EvidenceFigure, noise: float | None) -> Figure:
     axes.set_ylim(0.0, float(max(before.max(), after.max())) * 1.12)
     axes.set_xlim(-0.7, len(at) - 0.3)
     axes.grid(visible=False, axis="x")
-    of_what = "motors' error" if drawn.of_motors else "rotation error" if drawn.rotational else "error"
+    of_what = {"motor_angle": "motors' error", "rotation": "rotation error"}.get(drawn.evidence.component, "error")
     axes.set_ylabel(unit.in_brackets(f"{of_what}, held-out"))
     name_runs(axes, [run.label for run in runs])
     canvas.share_legend(figure, axes.get_legend_handles_labels()[0])

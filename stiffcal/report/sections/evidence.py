@@ -85,7 +85,7 @@ def evidence_of(diagnosis: DiagnoseResult, figure: EvidenceFigure, by_run: bool 
     if figure.can_be_drawn:
         blocks.append(PictureBlock(partial(draw_evidence, figure), _caption(figure)))
     if by_run and 1 < len(evidence.by_run) <= _MOST_RUNS:
-        noise = wording.part(diagnosis.noise, "motor_angle" if figure.of_motors else evidence.component)
+        noise = wording.part(diagnosis.noise, evidence.component)
         better = sum(run.after < run.before for run in evidence.by_run)
         caption = (
             f"Error by run without and with {evidence.effect}: it decreases in {better} of {len(evidence.by_run)} runs."

@@ -79,10 +79,8 @@ def evidence_of(data: Ingested, found: DiagnosedStates) -> tuple[Columns, list[E
 
 
 def _rms_reduction(evidence: EffectEvidence) -> float:
-    before, after = evidence.rms_before, evidence.rms_after
-    if evidence.rotational:
-        return (before.rotation or 0.0) - (after.rotation or 0.0)
-    return (before.translation or 0.0) - (after.translation or 0.0)
+    before, after = (getattr(rms, evidence.measure) or 0.0 for rms in (evidence.rms_before, evidence.rms_after))
+    return float(before - after)
 
 
 def _summary(data: Ingested, evidence: EffectEvidence, missing: bool) -> EffectEvidenceSummary:
@@ -93,7 +91,7 @@ def _summary(data: Ingested, evidence: EffectEvidence, missing: bool) -> EffectE
         status="missing" if missing else "in the model",
         driver=evidence.covariate,
         unit=evidence.unit,
-        component="rotation" if evidence.rotational else "translation",
+        component=evidence.measure,
         lever=evidence.lever,
         heldout_rms_before=evidence.rms_before,
         heldout_rms_after=evidence.rms_after,
