@@ -9,8 +9,8 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import after_export
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Overwrite, StoreAt
+from stiffcal.commands.next_step import after_export
 
 
 def export(

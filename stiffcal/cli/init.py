@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, Overwrite
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
 from stiffcal.propose.templates import template_kinds
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def init(
             overwrite=overwrite,
         )
         once = "they are written" if result.to_write else ""
-        answer.show(result, NextLine(command_line("check", folder), once))
+        answer.show(result, NextStep(command_line("check", folder), once))
     return OK
 
 

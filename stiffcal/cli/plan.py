@@ -8,10 +8,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
 
 
 def plan(
@@ -88,7 +89,7 @@ def plan(
     return OK
 
 
-def after_plan(folder: Path, campaign: Path | None, words: Sequence[str], store: str | None) -> NextLine:
+def after_plan(folder: Path, campaign: Path | None, words: Sequence[str], store: str | None) -> NextStep:
     """Return the same plan with a folder for its logs; where that is made, its check once they are there.
 
     Parameters
@@ -98,5 +99,5 @@ def after_plan(folder: Path, campaign: Path | None, words: Sequence[str], store:
     """
     planned = folder / "planned"
     if campaign is None and not planned.exists():
-        return NextLine(command_line("plan", folder, *words, "--campaign", str(planned), store=store))
-    return NextLine(command_line("check", campaign or folder), once="runs are measured")
+        return NextStep(command_line("plan", folder, *words, "--campaign", str(planned), store=store))
+    return NextStep(command_line("check", campaign or folder), once="runs are measured")

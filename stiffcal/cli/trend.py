@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson, NoUpdate, Output, Overwrite
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
 
 if TYPE_CHECKING:
     from stiffcal.validation.trend_result import TrendResult
@@ -49,6 +50,6 @@ def trend(
     return OK if result.passed else NOT_HELD
 
 
-def _next(result: TrendResult) -> NextLine:
+def _next(result: TrendResult) -> NextStep:
     command = "report" if result.cause is None else "diagnose"
-    return NextLine(command_line(command, Path(result.campaigns[-1].folder)))
+    return NextStep(command_line(command, Path(result.campaigns[-1].folder)))

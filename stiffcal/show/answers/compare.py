@@ -12,10 +12,11 @@ from stiffcal.wording import change_words, listing, place, significant
 
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Level, Page
+    from stiffcal.show.options import ShowOptions
     from stiffcal.validation.compare_result import CompareResult
 
 
-def page(result: CompareResult, details: bool) -> Page:
+def page(result: CompareResult, options: ShowOptions) -> Page:
     """Return the verdict, then both values of each parameter, the change and its probability."""
     made = PageBuilder("Comparison of two campaigns")
     level, text = _verdict(result)

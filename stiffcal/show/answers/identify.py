@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from stiffcal.identification.answers.geometry_results import GeometryFound
     from stiffcal.presentation.values import Level, Overview, Page
     from stiffcal.results.identify_result import IdentifyResult
+    from stiffcal.show.options import ShowOptions
 
 MOST_VALUES = 10
 """Values that are listed next to stiffness: without details."""
 
 
-def page(result: IdentifyResult, details: bool) -> Page:
+def page(result: IdentifyResult, options: ShowOptions) -> Page:
     """Return how well it fits, then the values and what these data do not identify.
 
     With details there are also single runs, all values, and the parameters that the rows of the geometry state in
@@ -37,7 +38,7 @@ def page(result: IdentifyResult, details: bool) -> Page:
     made = PageBuilder("Fit")
     level, text = fit_verdict(result)
     made.say(text, "verdict", level)
-    add_fitted(made, result, details)
+    add_fitted(made, result, options.details)
     if _of_places_alone(result):
         made.say("whether these poses identify the stiffness of a joint is stated by validate", "stated-elsewhere")
     return made.page()

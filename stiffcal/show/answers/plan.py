@@ -14,9 +14,10 @@ from stiffcal.wording import DASH, length, significant
 if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
     from stiffcal.presentation.values import Page
+    from stiffcal.show.options import ShowOptions
 
 
-def page(result: PlanResult, details: bool) -> Page:
+def page(result: PlanResult, options: ShowOptions) -> Page:
     """Return the runs in the order of measuring, what they would determine, and what was written."""
     made = PageBuilder("Runs to measure")
     made.say(

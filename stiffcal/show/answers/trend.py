@@ -11,6 +11,7 @@ from stiffcal.wording import change_words, place, share, significant
 
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
+    from stiffcal.show.options import ShowOptions
     from stiffcal.validation.trend_result import ChangeCause, PossibleCause, TrendParameter, TrendResult
 
 VERDICTS = {
@@ -33,7 +34,7 @@ _TITLES = (
 )
 
 
-def page(result: TrendResult, details: bool) -> Page:
+def page(result: TrendResult, options: ShowOptions) -> Page:
     """Return each parameter's first and last value, its change, and the chart's verdict."""
     made = PageBuilder("One robot over its campaigns")
     dates = [campaign.date or "" for campaign in result.campaigns]

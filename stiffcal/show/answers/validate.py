@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
     from stiffcal.presentation.values import Level, Page
     from stiffcal.results.validate_result import ValidateResult
+    from stiffcal.show.options import ShowOptions
     from stiffcal.validation.distances import Distances, DistanceSummary, LadderStep, TargetDistance
     from stiffcal.validation.elasticity import Elasticity, JointElasticity, JointVerdict
     from stiffcal.validation.results import ErrorSlice, WorstState
@@ -28,7 +29,7 @@ NOISE_IN_DISTANCE = (
 )
 
 
-def page(result: ValidateResult, details: bool) -> Page:
+def page(result: ValidateResult, options: ShowOptions) -> Page:
     """Return the error in held-out poses next to the noise, then its parts; with details all of them."""
     made = PageBuilder("Error in held-out data")
     level, text = _verdict(result)
@@ -49,7 +50,7 @@ def page(result: ValidateResult, details: bool) -> Page:
     ]
     made.table(("", number("rms")), rows)
     if result.distance is not None:
-        _add_distances(made, result.distance, result.ladder or [], details)
+        _add_distances(made, result.distance, result.ladder or [], options.details)
     made.add(elasticity_sentences(result.elasticity))
     slices = {
         "experiment": result.by_experiment,
@@ -60,10 +61,10 @@ def page(result: ValidateResult, details: bool) -> Page:
         "branch": result.by_branch,
     }
     for title, members in slices.items():
-        _add_slices(made, title, members or [], whole_error(result), None if details else FEW_PARTS)
+        _add_slices(made, title, members or [], whole_error(result), None if options.details else FEW_PARTS)
     if result.worst:
         made.say(f"worst: {_worst(result.worst)}", "worst")
-    made.add(parts.suspects(result.suspects, result.suspects_not_checked if details else None))
+    made.add(parts.suspects(result.suspects, result.suspects_not_checked if options.details else None))
     limits = ", ".join(result.thresholds)
     if result.passed:
         made.say(f"thresholds met: {limits}" if limits else "no thresholds are set", "thresholds")
