@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from stiffcal.compensation.exports.controller import ControllerOptions
-    from stiffcal.mechanics.joint_rows import Convention
+    from stiffcal.mechanics.conventions import Convention
 
 CODE = (".c", ".st")
 
@@ -50,7 +50,7 @@ def row_options(convention: str | None, *, strict: bool) -> RowOptions:
     ------
     InputError : there is no such convention.
     """
-    from stiffcal.mechanics.joint_rows import Convention
+    from stiffcal.mechanics.conventions import Convention
 
     for known in get_args(Convention):
         if convention == known:
@@ -173,7 +173,7 @@ def states_with_residuals(data: Ingested) -> pa.Table:
     """
     import numpy as np
 
-    from stiffcal.store import column_of, values_of
+    from stiffcal.measurements.columns import column_of, values_of
 
     table, judged = data.table, data.store.read_table(HELDOUT_STATES)
     where = values_of(judged.column("state"))

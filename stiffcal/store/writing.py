@@ -14,12 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from stiffcal.documents import Document
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.columns import Columns, column_of, table_of
 from stiffcal.store.finding import find_generation
 from stiffcal.store.generations import (
     GENERATIONS,
@@ -44,6 +41,7 @@ ROW_GROUP = 1 << 18
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stiffcal.measurements.columns import Columns
     from stiffcal.store.remote import Ticket
     from stiffcal.store.store_place import Documents, Stored, StorePlace
 
@@ -108,6 +106,8 @@ class TableStream:
         import pyarrow as pa
 
         if not isinstance(columns, pa.RecordBatch):
+            from stiffcal.measurements.columns import column_of
+
             arrays = [column_of(columns[name]) for name in self.schema.names]
             columns = pa.RecordBatch.from_arrays(arrays, schema=self.schema)
         self._pending.append(columns)
@@ -186,6 +186,8 @@ class Writing:
         import pyarrow as pa
 
         if not isinstance(table, pa.Table):
+            from stiffcal.measurements.columns import table_of
+
             table = table_of(table)
         stream = self.stream(name, table.schema)
         for batch in table.to_batches(max_chunksize=ROW_GROUP):
@@ -398,6 +400,8 @@ def _flush_file(path: Path) -> None:
 
 def _plain(value: object) -> object:
     """Return numpy's values as JSON's."""
+    import numpy as np
+
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

@@ -25,7 +25,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
 from stiffcal.commands.plan import PlanRequest, plan_campaign
 from stiffcal.identification.fitting.geometry import geometry_columns, with_geometry
-from stiffcal.identification.fitting.geometry_prior import GeometryPrior, GeometrySource
+from stiffcal.identification.fitting.geometry_prior import GeometryPrior
+from stiffcal.identification.fitting.geometry_source import GeometrySource
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup

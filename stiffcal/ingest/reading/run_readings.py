@@ -32,13 +32,12 @@ from stiffcal.ingest.reading.run_tables import (
     blocks_from_table,
     blocks_table,
     raw_states_table,
-    sources_from_table,
-    sources_table,
 )
 from stiffcal.ingest.reading.run_texts import StoredText, stored_text, text_of
+from stiffcal.ingest.reading.stored_sources import sources_from_table, sources_table
 from stiffcal.ingest.sources import files_in_order_of_runs, sources_elsewhere
+from stiffcal.measurements.columns import table_of
 from stiffcal.reduction.states.raw_states import RawStates, no_states
-from stiffcal.store import table_of
 from stiffcal.store.index import OWN, DamagedStoreError
 
 if TYPE_CHECKING:
@@ -109,16 +108,6 @@ def stored_readings(snapshot: Snapshot) -> StoredReadings:
         runs[name, source] = _StoredRun(key, first, first + count, text)
         first += count
     return StoredReadings(snapshot, sources, states, runs, RawStatesOfRuns(raw_states), names)
-
-
-def stored_states(snapshot: Snapshot) -> Mapping[str, str]:
-    """Return of each log what shows that it is as it was read, `FileStatus.state`; none where that is not own work."""
-    if READ_SOURCES not in snapshot.tables or snapshot.origin_of(READ_SOURCES) != OWN:
-        return {}
-    try:
-        return sources_from_table(snapshot.read_table(READ_SOURCES))[1]
-    except DamagedStoreError:
-        return {}
 
 
 @contextmanager

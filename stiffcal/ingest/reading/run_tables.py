@@ -13,7 +13,6 @@ from stiffcal.measurements.columns import Values, table_of, values_of
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.states.raw_states import RawStates, stacked
-from stiffcal.store.source_files import SourceFile
 
 Widths = tuple[tuple[str, int], ...]
 _KEY = b"stiffcal"
@@ -101,26 +100,6 @@ def blocks_from_table(table: pa.Table) -> Blocks:
         layout["dropped"],
         np.array(layout["excluded"], dtype=np.float64).reshape(-1, 2),
     )
-
-
-def sources_table(sources: Sequence[SourceFile], states: Mapping[str, str]) -> pa.Table:
-    """Return the logs as they were when they were read, with the state that shows whether one is still the same."""
-    return table_of(
-        {
-            "file": [source.file for source in sources],
-            "bytes": np.array([source.bytes for source in sources], dtype=np.int64),
-            "modified_ns": np.array([source.modified_ns for source in sources], dtype=np.int64),
-            "sha256": [source.sha256 for source in sources],
-            "state": [states.get(source.file, "") for source in sources],
-        }
-    )
-
-
-def sources_from_table(table: pa.Table) -> tuple[dict[str, SourceFile], dict[str, str]]:
-    """Return the logs of a table that `sources_table` made, by file, and their states."""
-    files, sizes, times, digests, states = (table.column(name).to_pylist() for name in table.column_names)
-    sources = {row[0]: SourceFile(*row) for row in zip(files, sizes, times, digests, strict=True)}
-    return sources, dict(zip(files, states, strict=True))
 
 
 def _columns(kind: str, signals: Mapping[str, Floats]) -> dict[str, Values]:

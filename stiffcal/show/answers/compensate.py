@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiffcal.compensation.compensate_result import CompensateResult
-    from stiffcal.documents import Vector
+    from stiffcal.document_arrays import Vector
     from stiffcal.presentation.values import Page
     from stiffcal.show.options import ShowOptions
 

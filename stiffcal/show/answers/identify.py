@@ -208,11 +208,11 @@ def geometry_in_words(geometry: GeometryTaken) -> str:
     Examples
     --------
     >>> from stiffcal.identification.answers.fit_results import GeometryTaken
-    >>> from stiffcal.identification.fitting.geometry_prior import GeometrySource
+    >>> from stiffcal.identification.fitting.geometry_source import GeometrySource
     >>> geometry_in_words(GeometryTaken(length_sigma=5e-4, angle_sigma=3.49e-4, source=GeometrySource.DEFAULT))
     'geometry known to 0.50 mm per length and 0.020° per angle (default; [geometry] of robot.toml states it)'
     """
-    from stiffcal.identification.fitting.geometry_prior import GeometrySource
+    from stiffcal.identification.fitting.geometry_source import GeometrySource
 
     mend = "" if geometry.source is GeometrySource.ROBOT_FILE else "; [geometry] of robot.toml states it"
     source = "absolute positions" if geometry.source is GeometrySource.PLACES else geometry.source.value

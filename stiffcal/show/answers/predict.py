@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiffcal.compensation.predict_result import PredictedState, PredictResult
-    from stiffcal.documents import Matrix, Vector
+    from stiffcal.document_arrays import Matrix, Vector
     from stiffcal.presentation.values import Page
     from stiffcal.show.options import ShowOptions
 

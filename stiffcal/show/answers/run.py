@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.show.options import ShowOptions
     from stiffcal.stages.run_result import RunResult
-    from stiffcal.validation.distances import Distances
-    from stiffcal.validation.elasticity import Elasticity
+    from stiffcal.validation.distance_results import Distances
+    from stiffcal.validation.elasticity_results import Elasticity
 
 
 def page(result: RunResult, options: ShowOptions) -> Page:

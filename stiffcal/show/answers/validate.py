@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from stiffcal.presentation.values import Level, Page
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.show.options import ShowOptions
-    from stiffcal.validation.distances import Distances, DistanceSummary, LadderStep, TargetDistance
-    from stiffcal.validation.elasticity import Elasticity, JointElasticity, JointVerdict
+    from stiffcal.validation.distance_results import Distances, DistanceSummary, LadderStep, TargetDistance
+    from stiffcal.validation.elasticity_results import Elasticity, JointElasticity, JointVerdict
     from stiffcal.validation.results import ErrorSlice, WorstState
 
 FEW_PARTS = 3

@@ -14,6 +14,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.identification.readings.state_loads import torques_about_joints
 from stiffcal.kinds import all_kinds
+from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.varying import varies
@@ -30,7 +31,6 @@ from stiffcal.show.pages import page_of
 from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.experiments import runs_with_fits
 from stiffcal.stages.steps import FIT_STATES, Ingested
-from stiffcal.store import values_of
 from stiffcal.validation.schemes import HOLDOUT_RUNS, held_out
 from stiffcal.view.content import (
     ViewBody,
