@@ -107,8 +107,9 @@ def export(
     Example: stiffcal export my-robot -o calibrated.toml --convention dh
     """
     with answering(as_json) as answer:
-        from stiffcal.commands.export import export_campaign, row_options
+        from stiffcal.commands.export import export_campaign
         from stiffcal.compensation.exports.controller import ControllerOptions
+        from stiffcal.compensation.exports.row_options import row_options
         from stiffcal.stages.steps import RunContext
 
         context = RunContext(

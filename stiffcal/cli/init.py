@@ -66,7 +66,8 @@ def init(
     Example: stiffcal init my-bench --kind clamped --from position1.csv --from position2.csv
     """
     with answering(as_json) as answer:
-        from stiffcal.commands.init import init_campaign, tool_point
+        from stiffcal.commands.init import init_campaign
+        from stiffcal.compensation.option_words import tool_point
 
         at_terminal = sys.stdin.isatty() and not as_json
         of_folder = any(path.is_dir() for path in table or ())

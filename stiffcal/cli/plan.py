@@ -72,7 +72,8 @@ def plan(
     Example: stiffcal plan campaigns/irb4400 --force 450 --runs 8 -o runs.csv
     """
     with answering(as_json) as answer:
-        from stiffcal.commands.plan import PlanRequest, plan_campaign
+        from stiffcal.commands.plan import plan_campaign
+        from stiffcal.planning.campaign.request import PlanRequest
         from stiffcal.stages.steps import RunContext
 
         context = RunContext(

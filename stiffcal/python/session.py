@@ -267,7 +267,8 @@ class CampaignSession:
         ------
         InputError : of a model that is tried; plan.toml is missing or wrong, or nothing can be planned.
         """
-        from stiffcal.commands.plan import PlanRequest, plan_campaign
+        from stiffcal.commands.plan import plan_campaign
+        from stiffcal.planning.campaign.request import PlanRequest
 
         self._refuse_trial("plan")
         request = PlanRequest(purpose=purpose, runs=runs, force=force, rivals=tuple(tell))

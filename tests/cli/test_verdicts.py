@@ -29,11 +29,13 @@ from stiffcal.show.parameters import add_parameters
 GROUP = [SimpleNamespace(parameters=["a", "b"])]
 
 
-def fit(noise: Rms | None, not_identifiable: list[Any], values: tuple[float | None, ...] = (1.0, None)) -> Any:
+def fit(
+    noise: Rms | None, not_identifiable: list[Any], values: tuple[float | None, ...] = (1.0, None), rms: float = 1e-5
+) -> Any:
     """Return a fit of 10 µm rms."""
     parameters = [SimpleNamespace(value=value) for value in values]
     return SimpleNamespace(
-        rms=Rms(1e-5, None), noise=noise, noise_source="repeats", not_identifiable=not_identifiable,
+        rms=Rms(rms, None), noise=noise, expected_rms=None, noise_source="repeats", not_identifiable=not_identifiable,
         parameters=parameters, geometry=None,
     )  # fmt: skip
 
@@ -43,6 +45,7 @@ def fit(noise: Rms | None, not_identifiable: list[Any], values: tuple[float | No
     [
         (fit(Rms(1e-5, None), []), "pass", "all parameters are identifiable from these data"),
         (fit(Rms(2e-6, None), []), "warn", "noise 0.00200 mm (from repeats)"),
+        (fit(Rms(9e-6, None), [], rms=8e-6), "pass", "fit 8.00 µm rms, noise 9.00 µm"),
         (fit(None, []), "warn", "noise not known"),
         (fit(Rms(1e-5, None), GROUP), "warn", "2 parameters are not identifiable from these data"),
         (fit(Rms(1e-5, None), GROUP, values=(None, None)), "fail", "no parameter is identifiable"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.quantity import JOINT_ANGLE
+from stiffcal.quantity import JOINT_ANGLE, Units
 from stiffcal.results.geometry_words import FRAME, IN_ROWS
 from stiffcal.results.next_step import is_within_noise
 from stiffcal.results.unidentified_words import unidentified_in_words
@@ -57,9 +57,10 @@ def fit_verdict(result: IdentifyResult) -> tuple[Level, str]:
 
 
 def _fit_in_words(result: IdentifyResult) -> str:
+    units = Units.of_errors((result.rms, result.noise, result.expected_rms))
     known = result.noise is not None
-    against = f", noise {deviation(result.noise)} (from {result.noise_source})" if known else ", noise not known"
-    return f"fit {deviation(result.rms)} rms{against}"
+    against = f", noise {deviation(result.noise, units)} (from {result.noise_source})" if known else ", noise not known"
+    return f"fit {deviation(result.rms, units)} rms{against}"
 
 
 def add_fitted(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stiffcal.quantity import Units
 from stiffcal.show.answers import history
 from stiffcal.show.answers.identify import add_fitted
 from stiffcal.show.answers.validate import elasticity_sentences, whole_error
@@ -52,8 +53,9 @@ def _held_out_in_words(validation: ValidateResult) -> str:
     if error_share is None:
         error_share, of = relative.get("torque"), "the torque"
     left = f", {share(error_share)} of {of} is left" if error_share is not None else ""
-    without = deviation(validation.zero_model)
-    return f"{held_out(validation.scheme)}: {deviation(validation.rms)} rms{left} (no model: {without})"
+    units = Units.of_errors((validation.rms, validation.zero_model))
+    without = deviation(validation.zero_model, units)
+    return f"{held_out(validation.scheme)}: {deviation(validation.rms, units)} rms{left} (no model: {without})"
 
 
 def with_missing_in_words(diagnosis: DiagnoseResult) -> str:
