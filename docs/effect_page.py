@@ -10,12 +10,12 @@ from docs.expansions import PICTURES, figure
 from docs.formulas import leading_formulas, mathml
 from docs.markdown import cell, code, table
 from docs.page_runs import AS_SHOWN, BLANK_SVG, digest_of_code
-from stiffcal.cli.effects import ACTS, PLACES, sections_of
 from stiffcal.commands.effects import describe_effects
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.report.effect_pictures.drawing import draw_effect
 from stiffcal.results.command_results import EffectDescription
+from stiffcal.show.answers.effects import ACTS, PLACES, sections_of
 
 IN_MOTION = "torque in motion"
 GROUPS = {

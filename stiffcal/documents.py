@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
@@ -20,9 +21,6 @@ from functools import cache
 from pathlib import PurePath
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, Union, cast, get_args, get_type_hints
-
-import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, TypeAdapter
@@ -126,7 +124,9 @@ class ListsOf:
         return no_info_after_validator_function(_array, handler(kind))
 
 
-def _array(rows: Any) -> NDArray[np.float64]:
+def _array(rows: Any) -> Any:
+    import numpy as np
+
     return np.array(rows, dtype=np.float64)
 
 
@@ -138,9 +138,6 @@ Origin: TypeAlias = Literal["own", "trusted place", "foreign"]
 """From whom results come: the user's own runs, a place that the user trusts, or anybody else."""
 Number: TypeAlias = float | None
 """A number, null where it is not known."""
-Vector: TypeAlias = Annotated[NDArray[np.float64], ListsOf(1)]
-Matrix: TypeAlias = Annotated[NDArray[np.float64], ListsOf(2)]
-VectorWithGaps: TypeAlias = Annotated[NDArray[np.float64], ListsOf(1, gaps=True)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,6 +195,8 @@ def document_of(result: Any) -> Document:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from stiffcal.document_arrays import Vector
     >>> @dataclass(frozen=True)
     ... class Point:
     ...     position: Vector
@@ -241,7 +240,8 @@ def json_value(value: Any) -> Any:
         return [json_value(item) for item in value]
     if kind is dict:
         return {str(key): json_value(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
+    np: Any = sys.modules.get("numpy")  # where nobody has imported it, there is no array
+    if np is not None and isinstance(value, np.ndarray):
         finite = value.dtype.kind in "biuUS" or bool(np.isfinite(value).all())
         return value.tolist() if finite else json_value(value.tolist())
     if isinstance(value, list | tuple):  # of a type of its own too
@@ -252,7 +252,7 @@ def json_value(value: Any) -> Any:
         return document_of(value)
     if isinstance(value, Enum):
         return value.value
-    if isinstance(value, np.generic):
+    if np is not None and isinstance(value, np.generic):
         return json_value(value.item())
     if isinstance(value, PurePath):
         return str(value)
@@ -323,6 +323,8 @@ def result_of(kind: type[Result], text: str | bytes) -> Result:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from stiffcal.document_arrays import Vector
     >>> @dataclass(frozen=True)
     ... class Point:
     ...     position: Vector
@@ -381,6 +383,8 @@ def section_of(kind: type[Result], document: Document, name: str) -> Result | No
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from stiffcal.document_arrays import Vector
     >>> @dataclass(frozen=True)
     ... class Point:
     ...     position: Vector

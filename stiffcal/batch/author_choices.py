@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from stiffcal.batch.results import AuthorChoice
 from stiffcal.campaign.loading import Campaign
 from stiffcal.campaign.manifest.manifest import Manifest
 from stiffcal.campaign.manifest.thresholds import Thresholds, ThresholdsFile, tighter
 from stiffcal.escapes import toml_text
+from stiffcal.results.batch_results import AuthorChoice
 
 
 def author_choices(

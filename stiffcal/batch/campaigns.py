@@ -11,7 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from stiffcal.batch.results import (
+from stiffcal.campaign.toml.naming import MANIFEST_FILE
+from stiffcal.errors import Fault, InputError, Progress, no_progress
+from stiffcal.escapes.file_name import with_short_name
+from stiffcal.fault_codes import FaultCode
+from stiffcal.masking import masked
+from stiffcal.results.batch_results import (
     BROKEN,
     HELD,
     IDLE_TIMEOUT_S,
@@ -23,11 +28,6 @@ from stiffcal.batch.results import (
     CampaignOutcome,
     outcome_of,
 )
-from stiffcal.campaign.toml.naming import MANIFEST_FILE
-from stiffcal.errors import Fault, InputError, Progress, no_progress
-from stiffcal.escapes.file_name import with_short_name
-from stiffcal.fault_codes import FaultCode
-from stiffcal.masking import masked
 
 if TYPE_CHECKING:
     from stiffcal.campaign.manifest.thresholds import ThresholdsFile

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from stiffcal.batch.processes import LARGE_BYTES, WorkerLostError, WorkerProcess, outcome_of_lost_worker
-from stiffcal.batch.results import BROKEN, LOST, BatchTask, CampaignOutcome, outcome_of
 from stiffcal.errors import Fault, InputError
 from stiffcal.extras import install_command
 from stiffcal.fault_codes import FaultCode
+from stiffcal.results.batch_results import BROKEN, LOST, BatchTask, CampaignOutcome, outcome_of
 
 ANSWER_S = 15
 """How long a scheduler, and its first worker, may take to answer, s."""

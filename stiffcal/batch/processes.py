@@ -13,7 +13,6 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
-from stiffcal.batch.results import BROKEN, LOST, STEPS, BatchStep, BatchTask, CampaignOutcome, outcome_of
 from stiffcal.batch.worker import work
 from stiffcal.documents import document_of, result_from_values
 from stiffcal.errors import Fault
@@ -21,6 +20,7 @@ from stiffcal.escapes.terminal import escaped
 from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import mask
 from stiffcal.processes import ChildEndedError, ChildProcess, ChildSilentError
+from stiffcal.results.batch_results import BROKEN, LOST, STEPS, BatchStep, BatchTask, CampaignOutcome, outcome_of
 
 ATTEMPTS = 2
 LARGE_BYTES = 1 << 30

@@ -5,19 +5,24 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-from stiffcal.batch.results import HELD, NOT_HELD, STEPS, AuthorChoice, BatchResult, CampaignOutcome
-from stiffcal.diagnosis.answers.suspect_results import Suspect
 from stiffcal.errors import InputError
 from stiffcal.escapes import markdown, xml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import check_stream, is_of_the_system
 from stiffcal.measurements.rms import Rms
 from stiffcal.quantity import LENGTH, MOMENT, Quantity
+from stiffcal.results.batch_results import STEPS, BatchResult, CampaignOutcome
+from stiffcal.results.batch_words import (
+    choice_text,
+    complaints_of,
+    number_of_suspects,
+    suspect_text,
+    totals_of,
+    verdict_of,
+)
 from stiffcal.trust.output_kinds import JUNIT, MARKDOWN, OutputKind
 from stiffcal.trust.outputs import check_not_foreign, write_output
 from stiffcal.wording import in_unit, share, significant
-
-VERDICTS = {HELD: "held", NOT_HELD: "NOT held"}
 
 
 def prepare_files(markdown: Path | None, junit: Path | None, *, overwrite: bool = False) -> None:
@@ -57,52 +62,6 @@ def write_summary(text: str, output: Path, kind: OutputKind, *, overwrite: bool 
         output.write_text(text, encoding="utf-8")
     else:
         write_output(output, text, kind, overwrite)
-
-
-def verdict_of(outcome: CampaignOutcome) -> str:
-    """Return one word or two for a campaign's state."""
-    if outcome.state == HELD and not outcome.checks:
-        return "done"
-    return VERDICTS.get(outcome.state, outcome.state)
-
-
-def choice_text(choice: AuthorChoice) -> str:
-    """Return a choice of a campaign's author as one line."""
-    return f"{choice.kind}, {choice.place}: {choice.text}"
-
-
-def suspect_text(suspect: Suspect) -> str:
-    """Return a run or row that disagrees with all the others as one line."""
-    row = "" if suspect.row is None else f", row {suspect.row}"
-    return f"suspect run {suspect.run}{row} ({suspect.kind}): {suspect.likely}"
-
-
-def complaints_of(outcome: CampaignOutcome) -> list[str]:
-    """Return the failures and errors of a campaign, one line each."""
-    if outcome.error is None:
-        return list(outcome.failed)
-    return [
-        str(fault) if fault.file.startswith(outcome.folder) else f"{outcome.folder}: {fault}"
-        for fault in (outcome.error, *outcome.others)
-    ]
-
-
-def totals_of(result: BatchResult) -> str:
-    """Return the sentence that sums the batch up."""
-    counts, workers, memory = result.counts, result.workers, result.peak_memory_bytes
-    states = ", ".join(
-        f"{number} {text}"
-        for number, text in ((counts.held, "held"), (counts.not_held, "not held"), (counts.broken, "broken"))
-        if number or text == "held"
-    )
-    kind = "process" if workers.count == 1 else "processes"
-    workers_text = f"{workers.count} {kind}" if workers.kind == "processes" else f"{workers.count} threads of Dask"
-    memory_text = f", at most {memory / 1e6:.0f} MB each" if memory else ""
-    noun = "campaign" if counts.campaigns == 1 else "campaigns"
-    return (
-        f"{counts.campaigns} {noun}: {states}; {counts.unchanged} unchanged; {result.seconds:.1f} s with "
-        f"{workers_text}{memory_text}"
-    )
 
 
 def junit_text(result: BatchResult) -> str:
@@ -245,11 +204,6 @@ def _row(outcome: CampaignOutcome) -> list[str]:
     states = "–" if outcome.n_states is None else str(outcome.n_states)
     took = "unchanged" if outcome.unchanged else f"{outcome.seconds:.1f}"
     return [markdown.escaped(outcome.campaign), marked, *values, states, number_of_suspects(outcome), took]
-
-
-def number_of_suspects(outcome: CampaignOutcome) -> str:
-    """Return how many runs and rows disagree with all the others; a dash where runs were not compared."""
-    return "–" if outcome.suspects is None else str(len(outcome.suspects))
 
 
 def _part(measures: Rms | None, name: str) -> float | None:

@@ -15,7 +15,16 @@ from pathlib import Path
 
 from stiffcal import __version__
 from stiffcal.batch.author_choices import author_choices
-from stiffcal.batch.results import (
+from stiffcal.campaign.manifest.thresholds import ThresholdsFile
+from stiffcal.commands.report import REPORT_FILE, report_campaign
+from stiffcal.documents import document_of
+from stiffcal.errors import Fault, InputError
+from stiffcal.escapes.shell import command_line
+from stiffcal.fault_codes import FaultCode
+from stiffcal.fault_log import write_fault_log
+from stiffcal.files import read_regular
+from stiffcal.model.catalogue.plugin_loading import plugin_fault
+from stiffcal.results.batch_results import (
     BROKEN,
     FAULT,
     HELD,
@@ -28,15 +37,6 @@ from stiffcal.batch.results import (
     IdentifiedStiffness,
     outcome_of,
 )
-from stiffcal.campaign.manifest.thresholds import ThresholdsFile
-from stiffcal.commands.report import REPORT_FILE, report_campaign
-from stiffcal.documents import document_of
-from stiffcal.errors import Fault, InputError
-from stiffcal.escapes.shell import command_line
-from stiffcal.fault_codes import FaultCode
-from stiffcal.fault_log import write_fault_log
-from stiffcal.files import read_regular
-from stiffcal.model.catalogue.plugin_loading import plugin_fault
 from stiffcal.results.error_result import FaultEntry
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult

@@ -32,9 +32,9 @@ def work(channel: Channel) -> None:
     quiet_libraries()
     reporter = threading.Thread(target=_report_progress, args=(channel, threading.get_ident()), daemon=True)
     reporter.start()
-    from stiffcal.batch.results import BatchStep, BatchTask
     from stiffcal.batch.task import run_task
     from stiffcal.documents import document_of, result_from_values
+    from stiffcal.results.batch_results import BatchStep, BatchTask
     from stiffcal.trust.notices import notices_to
     from stiffcal.trust.running import before_plugin_code
 

@@ -10,8 +10,8 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import following
 from stiffcal.cli.options import AsJson, Joints, Links, Pairs
+from stiffcal.commands.next_step import following
 
 Model = Annotated[Path, typer.Argument(metavar="DIR", help="The campaign folder.")]
 EffectName = Annotated[str, typer.Argument(metavar="EFFECT", help="Name of the effect, see `stiffcal effects`.")]

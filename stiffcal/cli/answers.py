@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from stiffcal.cli.log import record
 from stiffcal.cli.progress import ProgressBar
@@ -15,27 +15,11 @@ from stiffcal.cli.supervision import current
 from stiffcal.escapes.json_text import document_text
 from stiffcal.escapes.terminal import escaped, escaped_document
 from stiffcal.masking import mask, masked
+from stiffcal.show.options import PLAIN, ShowOptions
 
 if TYPE_CHECKING:
-    from stiffcal.cli.console import AnswerConsole
     from stiffcal.documents import CommandResult
-
-Shown = TypeVar("Shown", bound="CommandResult")
-
-
-@dataclass(frozen=True, slots=True)
-class NextLine:
-    """The last line of an answer."""
-
-    command: str
-    """A line to copy."""
-    once: str = ""
-    """What a person has to do or to have first, in words; "" where the command runs as it is."""
-
-    @property
-    def text(self) -> str:
-        """As it is printed: only a command that runs now stands after "next"."""
-        return f"once {self.once}: {self.command}" if self.once else f"next: {self.command}"
+    from stiffcal.presentation.values import NextStep, Page
 
 
 class Answer:
@@ -52,38 +36,26 @@ class Answer:
         sys.stderr.write(for_terminal(escaped(mask(text))) + "\n")
         sys.stderr.flush()
 
-    def give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: NextLine | None = None) -> None:
-        """Print the answer.
-
-        Parameters
-        ----------
-        result : what the command answers.
-        show : draws it for people.
-        then : the next sensible step; None: nothing follows.
-        """
-        self.progress.stop()
-        supervision = current()
-        with supervision.answering() if supervision is not None else nullcontext():
-            self._give(result, show, then)
-
-    def show(self, result: CommandResult, then: NextLine | None = None, details: bool = False) -> None:
-        """Print the answer as its page.
+    def show(
+        self,
+        result: CommandResult,
+        then: NextStep | None = None,
+        options: ShowOptions = PLAIN,
+        page: Page | None = None,
+    ) -> None:
+        """Print the answer: its document, or its page.
 
         Parameters
         ----------
         result : what the command answers. then : the next sensible step; None: nothing follows.
-        details : also what most readers do not ask for.
+        options : how much is shown, and of which campaign. page : what is shown in place of the answer's page.
         """
+        self.progress.stop()
+        supervision = current()
+        with supervision.answering() if supervision is not None else nullcontext():
+            self._show(result, then, options, page)
 
-        def draw(console: AnswerConsole, shown: CommandResult) -> None:
-            from stiffcal.cli.pages import draw_page
-            from stiffcal.show.pages import page_of
-
-            draw_page(console, page_of(shown, details), shown.warnings)
-
-        self.give(result, draw, then)
-
-    def _give(self, result: Shown, show: Callable[[AnswerConsole, Shown], None], then: NextLine | None) -> None:
+    def _show(self, result: CommandResult, then: NextStep | None, options: ShowOptions, page: Page | None) -> None:
         if self.as_json:
             from stiffcal.documents import document_of
 
@@ -93,16 +65,12 @@ class Answer:
             sys.stdout.write(document_text(document) + "\n")
             return
         from stiffcal.cli.console import answer_console
+        from stiffcal.cli.pages import draw_page
+        from stiffcal.show.pages import page_of
 
         console = answer_console(lambda text: self.notify(f"warning: {mask(text)}", "WARNING"))
-        if getattr(result, "origin", None) == "foreign":
-            console.print("not computed by you: the results came with the folder, and its logs are missing")
-        shown = escaped_document(result)
-        show(console, shown)
-        console.show_warnings(shown.warnings)
-        if then is not None:
-            # Never wrapped: the line is there to be copied.
-            console.out(f"\n{mask(then.text)}", highlight=False)
+        shown = escaped_document(page or page_of(result, options))
+        draw_page(console, replace(shown, next_step=then), escaped_document(result.warnings))
 
 
 @contextmanager

@@ -8,19 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import Answer, NextLine, answering
+from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.ended_in_order import ended_in_order
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson, Overwrite, StoreAt, Thresholds
-from stiffcal.cli.tables import plain_table
-from stiffcal.cli.verdict import Level, show_verdict
-from stiffcal.cli.wording import deviation, share
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
 from stiffcal.results.next_step import is_within_noise
 
 if TYPE_CHECKING:
-    from stiffcal.batch.results import BatchResult, CampaignOutcome
-    from stiffcal.cli.console import AnswerConsole
+    from stiffcal.results.batch_results import BatchResult, CampaignOutcome
 
 
 def batch(
@@ -99,7 +96,7 @@ def batch(
         for file, kind, text in ((junit, JUNIT, junit_text), (markdown, MARKDOWN, markdown_text)):
             if file is not None:
                 write_summary(text(result), file, kind, overwrite=overwrite)
-        answer.give(result, show_batch, _next(result, store))
+        answer.show(result, _next(result, store))
     return OK if result.passed else NOT_HELD
 
 
@@ -112,7 +109,7 @@ class _BatchPrinter:
         self._done = self._of = 0
 
     def finished(self, outcome: CampaignOutcome, done: int, of: int) -> None:
-        from stiffcal.batch.summary import verdict_of
+        from stiffcal.results.batch_words import verdict_of
 
         self._done, self._of = done, of
         if self._lines:
@@ -124,69 +121,16 @@ class _BatchPrinter:
         return f"{done} done; the same command continues with the rest"
 
 
-def show_batch(console: AnswerConsole, result: BatchResult) -> None:
-    """Draw the summary: the totals, what does not hold or cannot be judged, then a row per campaign."""
-    from stiffcal.batch.summary import (
-        choice_text,
-        complaints_of,
-        number_of_suspects,
-        suspect_text,
-        totals_of,
-        verdict_of,
-    )
-
-    show_verdict(console, _level(result), totals_of(result))
-    for outcome in result.campaigns:
-        for line in complaints_of(outcome):
-            console.print(f"  {outcome.campaign}: {verdict_of(outcome)}: {line}", soft_wrap=True)
-        for line in outcome.not_judged:
-            console.print(f"  {outcome.campaign}: not judged: {line}", soft_wrap=True)
-    console.show_warnings(result.warnings)
-    headings = ("rms in held-out data>", "of the deflection>", "noise>", "suspects>")
-    table = plain_table("campaign", "verdict", *headings, "computed")
-    for number, column in enumerate(table.columns):
-        column.no_wrap = number not in (2, 4)  # errors of several measures wrap, names do not
-    for outcome in result.campaigns:
-        steps = outcome.steps
-        done = [name for name, step in steps.items() if step.done]
-        unchanged = "unchanged, not run again" if outcome.error is None else "nothing"
-        computed = "all" if len(done) == len(steps) > 1 else ", ".join(done) or unchanged
-        relative = None if outcome.relative is None else outcome.relative.translation
-        table.add_row(
-            outcome.campaign,
-            verdict_of(outcome),
-            deviation(outcome.rms),
-            share(relative),
-            "not known" if outcome.noise is None else deviation(outcome.noise),
-            number_of_suspects(outcome),
-            computed,
-        )
-    console.print(table)
-    for outcome in result.campaigns:
-        for suspect in outcome.suspects or ():
-            console.print(f"{outcome.campaign}: {suspect_text(suspect)}", soft_wrap=True, markup=False)
-    for outcome in result.campaigns:
-        for choice in outcome.choices:
-            console.print(f"{outcome.campaign}: chosen: {choice_text(choice)}", soft_wrap=True)
-
-
-def _level(result: BatchResult) -> Level:
-    """Return how a batch stands: fail as its exit code is, warn where a campaign has suspects or was not judged."""
-    if not result.passed:
-        return "fail"
-    return "warn" if any(entry.not_judged or entry.suspects for entry in result.campaigns) else "pass"
-
-
-def _next(result: BatchResult, store: str | None) -> NextLine:
+def _next(result: BatchResult, store: str | None) -> NextStep:
     """Return the step that the worst campaign asks for."""
     from stiffcal.batch.campaigns import store_below
 
     for outcome in result.campaigns:
         if outcome.error is not None:
             line = command_line("check", Path(outcome.folder))
-            return NextLine(line, once="what is wrong there is corrected")
+            return NextStep(line, once="what is wrong there is corrected")
     above = [entry for entry in result.campaigns if entry.rms is None or not is_within_noise(entry.rms, entry.noise)]
     failed = [entry for entry in result.campaigns if entry.failed]
     first = (failed or above or result.campaigns)[0]
     own = store_below(store, first.campaign) if store else None
-    return NextLine(command_line("diagnose" if failed or above else "view", Path(first.folder), store=own))
+    return NextStep(command_line("diagnose" if failed or above else "view", Path(first.folder), store=own))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stiffcal.cli.wording import significant
+from stiffcal.wording import significant
 
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
@@ -19,13 +19,13 @@ _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 _BLANK = 0x2800
 
 
-def plot_points(x: Floats, y: Floats, labels: tuple[str, str], units: tuple[str, str], width: int = 80) -> list[str]:
+def plot_points(x: Floats, y: Floats, labels: tuple[str, str], width: int = 80) -> list[str]:
     """Return points as lines: a title with both axes, the picture with a line at zero, the numbers below.
 
     Parameters
     ----------
-    x, y : (n,) in their units; points that are not finite are left out.
-    labels, units : of x and y. width : columns that there are.
+    x, y : (n,) points that are not finite are left out.
+    labels : of x and y, with their units. width : columns that there are.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def plot_points(x: Floats, y: Floats, labels: tuple[str, str], units: tuple[str,
     down = np.rint((HEIGHT * _DOWN - 1) * (high - y) / (high - low)).astype(np.int64)
     cells = np.zeros((HEIGHT, columns), dtype=np.int64)
     np.bitwise_or.at(cells, (down // _DOWN, across // _ACROSS), np.array(_DOTS)[down % _DOWN, across % _ACROSS])
-    lines = [f"{_titled(labels[1], units[1])} over {_titled(labels[0], units[0])}"]
+    lines = [f"{labels[1]} over {labels[0]}"]
     for row, dots in enumerate(cells.tolist()):
         empty = "·" if row == zero else " "
         drawn = "".join(chr(_BLANK + dot) if dot else empty for dot in dots).rstrip()
@@ -73,7 +73,3 @@ def _axis(left: float, right: float, columns: int) -> str:
 
 def _number(value: float) -> str:
     return significant(value).replace("-", "−")
-
-
-def _titled(label: str, unit: str) -> str:
-    return f"{label} [{unit}]" if unit else label

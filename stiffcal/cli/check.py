@@ -8,8 +8,9 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.next_step import after_check
 from stiffcal.cli.options import HERE, AsJson, Details, Folder, StoreAt
+from stiffcal.commands.next_step import after_check
+from stiffcal.show.options import ShowOptions
 
 
 def check(
@@ -31,5 +32,5 @@ def check(
         from stiffcal.ingest.checks.loaded import check_campaign
 
         result = check_campaign(folder, quick=quick, run=run, progress=answer.progress)
-        answer.show(result, after_check(folder, result, store), details)
+        answer.show(result, after_check(folder, result, store), ShowOptions(details, folder, store))
     return OK if result.ready else NOT_HELD

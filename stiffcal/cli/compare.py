@@ -7,10 +7,12 @@ from typing import Annotated
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, Details, NoUpdate
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
+from stiffcal.show.options import ShowOptions
 
 
 def compare(
@@ -32,5 +34,5 @@ def compare(
 
         context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify)
         result = compare_campaigns(before, after, context)
-        answer.show(result, NextLine(command_line("report", after)), details)
+        answer.show(result, NextStep(command_line("report", after)), ShowOptions(details, after))
     return OK

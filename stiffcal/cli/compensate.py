@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
 
 # Options of the path, its forces, and the goal.
 PathFile = Annotated[
@@ -134,6 +135,6 @@ def compensate(
         forces = Forces(force, segments, log, frame, acts_on, filter_hz, tool, zeroed)
         request = CompensateRequest(path, forces, target, start, not position_only, sag, normal, judge)
         result = compensate_campaign(folder, request, context, output=output, picture=picture)
-        then = NextLine(command_line("export", folder, "-o", "model.json", store=store))
+        then = NextStep(command_line("export", folder, "-o", "model.json", store=store))
         answer.show(result, then)
     return OK

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.presentation.values import NextStep
 
 
 def doctor(as_json: AsJson = False) -> int:
@@ -27,6 +28,6 @@ def doctor(as_json: AsJson = False) -> int:
             mend = f"python -m pip install {name}"
             raise InputError.at(FaultCode.LIBRARY_MISSING, name, "", reason, mend) from error
         result = examine_installation()
-        then = NextLine("stiffcal demo") if result.complete and not Path("demo").exists() else None
+        then = NextStep("stiffcal demo") if result.complete and not Path("demo").exists() else None
         answer.show(result, then)
     return OK if result.complete else NOT_HELD

@@ -9,8 +9,8 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import after_export
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Overwrite, StoreAt
+from stiffcal.commands.next_step import after_export
 
 
 def export(
@@ -107,8 +107,9 @@ def export(
     Example: stiffcal export my-robot -o calibrated.toml --convention dh
     """
     with answering(as_json) as answer:
-        from stiffcal.commands.export import export_campaign, row_options
+        from stiffcal.commands.export import export_campaign
         from stiffcal.compensation.exports.controller import ControllerOptions
+        from stiffcal.compensation.exports.row_options import row_options
         from stiffcal.stages.steps import RunContext
 
         context = RunContext(

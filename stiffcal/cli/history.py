@@ -9,8 +9,8 @@ import typer
 
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import line_of
 from stiffcal.cli.options import HERE, AsJson, Folder, Overwrite, StoreAt
+from stiffcal.commands.next_step import line_of
 from stiffcal.errors import one_line
 
 if TYPE_CHECKING:

@@ -8,9 +8,10 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, StoreAt
+from stiffcal.commands.next_step import following
 from stiffcal.results.next_step import Step
+from stiffcal.show.options import ShowOptions
 
 
 def identify(
@@ -43,5 +44,5 @@ def identify(
 
         context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
         result = identify_campaign(folder, context, loss, dual_quaternions, coupling)
-        answer.show(result, following(folder, store, Step.IDENTIFY), details)
+        answer.show(result, following(folder, store, Step.IDENTIFY), ShowOptions(details, folder, store))
     return OK

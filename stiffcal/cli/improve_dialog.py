@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from stiffcal.cli.wording import deviation, places
-from stiffcal.wording import explained_in_words, probability_in_words
+from stiffcal.show.effects import effect_words
+from stiffcal.wording import deviation, explained_in_words, probability_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stiffcal.commands.improve import Decision, EffectProposal
     from stiffcal.diagnosis.answers.results import Finding, LookAlike, ProposedEffect
     from stiffcal.model.summary import EffectAt
+    from stiffcal.results.model_changes import Decision, EffectProposal
 
 QUESTION = "yes, other, details, skip, quit"
 WIDTH = 79
@@ -61,7 +61,7 @@ class ImproveDialog:
         for number, effect in enumerate(others, 1):
             finding = proposal.diagnosed.finding_of(effect)
             after = f": {deviation(finding.heldout_rms_after)} rms in held-out poses" if finding is not None else ""
-            self.write(f"  {number}  {_named(effect)}{after}")
+            self.write(f"  {number}  {effect_words(effect)}{after}")
         typed = self.ask("number of the effect, 0 to go back", "0").strip()
         number = int(typed) if typed.isdecimal() else 0
         return others[number - 1] if 0 < number <= len(others) else None
@@ -91,7 +91,7 @@ def other_effects(proposal: EffectProposal) -> list[EffectAt]:
 
 
 def _proposal_lines(proposal: EffectProposal) -> list[str]:
-    name = _named(proposal.effect)
+    name = effect_words(proposal.effect)
     if proposal.change == "remove":
         return ["", f"remove {name}?", "  reason: without it the error in held-out poses is no larger"]
     lines = ["", f"add {name}?"]
@@ -125,7 +125,7 @@ def _probability_lines(effect: ProposedEffect) -> list[str]:
 def _alike(of: ProposedEffect, effect: LookAlike) -> str:
     """Return a look-alike with its probability, where one is stated."""
     p = of.probability_of(effect)
-    return _named(effect) if p is None else f"{_named(effect)} {probability_in_words(p)}"
+    return effect_words(effect) if p is None else f"{effect_words(effect)} {probability_in_words(p)}"
 
 
 def _explained(proposal: EffectProposal, finding: Finding) -> str:
@@ -145,10 +145,6 @@ def _detail_lines(proposal: EffectProposal) -> list[str]:
     if p is not None:
         lines.append(f"  probability {probability_in_words(p)} next to all other explanations")
     return lines or ["  no further details"]
-
-
-def _named(effect: EffectAt | ProposedEffect | LookAlike) -> str:
-    return f"{effect.effect} ({places(effect.where)})"
 
 
 def _prompt(question: str, default: str) -> str:

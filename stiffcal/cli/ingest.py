@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, StoreAt
+from stiffcal.commands.next_step import following
 from stiffcal.results.next_step import Step
 
 

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import AsJson, Overwrite
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
 from stiffcal.propose.templates import template_kinds
 
 if TYPE_CHECKING:
@@ -65,7 +66,8 @@ def init(
     Example: stiffcal init my-bench --kind clamped --from position1.csv --from position2.csv
     """
     with answering(as_json) as answer:
-        from stiffcal.commands.init import init_campaign, tool_point
+        from stiffcal.commands.init import init_campaign
+        from stiffcal.compensation.option_words import tool_point
 
         at_terminal = sys.stdin.isatty() and not as_json
         if at_terminal and table:
@@ -82,7 +84,7 @@ def init(
             overwrite=overwrite,
         )
         once = "they are written" if result.to_write else ""
-        answer.show(result, NextLine(command_line("check", folder), once))
+        answer.show(result, NextStep(command_line("check", folder), once))
     return OK
 
 

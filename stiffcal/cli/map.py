@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
 
 
 def map(  # noqa: A001  (the command's name)
@@ -75,5 +76,5 @@ def map(  # noqa: A001  (the command's name)
         request = MapRequest(load, mass, stiffness, plane, at, slices, points, pose, target)
         result = map_campaign(folder, request, context, picture=output or folder / "map.svg", table=table)
         line = command_line("compensate", folder, "--path", "path.csv", store=store)
-        answer.show(result, NextLine(line, once="a path with its forces is in path.csv"))
+        answer.show(result, NextStep(line, once="a path with its forces is in path.csv"))
     return OK

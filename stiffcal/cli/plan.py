@@ -8,10 +8,12 @@ from typing import Annotated, Literal
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
+from stiffcal.show.options import ShowOptions
 
 
 def plan(
@@ -72,7 +74,8 @@ def plan(
     Example: stiffcal plan campaigns/irb4400 --force 450 --runs 8 -o runs.csv
     """
     with answering(as_json) as answer:
-        from stiffcal.commands.plan import PlanRequest, plan_campaign
+        from stiffcal.commands.plan import plan_campaign
+        from stiffcal.planning.campaign.request import PlanRequest
         from stiffcal.stages.steps import RunContext
 
         context = RunContext(
@@ -85,11 +88,11 @@ def plan(
         options += [("--runs", f"{runs}")] if runs is not None else []
         options += [("--force", f"{force:g}")] if force is not None else []
         words = [word for option in options for word in option] + (["--tell", *tell] if tell else [])
-        answer.show(result, after_plan(folder, campaign, words, store), details)
+        answer.show(result, after_plan(folder, campaign, words, store), ShowOptions(details, folder, store))
     return OK
 
 
-def after_plan(folder: Path, campaign: Path | None, words: Sequence[str], store: str | None) -> NextLine:
+def after_plan(folder: Path, campaign: Path | None, words: Sequence[str], store: str | None) -> NextStep:
     """Return the same plan with a folder for its logs; where that is made, its check once they are there.
 
     Parameters
@@ -99,5 +102,5 @@ def after_plan(folder: Path, campaign: Path | None, words: Sequence[str], store:
     """
     planned = folder / "planned"
     if campaign is None and not planned.exists():
-        return NextLine(command_line("plan", folder, *words, "--campaign", str(planned), store=store))
-    return NextLine(command_line("check", campaign or folder), once="runs are measured")
+        return NextStep(command_line("plan", folder, *words, "--campaign", str(planned), store=store))
+    return NextStep(command_line("check", campaign or folder), once="runs are measured")

@@ -8,8 +8,8 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
+from stiffcal.commands.next_step import following
 
 
 def plot(

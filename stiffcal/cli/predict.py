@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, Output, OverwriteAlone, StoreAt
 from stiffcal.errors import InputError
 from stiffcal.escapes.shell import command_line
 from stiffcal.fault_codes import FaultCode
+from stiffcal.presentation.values import NextStep
+from stiffcal.show.options import ShowOptions
 
 
 def predict(
@@ -83,8 +85,8 @@ def predict(
             raise _no_pose()
         one = None if pose is None else OneLoad(pose, OneLoad.force if force is None else force)
         result = predict_campaign(folder, context, poses=one or poses, load_path=path, output=output)
-        then = NextLine(command_line("export", folder, "-o", "model.json", store=store))
-        answer.show(result, then, details)
+        then = NextStep(command_line("export", folder, "-o", "model.json", store=store))
+        answer.show(result, then, ShowOptions(details, folder, store))
     return OK
 
 

@@ -9,8 +9,8 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import to_begin
 from stiffcal.cli.options import AsJson, Overwrite
+from stiffcal.commands.next_step import to_begin
 
 
 def simulate(

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stiffcal.cli.answers import NextLine, answering
+from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
 from stiffcal.cli.options import AsJson, Details, NoUpdate, Output, Overwrite
 from stiffcal.escapes.shell import command_line
+from stiffcal.presentation.values import NextStep
+from stiffcal.show.options import ShowOptions
 
 if TYPE_CHECKING:
     from stiffcal.validation.trend_result import TrendResult
@@ -46,10 +48,10 @@ def trend(
 
         context = RunContext(update=not no_update, progress=answer.progress, notify=answer.notify, overwrite=overwrite)
         result = trend_campaigns(folders, context, output, max_change)
-        answer.show(result, _next(result), details)
+        answer.show(result, _next(result), ShowOptions(details))
     return OK if result.passed else NOT_HELD
 
 
-def _next(result: TrendResult) -> NextLine:
+def _next(result: TrendResult) -> NextStep:
     command = "report" if result.cause is None else "diagnose"
-    return NextLine(command_line(command, Path(result.campaigns[-1].folder)))
+    return NextStep(command_line(command, Path(result.campaigns[-1].folder)))

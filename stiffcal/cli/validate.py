@@ -9,9 +9,10 @@ import typer
 
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import NOT_HELD, OK
-from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, StoreAt, Thresholds
+from stiffcal.commands.next_step import following
 from stiffcal.results.next_step import Step
+from stiffcal.show.options import ShowOptions
 
 
 def validate(
@@ -47,5 +48,5 @@ def validate(
         result = validate_campaign(folder, context, model=model, thresholds=file)
         # another campaign's model is no step of this one's loop
         after = Step.VALIDATE if model is None else None
-        answer.show(result, following(folder, store, after), details)
+        answer.show(result, following(folder, store, after), ShowOptions(details, folder, store))
     return OK if result.passed else NOT_HELD

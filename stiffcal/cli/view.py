@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -11,8 +10,8 @@ import typer
 from stiffcal.cli.answers import Answer, answering
 from stiffcal.cli.ended_in_order import ended_in_order
 from stiffcal.cli.endings import OK
-from stiffcal.cli.next_step import following
 from stiffcal.cli.options import HERE, AsJson, Folder, NoUpdate, Output, Overwrite, StoreAt
+from stiffcal.commands.next_step import following
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.results.next_step import Step
@@ -20,9 +19,6 @@ from stiffcal.results.next_step import Step
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rich.console import Console
-
-    from stiffcal.results.command_results import LiveResult
     from stiffcal.stages.steps import RunContext
 
 
@@ -82,18 +78,10 @@ def _serve(answer: Answer, folder: Path, context: RunContext, open_page: bool, *
     from stiffcal.results.command_results import LiveResult
 
     server = live_server(folder, context, raw, watch)
-    answer.give(LiveResult(warnings=[], address=server.address), partial(show_live, watch=watch))
+    answer.show(LiveResult(warnings=[], address=server.address, follows_logs=watch))
     if open_page:
         import webbrowser
 
         webbrowser.open(server.address)
     with suppress(KeyboardInterrupt), ended_in_order():
         server.serve()
-
-
-def show_live(console: Console, result: LiveResult, watch: bool) -> None:
-    """Name the address."""
-    console.print(f"open {result.address}", soft_wrap=True)
-    if watch:
-        console.print("it follows the logs; what it reads of them is kept until it ends", soft_wrap=True)
-    console.print("Ctrl-C ends it; model.toml is changed only by the button on the page", soft_wrap=True)

@@ -6,13 +6,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from stiffcal.commands.history import read_history
 from stiffcal.commands.improve import improve_campaign
 from stiffcal.commands.report import REPORT_FILE
 from stiffcal.commands.run import run_campaign
-from stiffcal.commands.run_result import RunResult
 from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.commands.view import VIEW_FILE
 from stiffcal.results.improve_results import ImproveStep
+from stiffcal.stages.run_result import RunResult
 from stiffcal.stages.steps import RunContext
 from stiffcal.trust.output_kinds import PAGE, REPORT
 from stiffcal.trust.output_kinds import README as EXPLANATION
@@ -37,7 +38,7 @@ def run_demo(
     Returns
     -------
     RunResult
-        As `run_campaign`, of the completed model, with ``folder``.
+        As `run_campaign`, of the completed model, with ``folder`` and ``history``.
 
     Raises
     ------
@@ -54,4 +55,5 @@ def run_demo(
     simulate_campaign(EXAMPLE, folder, None, context.progress, overwrite=context.overwrite)
     write_output(folder / README, (EXAMPLE / README).read_bytes(), EXPLANATION, context.overwrite)
     improve_campaign(folder, context, notify_step=notify_step)
-    return replace(run_campaign(folder, context), folder=str(folder))
+    done = run_campaign(folder, context)
+    return replace(done, folder=str(folder), history=read_history(folder, context))

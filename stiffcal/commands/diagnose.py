@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from stiffcal.diagnosis.answers.results import DiagnoseResult
-from stiffcal.stages.diagnoses.current import current_diagnosis, diagnose_anew
+from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import DIAGNOSE, RunContext, up_to_date_states
+
+if TYPE_CHECKING:
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
 
 
 def diagnose_campaign(folder: Path, context: RunContext | None = None) -> DiagnoseResult:
@@ -34,4 +37,6 @@ def diagnose_campaign(folder: Path, context: RunContext | None = None) -> Diagno
     stored, _ = current_diagnosis(data, identified)
     if stored is not None:
         return replace(stored, origin=data.store.origin_of(DIAGNOSE))
+    from stiffcal.stages.diagnoses.anew import diagnose_anew
+
     return diagnose_anew(data, identified, context)

@@ -3,64 +3,28 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.documents import Document, document_of
-from stiffcal.errors import InputError
-from stiffcal.fault_codes import FaultCode
+from stiffcal.compensation.exports.row_options import RowOptions
 from stiffcal.results.command_results import ExportResult
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.revision import REVISION
+from stiffcal.stages.exported import model_document, readings_with_fit, states_with_residuals
 from stiffcal.stages.fit import up_to_date_fit_at_hand
-from stiffcal.stages.steps import HELDOUT_STATES, Ingested, RunContext, up_to_date_states
+from stiffcal.stages.steps import Ingested, RunContext, up_to_date_states
 from stiffcal.stages.validation import up_to_date_validation
 from stiffcal.store.table_files import write_table
 from stiffcal.trust.output_kinds import EXPORT, TABLES
 from stiffcal.trust.outputs import chosen_output, write_output
 
 if TYPE_CHECKING:
-    import pyarrow as pa
-
     from stiffcal.compensation.exports.controller import ControllerOptions
-    from stiffcal.mechanics.joint_rows import Convention
 
 CODE = (".c", ".st")
 
 
 STATES_FILE = "states.csv"
-
-
-@dataclass(frozen=True)
-class RowOptions:
-    """How the rows of a robot file are written."""
-
-    convention: Convention | None = None
-    """None: that of the campaign's robot file, modified DH for a URDF."""
-    strict: bool = False
-    """Without β, also where axes are nearly parallel."""
-
-
-def row_options(convention: str | None, *, strict: bool) -> RowOptions:
-    """Return the options as the command line gives them.
-
-    Raises
-    ------
-    InputError : there is no such convention.
-    """
-    from stiffcal.mechanics.joint_rows import Convention
-
-    for known in get_args(Convention):
-        if convention == known:
-            return RowOptions(known, strict)
-    if convention is None:
-        return RowOptions(None, strict)
-    mend = f"choose {' or '.join(get_args(Convention))}"
-    raise InputError.at(
-        FaultCode.OPTION_INVALID, "command line", "--convention", f"no convention is called {convention}", mend
-    )
 
 
 def export_campaign(
@@ -107,13 +71,13 @@ def export_campaign(
     warnings: list[str] = []
     if ending in TABLES:
         up_to_date_validation(data, identified, context, fit)
-        table = states_with_residuals(data) if len(data.states) else _readings(data)
+        table = states_with_residuals(data) if len(data.states) else readings_with_fit(data)
         write_table(table, output, EXPORT, raw_text=raw_text, overwrite=context.overwrite)
         holds = f"{table.num_rows} readings with measured, predicted and residual"
         if len(data.states):
             holds = f"{table.num_rows} load states with measured, predicted and residual (held-out poses)"
     elif ending == ".json":
-        text = json.dumps(_model_document(data, identified), indent=2, ensure_ascii=False) + "\n"
+        text = json.dumps(model_document(data, identified), indent=2, ensure_ascii=False) + "\n"
         write_output(output, text, EXPORT, context.overwrite)
         holds = f"the model of fit {identified.fit_id} with uncertainty"
     else:
@@ -164,50 +128,3 @@ def _write_robot(
     beta = "without β" if options.strict else "with β where axes are nearly parallel"
     holds = f"the robot with the geometry of fit {identified.fit_id} as rows of {CONVENTIONS[rows.convention]}, {beta}"
     return holds, rows.warnings
-
-
-def states_with_residuals(data: Ingested) -> pa.Table:
-    """Return the store's load states with measurement, prediction and residual in held-out poses as further columns.
-
-    States that were not judged (set aside) have NaN there.
-    """
-    import numpy as np
-
-    from stiffcal.store import column_of, values_of
-
-    table, judged = data.table, data.store.read_table(HELDOUT_STATES)
-    where = values_of(judged.column("state"))
-    for name in judged.column_names:
-        if not name.endswith(("_measured", "_predicted", "_residual")):
-            continue
-        values = np.full(table.num_rows, np.nan)
-        values[where] = values_of(judged.column(name))
-        table = table.append_column(name, column_of(values))
-    return table
-
-
-def _readings(data: Ingested) -> pa.Table:
-    """Return the measurements of other experiments, with the fit, of a campaign without load states."""
-    from stiffcal.kinds import tables_of_fits
-
-    for name in reversed(tables_of_fits()):
-        if name in data.store.tables:
-            return data.store.read_table(name)
-    reason = "the campaign contains no load states, and no readings of friction or of clamped joints"
-    raise InputError.at(
-        FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "export the model instead: -o model.json"
-    )
-
-
-def _model_document(data: Ingested, identified: IdentifyResult) -> Document:
-    return {
-        "schema": "stiffcal/model-export/1",
-        "revision": REVISION,
-        "warnings": identified.warnings,
-        "campaign": data.campaign.name,
-        "robot": data.campaign.robot.model_dump(mode="json", by_alias=True, exclude_none=True),
-        "model": document_of(identified.model),
-        "parameters": [document_of(parameter) for parameter in identified.parameters],
-        "free_parameters": identified.free_parameters,
-        "covariance": identified.covariance,
-    }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.model.model_file import MODEL_FILE
@@ -12,13 +11,10 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.results.history_results import HistoryEntry, HistoryResult, StoredFit
 from stiffcal.stages.history import can_be_restored, model_of, stored_fits
-from stiffcal.stages.steps import IDENTIFY, RunContext, open_store, stored_document, stored_result
+from stiffcal.stages.steps import IDENTIFY, RunContext, open_store, stored_document
 from stiffcal.store.index import FOREIGN
 from stiffcal.trust.output_kinds import MODEL
 from stiffcal.trust.outputs import holds_something, not_ours, write_output
-
-if TYPE_CHECKING:
-    from stiffcal.diagnosis.answers.results import DiagnoseResult
 
 
 def read_history(folder: Path, context: RunContext | None = None) -> HistoryResult:
@@ -43,24 +39,6 @@ def read_history(folder: Path, context: RunContext | None = None) -> HistoryResu
     if last is None or present.same_as(last.model):
         return HistoryResult(warnings=[], fits=fits)
     return HistoryResult(warnings=["the model in model.toml is not fitted yet"], fits=fits, not_fitted_yet=present)
-
-
-def diagnosis_of_fit(folder: Path, context: RunContext, fit_id: str) -> DiagnoseResult | None:
-    """Return the stored diagnosis where it is of that fit, else None.
-
-    Raises
-    ------
-    InputError : the folder holds no campaign.
-    """
-    from stiffcal.stages.steps import DIAGNOSE
-
-    store = open_store(Path(folder), context)
-    if DIAGNOSE not in store.documents:
-        return None
-    from stiffcal.diagnosis.answers.results import DiagnoseResult
-
-    diagnosis = stored_result(store, DIAGNOSE, DiagnoseResult)
-    return diagnosis if diagnosis is not None and diagnosis.fit_id == fit_id else None
 
 
 def _entry(fit: StoredFit) -> HistoryEntry:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import TypeAlias
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.edit_model import change_model
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
-from stiffcal.diagnosis.words import effect_in_words
 from stiffcal.identification.answers.before_after import (
     BeforeAfter,
     EstimatedParameter,
@@ -22,32 +21,20 @@ from stiffcal.identification.answers.before_after import (
 from stiffcal.model.summary import EffectAt, ModelSummary, Where
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.improve_results import Action, ImproveResult, ImproveStep
+from stiffcal.results.model_changes import (
+    Change,
+    Decision,
+    EffectProposal,
+    Made,
+    next_changes,
+    planned_steps,
+    removed_in_words,
+)
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import RunContext, ignore_note, up_to_date_states
 
 # More steps than six joints with five effects each: the loop ends by itself long before.
 MOST_STEPS = 36
-
-LIKELY = 0.5
-"""Share of its group from which an effect that is not certain is added where that is asked for."""
-
-Change = Literal["add", "remove"]
-Made: TypeAlias = tuple[Change, str, Where]
-"""A change, the effect and its place."""
-Decision = Literal["yes", "skip", "stop"] | EffectAt
-"""What to do with a proposal: make it, leave it and go on with the next, end, or add this effect in its place."""
-
-
-@dataclass(frozen=True, slots=True)
-class EffectProposal:
-    """A change of the model, before it is made."""
-
-    change: Change
-    effect: ProposedEffect | EffectAt
-    """What is to be added or removed, and where."""
-    diagnosed: DiagnoseResult
-    """The diagnosis that calls for it."""
-
 
 Ask = Callable[[EffectProposal], Decision]
 Reached: TypeAlias = ImproveStep | DiagnoseResult
@@ -121,7 +108,7 @@ def improvement(
     diagnosed = diagnose_campaign(folder, context)
     yield diagnosed
     if dry_run:
-        recorder.steps += _planned_steps(diagnosed, likely)
+        recorder.steps += planned_steps(diagnosed, likely)
         yield from recorder.steps[1:]
     else:
         diagnosed = yield from _add_and_remove(recorder, diagnosed, ask, likely)
@@ -137,7 +124,7 @@ def improvement(
         structure=diagnosed.structure,
         suspects=diagnosed.suspects,
         suspects_not_checked=diagnosed.suspects_not_checked,
-        summary=diagnosed.summary + _removed_in_words(recorder.steps),
+        summary=diagnosed.summary + removed_in_words(recorder.steps),
         heldout_rms=judged.rms,
         # the verdict's: what is missing swells the scatter of repeats about the present model
         noise=judged.noise if diagnosed.noise is None else diagnosed.noise,
@@ -229,7 +216,7 @@ def _add_and_remove(
     removed = False
     skipped: list[Made] = []
     for _ in range(MOST_STEPS):
-        changes = _next_changes(diagnosed, skipped, recorder.added, likely)
+        changes = next_changes(diagnosed, skipped, recorder.added, likely)
         if not changes or (removed and changes[0][0] == "remove"):
             return diagnosed
         n_before = len(recorder.steps)
@@ -246,87 +233,8 @@ def _add_and_remove(
             diagnosed = diagnose_campaign(recorder.folder, recorder.context)
             yield diagnosed
     text = f"stopped after {MOST_STEPS} steps: the model still changes; see the history"
-    still = _next_changes(diagnosed, skipped, recorder.added, likely)
+    still = next_changes(diagnosed, skipped, recorder.added, likely)
     return replace(diagnosed, warnings=[*diagnosed.warnings, text]) if still else diagnosed
-
-
-def _to_add(diagnosed: DiagnoseResult, likely: bool) -> list[ProposedEffect]:
-    """Return what is to be added: what is certain, and what is probable where that is asked for.
-
-    Effects of one distribution are missing together.
-    """
-    undecided = [(one.effect, one.where) for one in diagnosed.undecided]
-    return [
-        effect
-        for effect in diagnosed.missing
-        if effect.firm
-        or (likely and (effect.member_probability or 0.0) >= LIKELY and (effect.effect, effect.where) not in undecided)
-    ]
-
-
-def _next_changes(
-    diagnosed: DiagnoseResult, skipped: Sequence[Made], added: Sequence[Made], likely: bool
-) -> list[tuple[Change, ProposedEffect | EffectAt]]:
-    """Return the next changes of the model that a diagnosis calls for.
-
-    Parameters
-    ----------
-    skipped : what was declined. added : what was added before: nothing else is taken out again.
-    likely : whether what is probable and not certain is added too.
-    """
-    new = [one for one in _to_add(diagnosed, likely) if ("add", one.effect, one.where) not in skipped]
-    if new:
-        return [("add", effect) for effect in new]
-    # With something still missing, an effect may only seem unnecessary.
-    if diagnosed.undecided or diagnosed.missing:
-        return []
-    return [
-        ("remove", one)
-        for one in diagnosed.superfluous
-        if ("add", one.effect, one.where) in added and ("remove", one.effect, one.where) not in skipped
-    ]
-
-
-def _removed_in_words(steps: Sequence[ImproveStep]) -> str:
-    """Return what the removal of effects does not show, as a sentence to append; "" where none was removed.
-
-    Examples
-    --------
-    >>> unknown = {"heldout_rms": None, "noise": None}
-    >>> places = [Where(joints=[joint]) for joint in (2, 4)]
-    >>> tilts = [ImproveStep(action="remove", effect="bearing-tilt", where=where, **unknown) for where in places]
-    >>> _removed_in_words(tilts).partition(".")[0]
-    ' Removed, as held-out poses show no larger error without: bearing-tilt of joints 2, 4'
-    """
-    places: dict[str, dict[str, list[Any]]] = {}
-    for step in steps:
-        if step.action == "remove" and step.effect is not None:
-            where = places.setdefault(step.effect, {})
-            for kind, items in step.where.items():
-                where.setdefault(kind, []).extend(items)
-    if not places:
-        return ""
-    removed = [EffectAt(effect=effect, where=Where(**where)) for effect, where in places.items()]
-    return (
-        f" Removed, as held-out poses show no larger error without: {' and '.join(map(effect_in_words, removed))}. "
-        "That these data cannot distinguish them from zero does not show that they are zero."
-    )
-
-
-def _planned_steps(diagnosed: DiagnoseResult, likely: bool) -> list[ImproveStep]:
-    """Return the steps that a diagnosis calls for: nothing is changed, so nothing is known of the error."""
-    return [
-        ImproveStep(
-            action="would add",
-            effect=effect.effect,
-            where=effect.where,
-            heldout_rms=None,
-            noise=None,
-            probability=effect.probability,
-            firm=effect.firm,
-        )
-        for effect in _to_add(diagnosed, likely)
-    ]
 
 
 def _present_model(folder: Path) -> ModelSummary:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from stiffcal.campaign.toml.reach import check_given
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.files import is_given
+from stiffcal.propose.at_rest import at_rest
 from stiffcal.propose.chosen_urdf import chosen_urdf, is_urdf_or_package
 from stiffcal.propose.explained import unused_in_words
 from stiffcal.propose.from_logs import KINDS_OF_LOGS
@@ -62,26 +60,7 @@ def init_campaign(
     """
     folder = Path(folder)
     of_logs = bool(tables) and kind in KINDS_OF_LOGS
-    if tables and kind is not None and not of_logs and kind not in OF_TABLES:
-        raise InputError.at(
-            FaultCode.OPTION_CONFLICT,
-            "command line",
-            "--kind",
-            f"no campaign of kind {kind} can be proposed from a table",
-            "leave out --from, or use --kind load, absolute, clamped or friction",
-        )
-    if of_logs and tool is not None:
-        raise InputError.at(
-            FaultCode.OPTION_CONFLICT, "command line", "--tool", f"a {kind} run has no tool point", "leave it out"
-        )
-    if urdf is not None and robot is not None:
-        raise InputError.at(
-            FaultCode.OPTION_CONFLICT,
-            "command line",
-            "--urdf",
-            f"--robot {robot} names another robot",
-            "leave out one of the two",
-        )
+    _check_options(kind, tables, urdf, robot, tool)
     if urdf is not None:
         urdf = chosen_urdf(urdf)
     elif robot is not None and is_urdf_or_package(str(robot)):
@@ -127,7 +106,7 @@ def init_campaign(
         if urdf is not None:
             with suppress(OSError):
                 check_given(urdf)
-        with _at_rest(tables) as files_at_rest:
+        with at_rest(tables) as files_at_rest:
             is_kind_of_its_own = of_logs or kind == "absolute"
             if (
                 not is_kind_of_its_own
@@ -157,6 +136,33 @@ def init_campaign(
             unused += remarks_of(folder, proposal, "robot.toml" if urdf is None else urdf.name)
     files = [str(file) for file in written]
     return InitResult(warnings=unused, files=files, guessed=guessed, to_write=to_write, columns=columns)
+
+
+def _check_options(
+    kind: str | None, tables: Sequence[Path], urdf: Path | None, robot: str | None, tool: Sequence[float] | None
+) -> None:
+    """Refuse options that do not go together."""
+    of_logs = bool(tables) and kind in KINDS_OF_LOGS
+    if tables and kind is not None and not of_logs and kind not in OF_TABLES:
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT,
+            "command line",
+            "--kind",
+            f"no campaign of kind {kind} can be proposed from a table",
+            "leave out --from, or use --kind load, absolute, clamped or friction",
+        )
+    if of_logs and tool is not None:
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT, "command line", "--tool", f"a {kind} run has no tool point", "leave it out"
+        )
+    if urdf is not None and robot is not None:
+        raise InputError.at(
+            FaultCode.OPTION_CONFLICT,
+            "command line",
+            "--urdf",
+            f"--robot {robot} names another robot",
+            "leave out one of the two",
+        )
 
 
 def _is_one_table(files: Sequence[Path], urdf: Path | None, robot: str | None) -> bool:
@@ -192,45 +198,3 @@ def _result(proposal: Proposal) -> InitResult:
         runs=list(proposal.runs),
         columns=list(proposal.columns) or None,
     )
-
-
-def tool_point(text: str) -> tuple[float, ...]:
-    """Read a tool point as the command line gives it, ``X,Y,Z`` in m.
-
-    Raises
-    ------
-    InputError : these are not three numbers, or a length that no robot has.
-
-    Examples
-    --------
-    >>> tool_point("0, 0, 0.2")
-    (0.0, 0.0, 0.2)
-    """
-    from stiffcal.campaign.robot.sizes import implausible_length
-    from stiffcal.compensation.option_words import numbers_of_words
-
-    numbers = numbers_of_words(text, "--tool")
-    if len(numbers) != 3:
-        reason = f"found {len(numbers)} number{'s' * (len(numbers) != 1)}"
-        mend = "give X,Y,Z in m, in the flange frame"
-        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--tool", reason, mend)
-    for mistake in filter(None, map(implausible_length, numbers)):
-        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--tool", mistake.reason, mistake.mend)
-    return tuple(numbers)
-
-
-@contextmanager
-def _at_rest(tables: Sequence[Path]) -> Iterator[list[Path]]:
-    """Hand out files that can be read twice: what comes through a pipe (``--from <(zcat …)``) is written down first."""
-    with tempfile.TemporaryDirectory(prefix="stiffcal-init-") as place:
-        own_tables = []
-        for number, table in enumerate(map(Path, tables), start=1):
-            with suppress(OSError):  # what is not there is named by its reader
-                check_given(table)
-            if is_given(table) and not table.is_file():
-                kept = Path(place) / ("table.csv" if len(tables) == 1 else f"table-{number}.csv")
-                with table.open("rb") as pipe, kept.open("wb") as file:
-                    shutil.copyfileobj(pipe, file)
-                table = kept
-            own_tables.append(table)
-        yield own_tables

@@ -7,9 +7,9 @@ from pathlib import Path
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.report import REPORT_FILE, report_campaign
-from stiffcal.commands.run_result import RunResult
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.commands.view import VIEW_FILE, view_campaign
+from stiffcal.stages.run_result import RunResult
 from stiffcal.stages.steps import RunContext
 from stiffcal.trust.output_kinds import PAGE, REPORT
 from stiffcal.trust.outputs import check_not_foreign

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.model.model_file import MODEL_FILE, load_model
-from stiffcal.commands.history import diagnosis_of_fit, read_history
+from stiffcal.commands.history import read_history
+from stiffcal.diagnosis.answers.outcome import DiagnosisOutcome
 from stiffcal.results.next_step import Standing
-from stiffcal.stages.steps import RunContext, open_store
+from stiffcal.stages.steps import DIAGNOSE, RunContext, open_store, stored_result
 
 if TYPE_CHECKING:
-    from stiffcal.diagnosis.answers.results import DiagnoseResult
     from stiffcal.results.history_results import HistoryResult
 
 
@@ -38,14 +38,14 @@ def standing_of(folder: Path, context: RunContext, history: HistoryResult | None
             has_effects=has_effects(folder),
         )
     last = history.fits[-1]
-    diagnosis = diagnosis_of_fit(folder, context, last.id)
+    diagnosis = _outcome_of_fit(folder, context, last.id)
     return Standing(
         logs_missing=logs_missing,
         is_fitted=True,
         heldout_rms=last.heldout_rms,
         noise=last.noise,
         diagnosis=diagnosis,
-        untested=untested_effect(folder, diagnosis),
+        untested=_untested_effect(folder, context, diagnosis),
     )
 
 
@@ -81,15 +81,25 @@ def logs_complete(folder: Path) -> bool:
     return all((campaign.folder / file).exists() for file in manifest_data_files(campaign))
 
 
-def untested_effect(folder: Path, diagnosis: DiagnoseResult | None) -> str | None:
+def _outcome_of_fit(folder: Path, context: RunContext, fit_id: str) -> DiagnosisOutcome | None:
+    """Return what a stored diagnosis leads to where it is of that fit, else None."""
+    outcome = stored_result(open_store(Path(folder), context), DIAGNOSE, DiagnosisOutcome)
+    return outcome if outcome is not None and outcome.fit_id == fit_id else None
+
+
+def _untested_effect(folder: Path, context: RunContext, outcome: DiagnosisOutcome | None) -> str | None:
     """Return the name of the effect that would test the pattern which a diagnosis found.
 
     None where it found none, or the effect's file is written already.
     """
-    if diagnosis is None or diagnosis.pattern is None:
+    if outcome is None or outcome.pattern is None:
         return None
     from stiffcal.commands.new_effect import file_of_effect
+    from stiffcal.diagnosis.answers.results import DiagnoseResult
     from stiffcal.diagnosis.words import suggested_name
 
-    name = suggested_name(diagnosis.pattern)
+    whole = stored_result(open_store(Path(folder), context), DIAGNOSE, DiagnoseResult)
+    if whole is None or whole.pattern is None:
+        return None
+    name = suggested_name(whole.pattern)
     return None if (Path(folder) / file_of_effect(name)).exists() else name

@@ -1,88 +1,20 @@
-"""Showing what a campaign folder wants to run, allowing it, and taking that back."""
+"""Allowing what a campaign folder wants to run, and taking that back."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from stiffcal.campaign.loading import load_manifest
-from stiffcal.campaign.manifest.queries import queries_of
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.model.catalogue.plugin_code import PluginCode, read_plugins
-from stiffcal.results.trust_results import CampaignCode, CampaignQuery, CodeFile, TrustedItem, TrustResult
-from stiffcal.trust.content import SHA256, TrustEntry
+from stiffcal.results.trust_results import TrustResult
+from stiffcal.stages.campaign_code import TrustOverview, read_campaign, trusted_items
+from stiffcal.trust.content import SHA256
 from stiffcal.trust.places import normal_place
-from stiffcal.trust.queries import query_digest
 from stiffcal.trust.record import hashes_of_environment, open_record
-
-
-@dataclass(frozen=True)
-class TrustOverview:
-    """What a campaign wants to run, read once: what is shown is what can be allowed."""
-
-    folder: Path
-    """The campaign folder."""
-    plugins: PluginCode
-    """Its code; without files where it brings none."""
-    queries: dict[str, tuple[str, str]]
-    """Texts that it sends to a database, by their SHA-256: (where it stands, text)."""
-
-    @property
-    def hashes(self) -> list[str]:
-        """The SHA-256 of everything in it that needs to be allowed."""
-        return [*([self.plugins.digest] if self.plugins.files else []), *self.queries]
-
-    @property
-    def allowed(self) -> bool:
-        """Whether the user has allowed all of it."""
-        record = open_record()
-        code = not self.plugins.files or self.plugins.allowed()
-        return code and all(record.text_allowed(digest) for digest in self.queries)
-
-    def result(self, action: Literal["shown", "allowed"] = "shown", entries: Sequence[TrustEntry] = ()) -> TrustResult:
-        """Return the result of `trust` for it, with the entries of the record that were made."""
-        files = [
-            CodeFile(
-                name=file.name,
-                lines=len(lines_of(file.text)),
-                bytes=len(file.content),
-                effects=file.effect_names(),
-                text=file.text,
-            )
-            for file in self.plugins.files
-        ]
-        code = CampaignCode(sha256=self.plugins.digest, trusted=self.plugins.allowed(), files=files)
-        record = open_record()
-        return TrustResult(
-            warnings=[],
-            action=action,
-            entries=_items(entries),
-            folder=str(self.folder),
-            plugins=code if files else None,
-            queries=[
-                CampaignQuery(sha256=digest, trusted=record.text_allowed(digest), place=place, text=text)
-                for digest, (place, text) in self.queries.items()
-            ],
-        )
-
-
-def read_campaign(folder: Path) -> TrustOverview:
-    """Read what a campaign folder wants to run, without running any of it.
-
-    Raises
-    ------
-    InputError : there is no campaign, or a file of its code is missing or cannot be code of it.
-    """
-    folder = Path(folder)
-    manifest = load_manifest(folder)
-    queries = {query_digest(text): (place, text) for place, text in queries_of(manifest)}
-    return TrustOverview(folder, read_plugins(folder, manifest.plugins), queries)
 
 
 def allow_shown(showing: TrustOverview) -> TrustResult:
@@ -113,7 +45,7 @@ def allow_folder(folder: Path) -> TrustResult:
     record, place = open_record(), os.path.realpath(folder)
     record.allow_folder(Path(folder))
     entries = [entry for entry in record.entries() if (entry.kind, entry.key) == ("folder", place)]
-    return TrustResult(warnings=[], action="allowed", entries=_items(entries))
+    return TrustResult(warnings=[], action="allowed", entries=trusted_items(entries))
 
 
 def allow_place(uri: str) -> TrustResult:
@@ -136,7 +68,7 @@ def allow_place(uri: str) -> TrustResult:
     record = open_record()
     record.allow_place(place)
     entries = [entry for entry in record.entries() if (entry.kind, entry.key) == ("place", place)]
-    return TrustResult(warnings=[], action="allowed", entries=_items(entries))
+    return TrustResult(warnings=[], action="allowed", entries=trusted_items(entries))
 
 
 def list_trust() -> TrustResult:
@@ -152,7 +84,7 @@ def list_trust() -> TrustResult:
     return TrustResult(
         warnings=[],
         action="listed",
-        entries=_items(allowed),
+        entries=trusted_items(allowed),
         record=str(record.file) if record.file is not None else None,
         generations=len(entries) - len(allowed),
         environment=sorted(hashes_of_environment()),
@@ -188,20 +120,4 @@ def revoke_trust(name: str) -> TrustResult:
             FaultCode.OPTION_INVALID, "command line", "--revoke", f"{name} is not trusted", "see stiffcal trust --list"
         )
     warnings = [f"STIFFCAL_TRUST still contains {digest}" for digest in in_environment]
-    return TrustResult(warnings=warnings, action="revoked", entries=_items(revoked))
-
-
-def lines_of(text: str) -> list[str]:
-    r"""Return the lines of code as Python splits them: not at the further separators of `str.splitlines`.
-
-    Examples
-    --------
-    >>> lines_of("a = 1\r\nb = 2\n")
-    ['a = 1', 'b = 2']
-    """
-    lines = re.split(r"\r\n|\r|\n", text)
-    return lines if lines[-1] else lines[:-1]
-
-
-def _items(entries: Iterable[TrustEntry]) -> list[TrustedItem]:
-    return [TrustedItem(kind=entry.kind, key=entry.key, note=entry.note, since=entry.since) for entry in entries]
+    return TrustResult(warnings=warnings, action="revoked", entries=trusted_items(revoked))

@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 
 from stiffcal.arrays import Floats
 from stiffcal.compensation.targets import Corrected
-from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Number, OrAbsent, Vector
+from stiffcal.document_arrays import Vector
+from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Number, OrAbsent
 from stiffcal.measurements.rms import Rms
 
 Wanted = Literal["path", "nominal robot", "unloaded robot"]

@@ -9,7 +9,8 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.compensation.workspace import MapTask, WorkspaceMap
-from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Number, OrAbsent, Vector
+from stiffcal.document_arrays import Vector
+from stiffcal.documents import NOT_IN_DOCUMENT, CommandResult, Number, OrAbsent
 
 Plane: TypeAlias = Literal["xy", "xz", "yz"]
 Status: TypeAlias = Literal["out of reach", "only beyond joint limits", "reached"]

@@ -73,3 +73,27 @@ def tool_of_words(text: str) -> tuple[float, Floats]:
             FaultCode.OPTION_INVALID, "command line", "--tool", f"{text!r} is not a mass with a centre", mend
         )
     return numbers[0], np.array(numbers[1:])
+
+
+def tool_point(text: str) -> tuple[float, ...]:
+    """Read a tool point as the command line gives it, ``X,Y,Z`` in m.
+
+    Raises
+    ------
+    InputError : these are not three numbers, or a length that no robot has.
+
+    Examples
+    --------
+    >>> tool_point("0, 0, 0.2")
+    (0.0, 0.0, 0.2)
+    """
+    from stiffcal.campaign.robot.sizes import implausible_length
+
+    numbers = numbers_of_words(text, "--tool")
+    if len(numbers) != 3:
+        reason = f"found {len(numbers)} number{'s' * (len(numbers) != 1)}"
+        mend = "give X,Y,Z in m, in the flange frame"
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--tool", reason, mend)
+    for mistake in filter(None, map(implausible_length, numbers)):
+        raise InputError.at(FaultCode.OPTION_INVALID, "command line", "--tool", mistake.reason, mistake.mend)
+    return tuple(numbers)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from stiffcal.documents import document_of
@@ -62,7 +63,7 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
             then = _provenance_of(snapshot)
         except DamagedStoreError as error:
             return Freshness(f"the store is damaged: {error.faults[0].reason}", origin=origin)
-        from stiffcal.ingest.reading.read_sources import stored_states
+        from stiffcal.ingest.reading.stored_sources import stored_states
         from stiffcal.store import changed_settings, changed_sources
         from stiffcal.store.origin import known_sources_state
 
@@ -72,7 +73,9 @@ def freshness_of(campaign: Campaign, store: Store, thorough: bool = False) -> Fr
             return Freshness(NOT_YOURS, origin=origin)
         outside = sources_elsewhere(campaign)
         state = known_sources_state(digest) if origin == OWN else ""
-        changes = changed_sources(then, campaign.folder, files, thorough, outside, state, stored_states(snapshot))
+        changes = changed_sources(
+            then, campaign.folder, files, thorough, outside, state, partial(stored_states, snapshot)
+        )
         keys = changed_settings(then, document_of(ingest_settings(campaign)))
     if changes.missing and not (changes.changed or changes.new or changes.dropped or keys):
         return Freshness(missing=changes.missing, origin=origin)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from stiffcal.documents import Number
 from stiffcal.identification.answers.fit_results import IdentifiedParameter, UnidentifiedParameters
-from stiffcal.identification.noise.reading_noise import NoiseSource
+from stiffcal.identification.noise.noise_source import NoiseSource
 from stiffcal.model.summary import EffectInModel
 from stiffcal.validation.results import ErrorSlice, SliceBy
 

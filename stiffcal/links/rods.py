@@ -9,12 +9,13 @@ is taken up as long as the rods can carry it. What they cannot carry counts as z
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.estimation.leave_out import LeaveOut
+from stiffcal.links.sigma_source import SigmaSource
 from stiffcal.measurements.rods import BeamProperties, Rods
 from stiffcal.mechanics.beam import OTHER_FIELDS, TORSION, UNKNOWNS, end_fields, fibre_fields
 from stiffcal.mechanics.rods import rod_fields
@@ -28,8 +29,6 @@ LARGEST_GAIN = 1e3
 LEAST_TORSION = 0.11
 # A rod that reads less than this of a field that moves the end by one does not measure it.
 BLIND = 1e-9
-SigmaSource: TypeAlias = Literal["stated", "residuals", "none"]
-"""Where the standard uncertainty of a rod's reading is from."""
 
 
 @dataclass(frozen=True)

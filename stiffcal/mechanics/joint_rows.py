@@ -15,15 +15,14 @@ Both have the same numbers, in other rows.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mechanics.conventions import Convention
 from stiffcal.mechanics.rotations import inverse_transform, rotation_from_vector, transform
 
-Convention: TypeAlias = Literal["dh", "modified-dh"]
 NEARLY_PARALLEL = float(np.sin(np.radians(5.0)))
 """Sine of the angle below which two axes have a row with β."""
 

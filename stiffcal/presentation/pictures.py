@@ -129,3 +129,14 @@ class Picture:
     caption: Words = ()
     widths: tuple[float, ...] = ()
     """Of the columns, relative to each other; empty: equal."""
+
+
+def scattered(x: Floats, y: Floats, x_label: str, y_label: str) -> Picture:
+    """Return points in one pair of axes.
+
+    Parameters
+    ----------
+    x, y : (n,) in the units that the labels name. x_label, y_label : of the axes.
+    """
+    panel = Panel("", x_label, y_label, (Marks(x, y, "o", "model"),), has_zero_lines=True)
+    return Picture((panel,), columns=1, height=55.0, caption=(f"{y_label} over {x_label}.",))

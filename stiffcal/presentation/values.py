@@ -18,6 +18,10 @@ Level: TypeAlias = Literal["note", "warning", "question", "pass", "warn", "fail"
 what was asked stands."""
 
 
+ORIGIN = "origin"
+"""The code of a sentence on who has computed an answer: it stands before the verdict."""
+
+
 @dataclass(frozen=True)
 class Sentence:
     """A text that stands by itself."""
@@ -26,6 +30,8 @@ class Sentence:
     code: str
     """What it is about, for programs: "definition", "not-identified" and so on."""
     level: Level = "note"
+    starts_paragraph: bool = False
+    """Whether a line is left free above it where lines follow each other, as in a terminal."""
 
     @property
     def is_verdict(self) -> bool:
@@ -61,6 +67,30 @@ class Table:
     caption: str = ""
 
 
+@dataclass(frozen=True)
+class Bar:
+    """An amount of `Bars`."""
+
+    name: str
+    size: float | None
+    """Its length; None where nothing is drawn."""
+    text: str
+    """The number as it is written."""
+    is_on_scale: bool = False
+    """Whether the scale is made so that it has room."""
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Amounts as bars, linear from zero; the last is a floor, which is marked in every bar."""
+
+    title: str
+    """Of the names."""
+    amount: str
+    """What the bars are."""
+    bars: tuple[Bar, ...]
+
+
 # ---- the whole ------------------------------------------------------------------------------------------------------
 
 
@@ -78,7 +108,22 @@ class Listing:
     sentences: tuple[Sentence, ...]
 
 
-Block: TypeAlias = "Sentence | Table | Picture | Subheading | Listing"
+Block: TypeAlias = "Sentence | Table | Bars | Picture | Subheading | Listing"
+
+
+@dataclass(frozen=True, slots=True)
+class NextStep:
+    """What is done after an answer."""
+
+    command: str
+    """A line to copy."""
+    once: str = ""
+    """What a person has to do or to have first, in words; "" where the command runs as it is."""
+
+    @property
+    def text(self) -> str:
+        """As it is written: only a command that runs now stands after "next"."""
+        return f"once {self.once}: {self.command}" if self.once else f"next: {self.command}"
 
 
 @dataclass(frozen=True)
@@ -121,6 +166,8 @@ class Page:
     parameters: frozenset[str] = frozenset()
     """Names of parameters that stand here: other pages leave them out."""
     unused: tuple[UnusedReadings, ...] = ()
+    next_step: NextStep | None = None
+    """What an answer leads to; None where nothing follows, or where that is not asked."""
 
 
 @dataclass(frozen=True)

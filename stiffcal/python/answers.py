@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -16,10 +16,13 @@ from stiffcal.quantity import LENGTH, Units, of_joint, quantity_of
 from stiffcal.report.wording import length, measure_text, part
 from stiffcal.results.model_words import model_words
 from stiffcal.results.value_words import as_shown, value_with_unit
+from stiffcal.show.options import PLAIN, ShowOptions
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import count, place_label, share, significant
+from stiffcal.wording import count, place_label, share
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas as pd
     import pyarrow as pa
 
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
     from stiffcal.results.history_results import HistoryResult
     from stiffcal.results.identify_result import IdentifyResult
+    from stiffcal.results.next_step import Step
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.validation.results import ErrorSlice
 
@@ -46,6 +50,18 @@ class CampaignAnswer:
 
     def __init__(self, result: CommandResult) -> None:
         self.result = result
+        self._options: ShowOptions = PLAIN
+        self._after: Step | None = None
+
+    def of_campaign(self, folder: Path, store: str | None, after: Step) -> Self:
+        """Take the campaign that was asked, whose next step and pictures a notebook then shows too; return itself.
+
+        Parameters
+        ----------
+        folder, store : as they were given. after : the step that has answered.
+        """
+        self._options, self._after = ShowOptions(folder=folder, store=store), after
+        return self
 
     def to_dict(self) -> Document:
         """Return the document that the command prints with ``--json``: SI, null for what is not known."""
@@ -60,13 +76,12 @@ class CampaignAnswer:
         from stiffcal.python.notebook import html_of
         from stiffcal.show.pages import page_of
 
-        return html_of(page_of(self.result), self.warnings)
+        page, folder = page_of(self.result, self._options), self._options.folder
+        if folder is not None:
+            from stiffcal.commands.next_step import following
 
-    def _html(self, summary: str, *tables: pd.DataFrame) -> str:
-        lines = "".join(f"<div>{html.escape(line)}</div>" for line in summary.splitlines())
-        return lines + "".join(
-            table.to_html(escape=True, float_format=lambda value: significant(value, 4)) for table in tables
-        )
+            page = replace(page, next_step=following(folder, self._options.store, self._after))
+        return html_of(page, self.warnings)
 
 
 class FittedModel(CampaignAnswer):
@@ -273,9 +288,6 @@ class ModelDiagnosis(CampaignAnswer):
     def summary(self) -> str:
         """Return the verdict in words."""
         return self.result.summary
-
-    def _repr_html_(self) -> str:
-        return self._html(self.summary(), self.ranking.head(10))
 
     def __repr__(self) -> str:
         return self.summary()

@@ -164,27 +164,21 @@ class ModelImprovement(Iterator[ImprovementStep]):
         return "\n".join(map(str, self.steps))
 
     def _repr_html_(self) -> str:
+        from stiffcal.python.notebook import html_of
+        from stiffcal.show.builder import PageBuilder
+        from stiffcal.show.ladder import ladder
+        from stiffcal.show.pages import page_of
+
+        if self._result is not None:
+            return html_of(page_of(self._result), self._result.warnings)
+        made = PageBuilder("The model step by step")
         if not self.steps:
-            return f"<div>{html.escape(repr(self))}</div>"
+            made.say(repr(self), "not-begun")
+            return html_of(made.page())
         last = self.steps[-1]
-        rows = [(step._name, step.error) for step in self.steps] + [("noise", last.noise)]
-        scale = max((_size(error) for _, error in rows), default=0.0) or 1.0
-        cells = "".join(
-            f"<tr><td>{html.escape(name)}</td><td style='text-align: right'>"
-            f"{html.escape('–' if error is None else measure_text(error))}</td>"
-            f"<td style='width: 24em; text-align: left'><div style='height: 0.8em; background: currentColor; "
-            f"width: {100.0 * _size(error) / scale:.1f}%'></div></td></tr>"
-            for name, error in rows
-        )
-        return f"<table>{cells}</table><div>{html.escape(last.summary)}</div>"
-
-
-def _size(error: Rms | None) -> float:
-    """Return the first measure that is known, from which bars are drawn."""
-    if error is None:
-        return 0.0
-    known = (error.translation, error.torque, error.motor_angle, error.length, error.rotation)
-    return next((value for value in known if value is not None and value == value), 0.0)
+        made.add([ladder([step.step for step in self.steps], last.noise, last.step.scheme)])
+        made.say(last.summary, "verdict")
+        return html_of(made.page())
 
 
 def _verdict(diagnosis: DiagnoseResult) -> Verdict:

@@ -8,9 +8,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, assert_never
 
+from stiffcal.presentation.bars import table_of
 from stiffcal.presentation.pictures import Picture
 from stiffcal.presentation.texts import printed_columns, printed_rows, text_of
-from stiffcal.presentation.values import Block, Listing, Page, Sentence, Subheading, Table
+from stiffcal.presentation.values import Bars, Block, Listing, Page, Sentence, Subheading, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +30,8 @@ def html_of(page: Page, warnings: Iterable[str] = ()) -> str:
     '<div>rms &lt; 1 µm</div>'
     """
     lines = [f"<div>Warning: {html.escape(text)}</div>" for text in warnings]
-    return "".join([*(_block(block) for block in page.blocks), *lines])
+    then = [] if page.next_step is None else [f"<div>{html.escape(page.next_step.text)}</div>"]
+    return "".join([*(_block(block) for block in page.blocks), *lines, *then])
 
 
 def _block(block: Block) -> str:
@@ -42,6 +44,8 @@ def _block(block: Block) -> str:
             return f"<h4>{html.escape(block.text)}</h4>"
         case Table():
             return _table(block)
+        case Bars():
+            return _table(table_of(block))
         case Picture():
             return _picture(block)
         case _:

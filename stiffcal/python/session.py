@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.python.answers import (
+    CampaignAnswer,
     FitHistory,
     FittedModel,
     LoadPrediction,
@@ -19,6 +20,7 @@ from stiffcal.python.answers import (
     ModelDiagnosis,
     ModelValidation,
 )
+from stiffcal.results.next_step import Step
 from stiffcal.stages.steps import (
     FIT_STATES,
     HELDOUT_STATES,
@@ -38,6 +40,8 @@ if TYPE_CHECKING:
     from stiffcal.python.improvement import ModelImprovement
     from stiffcal.python.page import CampaignPage
     from stiffcal.python.plots import CampaignPlots
+
+Answered = TypeVar("Answered", bound=CampaignAnswer)
 
 logger = logging.getLogger("stiffcal")
 
@@ -84,7 +88,7 @@ def open_campaign(
 
 def _allow(folder: Path, trust: bool | str | Iterable[str]) -> None:
     """Allow what may run, as long as this process does."""
-    from stiffcal.commands.trust import read_campaign
+    from stiffcal.stages.campaign_code import read_campaign
     from stiffcal.trust.content import SHA256
     from stiffcal.trust.record import allow_in_process
 
@@ -146,14 +150,14 @@ class CampaignSession:
 
         with self._logged():
             result = identify_campaign(self.folder, self._context, loss)
-        return FittedModel(result, str(self.folder.resolve()), self.title)
+        return self._answered(FittedModel(result, str(self.folder.resolve()), self.title), Step.IDENTIFY)
 
     def validate(self) -> ModelValidation:
         """Judge the model in poses that the fit has left out."""
         from stiffcal.commands.validate import validate_campaign
 
         with self._logged():
-            return ModelValidation(validate_campaign(self.folder, self._context))
+            return self._answered(ModelValidation(validate_campaign(self.folder, self._context)), Step.VALIDATE)
 
     def diagnose(self) -> ModelDiagnosis:
         """Judge whether the model is good enough, and search for the effects that it lacks; minutes on large data."""
@@ -163,7 +167,8 @@ class CampaignSession:
         with self._logged():
             result = diagnose_campaign(self.folder, self._context)
             store = self._data().store
-            return ModelDiagnosis(result, store.read_table(EVIDENCE) if EVIDENCE in store.tables else None)
+            evidence = store.read_table(EVIDENCE) if EVIDENCE in store.tables else None
+            return self._answered(ModelDiagnosis(result, evidence), Step.DIAGNOSE)
 
     def improve(self, dry_run: bool = False) -> ModelImprovement:
         """Add what is missing to model.toml, one effect after another, then remove what is not needed.
@@ -262,7 +267,8 @@ class CampaignSession:
         ------
         InputError : of a model that is tried; plan.toml is missing or wrong, or nothing can be planned.
         """
-        from stiffcal.commands.plan import PlanRequest, plan_campaign
+        from stiffcal.commands.plan import plan_campaign
+        from stiffcal.planning.campaign.request import PlanRequest
 
         self._refuse_trial("plan")
         request = PlanRequest(purpose=purpose, runs=runs, force=force, rivals=tuple(tell))
@@ -415,6 +421,12 @@ class CampaignSession:
 
         with self._logged():
             plot_campaign(self.folder, replace(self._context, overwrite=overwrite), Path(file), run, against, of)
+
+    def _answered(self, answer: Answered, step: Step) -> Answered:
+        """Return an answer that knows its campaign; of a model that is tried the folder says nothing."""
+        if self._context.trial is not None:
+            return answer
+        return answer.of_campaign(self.folder, self._context.store, step)
 
     def _refuse_trial(self, step: str) -> None:
         """Raise InputError where a model is tried: the step would write, or read, what is of model.toml."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import assert_never
 
-from stiffcal.presentation import values
+from stiffcal.presentation import bars, values
 from stiffcal.presentation.pictures import Picture
 from stiffcal.presentation.texts import printed_columns, printed_rows, text_of
 from stiffcal.report.blocks import (
@@ -26,7 +26,8 @@ def section_of(page: values.Page) -> ReportSection | LeftOut:
     """Return a page as a section; where it has nothing to show, the reason."""
     if not page.blocks:
         return LeftOut(page.title, page.why_empty)
-    return ReportSection(page.title, tuple(block_of(block) for block in page.blocks))
+    then = () if page.next_step is None else (Paragraph(page.next_step.text),)
+    return ReportSection(page.title, (*map(block_of, page.blocks), *then))
 
 
 def block_of(block: values.Block) -> Block:
@@ -40,6 +41,8 @@ def block_of(block: values.Block) -> Block:
             return SubheadingBlock(block.text)
         case values.Table():
             return table_of(block, block.caption)
+        case values.Bars():
+            return table_of(bars.table_of(block), "")
         case Picture():
             return PictureBlock(partial(draw_panels, block), text_of(block.caption))
         case _:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stiffcal.documents import Vector
+from stiffcal.document_arrays import Vector
 from stiffcal.escapes import csv_cell
 from stiffcal.store.workbook import ENDING, write_workbook
 from stiffcal.trust.output_kinds import RUN_SHEET

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from stiffcal.documents import NOT_PROMISED, CommandResult, Number, OrAbsent, Origin
+from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, Number, OrAbsent, Origin
 from stiffcal.model.summary import ModelSummary
 from stiffcal.propose.explained_column import ExplainedColumn
 
@@ -177,6 +177,8 @@ class LiveResult(CommandResult):
     schema: Literal["stiffcal/live/1"] = "stiffcal/live/1"
     address: str
     """What to open in a browser on this machine; it holds a secret."""
+    follows_logs: Annotated[bool, NOT_IN_DOCUMENT] = False
+    """Whether the page follows logs that are being written."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,7 +20,7 @@ from stiffcal.identification.answers.fit_results import (
 from stiffcal.identification.answers.geometry_results import GeometryFound
 from stiffcal.identification.bodies.body_results import CartesianStiffnessResult, JointByItself
 from stiffcal.identification.bodies.link_results import CouplingResult, LinkResult
-from stiffcal.identification.noise.reading_noise import NoiseSource
+from stiffcal.identification.noise.noise_source import NoiseSource
 from stiffcal.kinds import section_types
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary

@@ -11,6 +11,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from stiffcal.diagnosis.answers.outcome import DiagnosisOutcome
     from stiffcal.diagnosis.answers.results import DiagnoseResult
     from stiffcal.measurements.rms import Rms
 
@@ -44,7 +45,7 @@ class Standing:
     """Its error in held-out data; None until it is validated."""
     noise: Rms | None = None
     """In the same measure; None where it is not known."""
-    diagnosis: DiagnoseResult | None = None
+    diagnosis: DiagnoseResult | DiagnosisOutcome | None = None
     """Of that fit; None until it is diagnosed."""
     untested: str | None = None
     """Name of the effect that would test the pattern which the diagnosis found; None where none is left to test."""

@@ -12,8 +12,8 @@ from stiffcal.kinds.results import HeldoutSection
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import ModelSummary
 from stiffcal.reduction.registration.frames import RegistrationSummary
-from stiffcal.validation.distances import Distances, LadderStep
-from stiffcal.validation.elasticity import Elasticity
+from stiffcal.validation.distance_results import Distances, LadderStep
+from stiffcal.validation.elasticity_results import Elasticity
 from stiffcal.validation.results import ErrorSlice, ThresholdCheck, Verdict, WorstState
 
 

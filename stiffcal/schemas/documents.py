@@ -7,8 +7,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from stiffcal.batch.results import BatchResult
-from stiffcal.commands.run_result import RunResult
 from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
@@ -17,6 +15,7 @@ from stiffcal.documents import schema_of
 from stiffcal.ingest.checks.results import CheckResult
 from stiffcal.ingest.results import IngestResult
 from stiffcal.planning.results import PlanResult
+from stiffcal.results.batch_results import BatchResult
 from stiffcal.results.command_results import (
     EditResult,
     EffectsResult,
@@ -36,6 +35,7 @@ from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.improve_results import ImproveResult
 from stiffcal.results.trust_results import TrustResult
 from stiffcal.results.validate_result import ValidateResult
+from stiffcal.stages.run_result import RunResult
 from stiffcal.validation.compare_result import CompareResult
 from stiffcal.validation.trend_result import TrendResult
 

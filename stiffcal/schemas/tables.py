@@ -36,6 +36,7 @@ from stiffcal.identification.readings.row_layout import (
 from stiffcal.identification.readings.state_loads import BRANCH, LOAD, TORQUE
 from stiffcal.ingest.reading.recording_tables import recording_table
 from stiffcal.kinds import all_kinds
+from stiffcal.measurements.columns import table_of
 from stiffcal.measurements.load_states import Attachment, Gauge, LoadStates, MeasurementSetup, RunInfo
 from stiffcal.measurements.markers import Markers
 from stiffcal.measurements.rms import Rms
@@ -57,7 +58,6 @@ from stiffcal.schemas.table_columns import (
     STATES,
 )
 from stiffcal.stages.diagnoses.stored_curves import evidence_columns, refit_columns, row_refit_columns
-from stiffcal.store import table_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {"double": "number", "int64": "integer", "bool": "boolean", "string": "string"}
@@ -211,7 +211,9 @@ def _evidence() -> EffectEvidence:
     effect = built_in_effects()["joint-compliance"]
     rms = Rms(0.0, 0.0)
     placed = PlacedEffect(effect, Place("joints", (1,)))
-    return EffectEvidence(placed, "", "1", False, None, _FIRST, _ONE, _ONE, _ONE, _ONE, rms, rms, (), np.ones((1, 3)))
+    return EffectEvidence(
+        placed, "", "1", "translation", None, _FIRST, _ONE, _ONE, _ONE, _ONE, rms, rms, (), np.ones((1, 3))
+    )
 
 
 def _refit() -> Refit:

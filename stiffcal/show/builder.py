@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stiffcal.presentation.values import Block, Column, Level, Page, Sentence, Subheading, Table
+from stiffcal.presentation.values import Block, Column, Level, Listing, Page, Sentence, Subheading, Table
 
 if TYPE_CHECKING:
     from stiffcal.presentation.pictures import Picture
@@ -14,6 +15,11 @@ if TYPE_CHECKING:
 def number(title: str, is_secondary: bool = False) -> Column:
     """Return a column of numbers; a secondary one is left out where a terminal has no room for it."""
     return Column(title, is_secondary=is_secondary)
+
+
+def roomy(column: Column) -> Column:
+    """Return a column that is left out where a terminal has no room for it."""
+    return replace(column, is_secondary=True)
 
 
 def wide(title: str) -> Column:
@@ -33,9 +39,15 @@ class PageBuilder:
         self.title = title
         self._blocks: list[Block] = []
 
-    def say(self, text: str, code: str, level: Level = "note") -> None:
+    def say(self, text: str, code: str, level: Level = "note", starts_paragraph: bool = False) -> None:
         """Add a sentence; `code` is what it is about, for programs."""
-        self._blocks.append(Sentence((text,), code, level))
+        self._blocks.append(Sentence((text,), code, level, starts_paragraph))
+
+    def list(self, texts: Iterable[str], code: str) -> None:
+        """Add sentences as points of a list, unless there is none; `code` is what they are about."""
+        points = tuple(Sentence((text,), code) for text in texts)
+        if points:
+            self._blocks.append(Listing(points))
 
     def head(self, text: str) -> None:
         """Add a heading to what follows."""

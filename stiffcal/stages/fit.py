@@ -11,7 +11,6 @@ from stiffcal.errors import InputError, raise_faults
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.set_aside import SetAsideCode
-from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.results.history_results import StoredFit
 from stiffcal.results.identify_result import IdentifyResult, Loss
 from stiffcal.stages.history import NO_HISTORY
@@ -80,6 +79,8 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
     campaign = data.campaign
     if len(data.states) == 0 and data.non_load:
         return None
+    from stiffcal.model.catalogue.campaign_effects import placed_robot
+
     robot = placed_robot(campaign)
     if not robot.placed:
         raise InputError.at(

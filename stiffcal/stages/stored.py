@@ -72,7 +72,7 @@ def _checked_entries(snapshot: Snapshot, name: str, document: Document) -> Docum
 
 
 def _has_shape(name: str, row: Document) -> bool:
-    if not has_shape(_entry_types()[name], row):
+    if not has_shape(_entry_type(name), row):
         return False
     return name != "history" or FIT_ID.fullmatch(row["id"]) is not None
 
@@ -104,9 +104,16 @@ def _document_types() -> dict[str, tuple[Any, str]]:
 
 
 @cache
-def _entry_types() -> dict[str, Any]:
-    from stiffcal.compensation.predict_result import LoadPath
-    from stiffcal.diagnosis.answers.results import EarlierDiagnosis
-    from stiffcal.results.history_results import StoredFit
+def _entry_type(name: str) -> Any:
+    """Return the type of an entry of a list; that of the others is not imported."""
+    if name == "history":
+        from stiffcal.results.history_results import StoredFit
 
-    return {"history": StoredFit, "load_paths": LoadPath, "diagnoses": EarlierDiagnosis}
+        return StoredFit
+    if name == "load_paths":
+        from stiffcal.compensation.predict_result import LoadPath
+
+        return LoadPath
+    from stiffcal.diagnosis.answers.results import EarlierDiagnosis
+
+    return EarlierDiagnosis

@@ -27,7 +27,6 @@ Where links cannot be replaced atomically (Windows, some network folders) a file
 name is the switch; ``current`` is then a directory junction, renewed right after it.
 """
 
-from stiffcal.measurements.columns import column_of, table_of, values_of
 from stiffcal.store.provenance import (
     Provenance,
     SourceChanges,
@@ -51,9 +50,6 @@ __all__ = [
     "Writing",
     "changed_settings",
     "changed_sources",
-    "column_of",
     "hash_sources",
-    "table_of",
-    "values_of",
     "versions",
 ]

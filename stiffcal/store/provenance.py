@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
@@ -121,7 +121,7 @@ def changed_sources(
     thorough: bool = False,
     elsewhere: Sequence[SourceFile] = (),
     known_state: str = "",
-    states: Mapping[str, str] | None = None,
+    states: Callable[[], Mapping[str, str]] = dict,
 ) -> SourceChanges:
     """Compare the sources on the disk with those that were read.
 
@@ -134,8 +134,8 @@ def changed_sources(
     elsewhere : sources that are no files, as they are now.
     known_state : `FileStatuses.state_of_all` when they were last hashed, from the user's own record and not from the
         store; where it is the present one, no large file is hashed.
-    states : `FileStatus.state` of each file when it was read, from a store of the user's own; one that is the present
-        one shows that a large file need not be hashed.
+    states : returns `FileStatus.state` of each file when it was read, from a store of the user's own; one that is the
+        present one shows that a large file need not be hashed. Asked only where something has changed.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def changed_sources(
     if not thorough and known_state != "" and known_state == statuses.state_of_all(judged):
         unchanged, state = frozenset(judged), known_state
     else:
-        unchanged = frozenset() if thorough else statuses.unchanged(states or {}).intersection(judged)
+        unchanged = frozenset() if thorough else statuses.unchanged(states()).intersection(judged)
         for file in judged:
             if file not in unchanged:
                 statuses.settle(file)

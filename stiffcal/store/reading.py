@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, cast
 from stiffcal.documents import Document, Origin
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.columns import Columns
 from stiffcal.plain_files import is_there
 from stiffcal.store.finding import ATTEMPTS, find_generation, nothing_stored
 from stiffcal.store.generations import LOCK, current_folder, has_others, pinned, place_of, remove_others
@@ -23,6 +22,8 @@ from stiffcal.trust.notices import notice
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+    from stiffcal.measurements.columns import Columns
 
 
 class Store(StorePlace):

@@ -36,7 +36,7 @@ def write_table(
     """
     import pyarrow as pa
 
-    from stiffcal.store import table_of
+    from stiffcal.measurements.columns import table_of
 
     whole = table if isinstance(table, pa.Table) else table_of(dict(table))
     if output.suffix.lower() == ENDING:

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.measurements.columns import Columns, column_of
 from stiffcal.store.hashed_file import HashedFile
 from stiffcal.store.index import Entry
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+    from stiffcal.measurements.columns import Columns
 
 
 # Rows of one Parquet row group: 15 MB of seven float64 columns held in memory while a log streams through.
@@ -83,6 +84,8 @@ class TableStream:
         import pyarrow as pa
 
         if not isinstance(columns, pa.RecordBatch):
+            from stiffcal.measurements.columns import column_of
+
             arrays = [column_of(columns[name]) for name in self.schema.names]
             columns = pa.RecordBatch.from_arrays(arrays, schema=self.schema)
         self._pending.append(columns)

@@ -13,10 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from stiffcal.documents import Document
-from stiffcal.measurements.columns import Columns, table_of
+from stiffcal.measurements.columns import Columns
 from stiffcal.store.finding import find_generation
 from stiffcal.store.generations import (
     GENERATIONS,
@@ -38,6 +36,7 @@ from stiffcal.store.table_stream import ROW_GROUP, TableStream, store_faults
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stiffcal.measurements.columns import Columns
     from stiffcal.store.remote import Ticket
     from stiffcal.store.store_place import Documents, Stored, StorePlace
 
@@ -76,6 +75,8 @@ class Writing:
         import pyarrow as pa
 
         if not isinstance(table, pa.Table):
+            from stiffcal.measurements.columns import table_of
+
             table = table_of(table)
         stream = self.stream(name, table.schema)
         for batch in table.to_batches(max_chunksize=ROW_GROUP):
@@ -288,6 +289,8 @@ def _flush_file(path: Path) -> None:
 
 def _plain(value: object) -> object:
     """Return numpy's values as JSON's."""
+    import numpy as np
+
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

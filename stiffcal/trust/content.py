@@ -126,3 +126,15 @@ def _rows(document: dict[str, Any], kind: Kind) -> list[list[str]]:
         if not isinstance(row, list) or len(row) != 3 or not all(isinstance(text, str) for text in row):
             raise ValueError(f"a damaged entry of {kind}")
     return rows
+
+
+def lines_of_code(text: str) -> list[str]:
+    r"""Return the lines of code as Python splits them: not at the further separators of `str.splitlines`.
+
+    Examples
+    --------
+    >>> lines_of_code("a = 1\r\nb = 2\n")
+    ['a = 1', 'b = 2']
+    """
+    lines = re.split(r"\r\n|\r|\n", text)
+    return lines if lines[-1] else lines[:-1]

@@ -18,13 +18,11 @@ region's poses share as if each had it by chance.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from dataclasses import replace
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
-from stiffcal.documents import Number
 from stiffcal.estimation.parameters import Parameter
 from stiffcal.identification.fitting.fit import Fit
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
@@ -36,6 +34,7 @@ from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
 from stiffcal.validation.distances import squared_distances
+from stiffcal.validation.elasticity_results import Elasticity, ElasticityVerdict, JointElasticity, JointVerdict
 from stiffcal.validation.heldout import estimates_without_each, left_out_residuals
 from stiffcal.validation.region_folds import region_folds
 from stiffcal.wording import significant
@@ -49,16 +48,6 @@ LEAST_LEVER = 0.01
 LEAST_PAYLOAD = 0.02
 """Share of the rated payload that is worth hanging on: less is within what a flange and its cables weigh."""
 
-JointVerdict: TypeAlias = Literal[
-    "identified",
-    "unknown-scale",
-    "no-torque",
-    "not-above-zero",
-    "error-not-lower",
-    "like-eccentricity",
-    "differs-by-region",
-]
-ElasticityVerdict: TypeAlias = Literal["identified", "partly-identified", "not-identified"]
 _REASONS: dict[JointVerdict, str] = {
     "identified": "the error in held-out regions decreases with it, also with eccentricities of all joints in the "
     "model",
@@ -69,36 +58,6 @@ _REASONS: dict[JointVerdict, str] = {
     "like-eccentricity": "eccentricities of joints explain the same places",
     "differs-by-region": "its compliance depends too much on which region of the poses it is estimated from",
 }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointElasticity:
-    """Whether places show that one joint gives."""
-
-    joint: int
-    """From 1."""
-    verdict: JointVerdict
-    """``identified``, or why not."""
-    why: str
-    """In words."""
-    payload_kg: Number
-    """Mass at the flange in half of such poses that would show it to 20 %, kg; None where it is identified, where no
-    weight at the flange turns it, and where that were more than the robot's own mass.
-    """
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Elasticity:
-    """Whether places show that the joints give."""
-
-    verdict: ElasticityVerdict
-    """Of all joints that the model lets give."""
-    why: str
-    """In words, with what to measure."""
-    payload_kg: Number
-    """The smallest mass at the flange that would show one joint more, kg; None where none would."""
-    joints: list[JointElasticity]
-    """Each joint whose compliance the model estimates."""
 
 
 def elasticity_of(states: LoadStates, fit: Fit) -> Elasticity | None:

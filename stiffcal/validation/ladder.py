@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from stiffcal.model.assembled.base_tilt import BaseTilt
 from stiffcal.model.assembled.measured_frames import FramePosition
-from stiffcal.validation.distances import Distances, LadderStep, distances_of, summary_of
+from stiffcal.validation.distance_results import Distances, LadderStep
+from stiffcal.validation.distances import distances_of, summary_of
 
 if TYPE_CHECKING:
     from stiffcal.identification.fitting.fit import Fit

@@ -134,6 +134,7 @@
           });
         }
       }
+      if (page.next_step) section.append(S.make("p", {}, `${page.next_step.once ? `once ${page.next_step.once}` : "next"}: ${page.next_step.command}`));
       tabs(pictures);
     }
   };

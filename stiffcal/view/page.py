@@ -15,8 +15,9 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.documents import Document
 from stiffcal.escapes.html_text import escaped
+from stiffcal.presentation.bars import table_of
 from stiffcal.presentation.texts import printed_columns, printed_rows, text_of
-from stiffcal.presentation.values import Table
+from stiffcal.presentation.values import Bars, Table
 from stiffcal.view.content import ViewContent, ViewForecast, ViewVariable
 from stiffcal.view.packing import NOISE_SHARE, Packer
 
@@ -101,6 +102,8 @@ def pack(content: ViewContent | ViewForecast) -> str:
     def plain(value: Any, steps: tuple[float | None, float | None], name: str = "", whole: bool = False) -> Any:
         if name in _OF_WORDS and isinstance(value, tuple):
             return text_of(value)
+        if isinstance(value, Bars):
+            return plain(table_of(value), steps)
         if isinstance(value, Table):
             heads = [column.title + (f" [{unit}]" if unit else "") for column, unit in printed_columns(value)]
             rows = [list(row) for row in printed_rows(value)]

@@ -21,7 +21,6 @@ import pytest
 from stiffcal.batch import processes as batch_processes
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns, cores, find_campaigns
 from stiffcal.batch.processes import WorkerLostError, WorkerProcess
-from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWorkers, CampaignOutcome
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
 from stiffcal.cli.app import main
@@ -30,6 +29,7 @@ from stiffcal.documents import document_of, result_from_values
 from stiffcal.errors import InputError, Progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.report.content import ReportContent
+from stiffcal.results.batch_results import BatchCounts, BatchResult, BatchTask, BatchWorkers, CampaignOutcome
 from stiffcal.store import Store
 from stiffcal.validation.results import ThresholdCheck
 from tests.laboratory import children

@@ -19,10 +19,10 @@ from typing import Any
 import pytest
 
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
-from stiffcal.batch.results import LOST, BatchTask, CampaignOutcome
 from stiffcal.batch.task import run_task
 from stiffcal.errors import InputError
 from stiffcal.extras import install_command
+from stiffcal.results.batch_results import LOST, BatchTask, CampaignOutcome
 from stiffcal.trust.record import open_record
 from tests.batch.test_campaigns import LONGEST_S, by_name
 from tests.laboratory.batch_plugins import PLUGIN, with_plugin

@@ -15,8 +15,9 @@ import tracemalloc
 from pathlib import Path
 from unittest.mock import patch
 
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.planning import candidates
+from stiffcal.planning.campaign.request import PlanRequest
 from tests.benchmarks.cost import reported, spent_by
 
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "irb4400"

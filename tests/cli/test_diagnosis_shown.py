@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.cli.diagnose import _show_excluded, _show_in_model, _show_ranking, _show_unknown, show_diagnosis
-from stiffcal.cli.run import with_missing_in_words
+from stiffcal.cli.pages import draw_blocks, draw_page
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.diagnosis.answers.results import ExcludedSizeAt, LawCurveAt, LookAlike, ProposedEffect, UnknownLaw
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
-from stiffcal.stages.diagnoses.followed import followed_residual
-from stiffcal.stages.steps import RunContext
+from stiffcal.show.answers.diagnose import _add_excluded, _add_ranking, add_in_model, law_picture
+from stiffcal.show.answers.run import with_missing_in_words
+from stiffcal.show.builder import PageBuilder
+from stiffcal.show.options import ShowOptions
+from stiffcal.show.pages import page_of
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 
 SCREEN = 40
@@ -45,7 +47,9 @@ def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: fl
         explained_by=lambda one: one.explains,
     )
     with StringIO() as text:
-        _show_ranking(AnswerConsole(file=text, width=width), result, details=False)
+        made = PageBuilder("")
+        _add_ranking(made, result, details=False)
+        draw_blocks(AnswerConsole(file=text, width=width), made.page().blocks)
         assert ("█" * 10 in text.getvalue()) is drawn
 
 
@@ -56,7 +60,8 @@ def test_a_law_of_its_own_is_drawn_where_part_is_unexplained() -> None:
     for unexplained in (True, False):
         result: Any = SimpleNamespace(unknown=[law], unexplained=unexplained)
         with StringIO() as text:
-            _show_unknown(AnswerConsole(file=text, width=100, markup=False), result)
+            picture = law_picture(result)
+            draw_blocks(AnswerConsole(file=text, width=100, markup=False), [picture] if picture else [])
             assert ("torque of joint 2 [N·m]" in text.getvalue()) is unexplained
             assert ("[mrad]" in text.getvalue()) is unexplained
 
@@ -68,7 +73,9 @@ def test_once_in_the_model_an_effect_keeps_its_probability_and_its_look_alikes()
         effect="backlash", where=where, alternatives=[alike], probability=0.98, member_probability=0.8
     )
     with StringIO() as text:
-        _show_in_model(AnswerConsole(file=text, width=200), SimpleNamespace(in_model=[held]))  # type: ignore[arg-type]
+        made = PageBuilder("")
+        add_in_model(made, SimpleNamespace(in_model=[held]))  # type: ignore[arg-type]
+        draw_blocks(AnswerConsole(file=text, width=200), made.page().blocks)
         assert "backlash (joint 4): 98.0 %; cannot be distinguished from: two-slope (joint 4) 20 %" in text.getvalue()
 
 
@@ -79,7 +86,9 @@ def test_the_plan_that_decides_is_a_line_to_copy() -> None:
     ]
     result: Any = SimpleNamespace(missing=[], unexplained=False, excluded_sizes=sizes)
     with StringIO() as text:
-        _show_excluded(AnswerConsole(file=text, width=200), result, Path("cell"), None, details=False)
+        made = PageBuilder("")
+        _add_excluded(made, result, ShowOptions(folder=Path("cell")))
+        draw_blocks(AnswerConsole(file=text, width=200), made.page().blocks)
         assert "stiffcal plan cell --force 641" in text.getvalue()
 
 
@@ -87,12 +96,11 @@ def test_the_plan_that_decides_is_a_line_to_copy() -> None:
 def test_a_verdict_fits_a_screen_and_details_show_the_rest(tmp_path: Path) -> None:
     folder = diagnosed_copy(WITHOUT_6, tmp_path / "small")
     result = diagnose_campaign(folder)
-    followed = followed_residual(folder, result, RunContext())
     printed = []
     for details in (False, True):
         with StringIO() as text:
             console = AnswerConsole(file=text, width=80, force_terminal=True, color_system=None, markup=False)
-            show_diagnosis(console, result, folder, None, followed, details)
+            draw_page(console, page_of(result, ShowOptions(details, folder)))
             printed.append(text.getvalue().splitlines())
     short, whole = printed
     assert result.missing

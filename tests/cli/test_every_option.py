@@ -14,11 +14,11 @@ from stiffcal.cli.app import main
 from stiffcal.cli.command_tree import COMMANDS, command_named
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.run import run_campaign
-from stiffcal.commands.run_result import RunResult
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import Progress
 from stiffcal.fault_codes import FaultCode
 from stiffcal.report.content import ReportContent
+from stiffcal.stages.run_result import RunResult
 from stiffcal.stages.steps import RunContext
 from tests.laboratory.small_campaign import write_small_campaign
 

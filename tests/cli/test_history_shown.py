@@ -10,6 +10,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, ModelSummary
 from stiffcal.results.history_results import HistoryEntry, HistoryResult
 from stiffcal.show.answers.history import page
+from stiffcal.show.options import PLAIN
 
 DRIVES = EffectInModel("joint-compliance", joints=[1, 2, 3, 4, 5, 6])
 
@@ -30,7 +31,7 @@ def test_each_fit_is_a_row_of_eighty_columns_with_what_it_changed() -> None:
     play, twice = EffectInModel("backlash", joints=[1]), EffectInModel("backlash", joints=[1, 4])
     result = HistoryResult(warnings=[], fits=[fit(1), fit(2, play), fit(3, twice)], not_fitted_yet=fit(4).model)
     stream = StringIO()
-    draw_page(AnswerConsole(file=stream, width=80, force_terminal=True, color_system=None), page(result, details=False))
+    draw_page(AnswerConsole(file=stream, width=80, force_terminal=True, color_system=None), page(result, PLAIN))
     rows = stream.getvalue().splitlines()[-4:]
     assert max(map(len, rows)) <= 80
     expected = (

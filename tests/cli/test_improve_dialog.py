@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from stiffcal.cli.improve import gain_in_words
 from stiffcal.cli.improve_dialog import ImproveDialog
 from stiffcal.diagnosis.answers.results import LookAlike, ProposedEffect
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.results.improve_results import ImproveStep
+from stiffcal.show.ladder import gain_in_words
 
 JOINT = Where(joints=[4])
 TILT, BEAM = EffectAt(effect="bearing-tilt", where=JOINT), EffectAt(effect="link-beam", where=Where(links=["swing"]))

@@ -6,10 +6,12 @@ import re
 
 import pytest
 
-from stiffcal.cli.ladder_bars import COUNT_S, MARK, LiveLadder, ladder_lines, rungs_of
+from stiffcal.cli.ladder_bars import COUNT_S, LiveLadder, bar_lines
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
+from stiffcal.presentation.bars import MARK
 from stiffcal.results.improve_results import Action, ImproveStep
+from stiffcal.show.ladder import ladder
 
 NOISE = Rms(2.5e-5, None)
 
@@ -37,7 +39,7 @@ def bars(lines: list[str]) -> list[str]:
 
 @pytest.mark.parametrize("width", [66, 80, 100])
 def test_a_fourfold_fall_is_a_bar_four_times_shorter(width: int) -> None:
-    lines = ladder_lines(rungs_of(STEPS, NOISE), "leave-one-pose-out", width)
+    lines = bar_lines(ladder(STEPS, NOISE, "leave-one-pose-out"), width)
     assert all(len(line) <= width for line in lines)
     none, present, first, last, noise = bars(lines)
     assert not none  # ten times the others: on their scale it has no room, and a bar that is cut would not be linear
@@ -47,7 +49,7 @@ def test_a_fourfold_fall_is_a_bar_four_times_shorter(width: int) -> None:
 
 
 def test_where_bars_have_no_room_there_is_none() -> None:
-    lines = ladder_lines(rungs_of(STEPS, NOISE), "leave-one-pose-out", 40)
+    lines = bar_lines(ladder(STEPS, NOISE, "leave-one-pose-out"), 40)
     assert not any(bars(lines))
     assert sum("mm" in line for line in lines) == 5
 
@@ -55,28 +57,27 @@ def test_where_bars_have_no_room_there_is_none() -> None:
 def test_of_several_measures_the_first_that_all_models_have_is_drawn() -> None:
     steps = [step(Rms(None, None, torque=4.0), "start"), step(Rms(None, None, torque=1.0))]
     noise = Rms(None, None, torque=1.0)
-    _, present, added, last = bars(ladder_lines(rungs_of(steps, noise), None, 80))
+    _, present, added, last = bars(bar_lines(ladder(steps, noise, None), 80))
     assert len(present) == pytest.approx(4 * len(added), abs=4)
     assert len(added) == len(last)
 
 
 def test_without_a_noise_nothing_is_marked_and_what_is_not_done_has_no_bar() -> None:
-    rungs = rungs_of([STEPS[0], step(None, "would add")], None)
-    lines = ladder_lines(rungs, None, 80)
+    lines = bar_lines(ladder([STEPS[0], step(None, "would add")], None, None), 80)
     assert MARK not in "".join(lines)
     assert [bool(bar) for bar in bars(lines)] == [False, True, False, False]
 
 
 def test_the_number_counts_down_to_that_of_the_step() -> None:
     now = [0.0]
-    ladder = LiveLadder(clock=lambda: now[0])
-    assert ladder.lines(80) == []
+    live = LiveLadder(clock=lambda: now[0])
+    assert live.lines(80) == []
     shown = []
     for one in STEPS[:2]:
-        ladder.reached(one)
+        live.reached(one)
     for share in (0.0, 0.5, 1.0, 2.0):
         now[0] = share * COUNT_S
-        shown.append(next(line for line in ladder.lines(80) if line.startswith("add")))
+        shown.append(next(line for line in live.lines(80) if line.startswith("add")))
     numbers = [float(re.findall(r"([0-9.]+) mm", line)[0]) for line in shown]
     assert numbers == pytest.approx([0.1, 0.075, 0.05, 0.05])
     assert [len(line) for line in shown] == sorted((len(line) for line in shown), reverse=True)

@@ -12,7 +12,7 @@ import pytest
 
 from stiffcal.cli.app import main
 from stiffcal.cli.command_tree import COMMANDS, command_named
-from stiffcal.cli.next_step import line_of
+from stiffcal.commands.next_step import line_of
 from stiffcal.escapes.shell import command_line
 from stiffcal.measurements.rms import Rms
 from stiffcal.results.next_step import ORDER, Standing, Step, is_within_noise, next_step

@@ -19,6 +19,7 @@ from stiffcal.show.answers.identify import add_overviews, fit_verdict
 from stiffcal.show.answers.identify import page as fit_page
 from stiffcal.show.answers.validate import _add_slices
 from stiffcal.show.builder import PageBuilder
+from stiffcal.show.options import PLAIN
 from stiffcal.show.parameters import add_parameters
 from stiffcal.validation.results import ErrorSlice
 from tests.laboratory.fits import with_fit
@@ -108,7 +109,7 @@ def test_whose_robot_it_is_is_asked_until_the_campaign_has_a_report(
         warnings=[], campaign="cell", sources=[], runs=[], kinematics=None, n_states=0, ready=True, missing=[],
         states_report=states_report,
     )  # fmt: skip
-    draw_page(console, page(result, False))
+    draw_page(console, page(result, PLAIN))
     assert (REPORT_ASKED in stream.getvalue()) is asked
 
 

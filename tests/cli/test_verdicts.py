@@ -8,10 +8,8 @@ from typing import Any
 
 import pytest
 
-from stiffcal.cli.before_after import show_moved
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.cli.diagnose import _show_missing, _show_with_all_missing
-from stiffcal.cli.pages import draw_page
+from stiffcal.cli.pages import draw_blocks, draw_page
 from stiffcal.diagnosis.answers.heldout_results import ErrorAsValidated
 from stiffcal.diagnosis.answers.results import ProposedEffect
 from stiffcal.identification.answers.before_after import (
@@ -22,18 +20,22 @@ from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
 from stiffcal.quantity import DriftFollows
+from stiffcal.show.answers.diagnose import _add_with_all_missing, add_missing
 from stiffcal.show.answers.identify import fit_verdict
+from stiffcal.show.before_after import add_moved
 from stiffcal.show.builder import PageBuilder
 from stiffcal.show.parameters import add_parameters
 
 GROUP = [SimpleNamespace(parameters=["a", "b"])]
 
 
-def fit(noise: Rms | None, not_identifiable: list[Any], values: tuple[float | None, ...] = (1.0, None)) -> Any:
+def fit(
+    noise: Rms | None, not_identifiable: list[Any], values: tuple[float | None, ...] = (1.0, None), rms: float = 1e-5
+) -> Any:
     """Return a fit of 10 µm rms."""
     parameters = [SimpleNamespace(value=value) for value in values]
     return SimpleNamespace(
-        rms=Rms(1e-5, None), noise=noise, noise_source="repeats", not_identifiable=not_identifiable,
+        rms=Rms(rms, None), noise=noise, expected_rms=None, noise_source="repeats", not_identifiable=not_identifiable,
         parameters=parameters, geometry=None,
     )  # fmt: skip
 
@@ -43,6 +45,7 @@ def fit(noise: Rms | None, not_identifiable: list[Any], values: tuple[float | No
     [
         (fit(Rms(1e-5, None), []), "pass", "all parameters are identifiable from these data"),
         (fit(Rms(2e-6, None), []), "warn", "noise 0.00200 mm (from repeats)"),
+        (fit(Rms(9e-6, None), [], rms=8e-6), "pass", "fit 8.00 µm rms, noise 9.00 µm"),
         (fit(None, []), "warn", "noise not known"),
         (fit(Rms(1e-5, None), GROUP), "warn", "2 parameters are not identifiable from these data"),
         (fit(Rms(1e-5, None), GROUP, values=(None, None)), "fail", "no parameter is identifiable"),
@@ -83,7 +86,9 @@ def test_the_error_with_all_that_is_missing_is_printed_where_several_effects_are
             missing=missing, noise=noise, heldout_rms_with_missing=Rms(3.08e-5, None), as_validated=validated
         )
         with StringIO() as text:
-            _show_with_all_missing(AnswerConsole(file=text, width=40), result)
+            made = PageBuilder("")
+            _add_with_all_missing(made, result)
+            draw_blocks(AnswerConsole(file=text, width=40), made.page().blocks)
             line = f"with friction-hysteresis (joint 2) and thermal-drift: 0.0308 mm in held-out poses, {printed}\n"
             assert text.getvalue() == (line if printed else "")
 
@@ -108,7 +113,9 @@ def test_a_missing_effect_is_printed_with_its_refitted_values(at_bound: bool, wi
         finding_of=lambda effect: None,
     )  # fmt: skip
     with StringIO() as text:
-        _show_missing(AnswerConsole(file=text, width=120), result, missing, details=False)
+        made = PageBuilder("")
+        add_missing(made, result, missing, details=False)
+        draw_blocks(AnswerConsole(file=text, width=120), made.page().blocks)
         assert text.getvalue() == (
             "\nmissing: backlash (joint 4): 99.0 %, certain\n"
             f"  Refitted with all that is missing, ± 95 %: width {width_words}.\n"
@@ -127,5 +134,7 @@ def test_values_of_several_units_that_moved_have_their_unit_behind_the_number() 
         ]  # fmt: skip
 
     with StringIO() as text:
-        show_moved(AnswerConsole(file=text, width=120), values_before_and_after(fitted(1.0), fitted(2.0)), "moved")
+        made = PageBuilder("")
+        add_moved(made, values_before_and_after(fitted(1.0), fitted(2.0)), "moved")
+        draw_blocks(AnswerConsole(file=text, width=120), made.page().blocks)
         assert "4.00 ± 0.40 mrad, at its limit" in text.getvalue()

@@ -10,8 +10,9 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign, load_robot
 from stiffcal.campaign.robot.geometry import chain_of
-from stiffcal.commands.export import RowOptions, export_campaign
+from stiffcal.commands.export import export_campaign
 from stiffcal.commands.identify import identify_campaign
+from stiffcal.compensation.exports.row_options import RowOptions
 from stiffcal.mechanics.joint_rows import Convention
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.catalogue.campaign_effects import placed_robot

@@ -12,10 +12,11 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.commands.improve import Decision, EffectProposal, _next_changes, _to_add, improve_campaign
+from stiffcal.commands.improve import improve_campaign
 from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.results.improve_results import ImproveStep
+from stiffcal.results.model_changes import Decision, EffectProposal, next_changes, to_add
 from tests.cli.test_commands import run as run_command
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
 
@@ -149,7 +150,7 @@ def test_what_a_user_wrote_into_the_model_is_named_and_stays(tmp_path: Path) -> 
 def test_what_was_added_and_is_not_needed_is_removed() -> None:
     tilt, beam = (EffectAt(effect=name, where=Where(joints=[3])) for name in ("bearing-tilt", "backlash"))
     diagnosed = cast(DiagnoseResult, SimpleNamespace(missing=[], undecided=[], superfluous=[tilt, beam]))
-    assert _next_changes(diagnosed, [], [("add", tilt.effect, tilt.where)], likely=False) == [("remove", tilt)]
+    assert next_changes(diagnosed, [], [("add", tilt.effect, tilt.where)], likely=False) == [("remove", tilt)]
 
 
 def test_what_is_not_certain_is_added_when_asked_for() -> None:
@@ -168,5 +169,5 @@ def test_what_is_not_certain_is_added_when_asked_for() -> None:
             undecided=[EffectAt(effect="bearing-tilt", where=where), EffectAt(effect="link-beam", where=where)],
         ),
     )
-    assert _to_add(diagnosed, likely=False) == [certain]
-    assert _to_add(diagnosed, likely=True) == [certain, likely]
+    assert to_add(diagnosed, likely=False) == [certain]
+    assert to_add(diagnosed, likely=True) == [certain, likely]

@@ -11,9 +11,9 @@ from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.edit_model import edit_model
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.diagnosis.refits.refits import StoredRefits
+from stiffcal.measurements.columns import values_of
 from stiffcal.stages.diagnoses.stored_curves import REFITS
 from stiffcal.stages.steps import RunContext, stored_result, up_to_date_states
-from stiffcal.store import values_of
 from tests.laboratory.small_campaign import write_small_campaign
 
 pytestmark = pytest.mark.usefixtures("few_known_effects")

@@ -12,16 +12,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from stiffcal.document_arrays import Matrix, Vector, VectorWithGaps
 from stiffcal.documents import (
     NOT_IN_DOCUMENT,
     NOT_PROMISED,
     CommandResult,
     KeyIf,
-    Matrix,
     Number,
     OrAbsent,
-    Vector,
-    VectorWithGaps,
     document_of,
     result_of,
     schema_of,

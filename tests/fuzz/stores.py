@@ -21,8 +21,8 @@ from typing import Any
 import pyarrow as pa
 from pyarrow import parquet
 
-from stiffcal.batch.results import FAULT, HELD, BatchTask
 from stiffcal.batch.task import run_task
+from stiffcal.results.batch_results import FAULT, HELD, BatchTask
 from stiffcal.stages.stored import stored_document
 from stiffcal.store import Store
 from stiffcal.trust.record import open_record

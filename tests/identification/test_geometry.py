@@ -15,7 +15,7 @@ from stiffcal.identification.fitting.geometry import (
     misfit_of_places,
     with_geometry,
 )
-from stiffcal.identification.fitting.geometry_prior import GeometrySource
+from stiffcal.identification.fitting.geometry_source import GeometrySource
 from stiffcal.identification.fitting.identify import identify_parameters, predict_observations
 from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.rotations import rotation_from_vector

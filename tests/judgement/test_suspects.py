@@ -10,13 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.batch.results import BatchCounts, BatchResult, BatchTask, BatchWorkers
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.cli.batch import show_batch
 from stiffcal.cli.console import AnswerConsole
-from stiffcal.cli.improve import show_ladder
+from stiffcal.cli.pages import draw_page
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.improve import improve_campaign
@@ -31,6 +29,8 @@ from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.suspects import suspicion_of
 from stiffcal.report.blocks import Facts, ReportSection, TableBlock
 from stiffcal.report.sections import suspects
+from stiffcal.results.batch_results import BatchCounts, BatchResult, BatchTask, BatchWorkers
+from stiffcal.show.pages import page_of
 from tests.laboratory import small_campaign
 from tests.laboratory.few_effects import few_effects
 from tests.laboratory.report_content import made_up_content
@@ -109,7 +109,7 @@ def test_batch_lists_the_run(folder: Path) -> None:
     assert [row.split(" | ")[column] for row in rows] == ["1", "0", "–"]
     assert suspect.likely in (junit_text(result).split("<system-out>")[1])
     with StringIO() as text:
-        show_batch(AnswerConsole(file=text, width=120), result)
+        draw_page(AnswerConsole(file=text, width=120), page_of(result))
         assert "suspect run pose3 (unit)" in text.getvalue()
 
 
@@ -145,7 +145,7 @@ def test_improve_and_the_report_show_the_run_and_the_lines_that_leave_it_out(fol
         result = improve_campaign(folder, dry_run=True)
     assert [suspect.run for suspect in result.suspects or []] == ["pose3"]
     text = StringIO()
-    show_ladder(AnswerConsole(file=text, width=200), result)
+    draw_page(AnswerConsole(file=text, width=200), page_of(result))
     assert "suspect: run pose3" in text.getvalue()
     content = made_up_content()
     section = suspects.section(replace(content, diagnose=None, identify=identify_campaign(folder)))

@@ -11,8 +11,8 @@ from typing import Any
 
 import pyarrow.parquet as parquet
 
-from stiffcal.batch.results import BatchTask, CampaignOutcome
 from stiffcal.batch.task import run_task
+from stiffcal.results.batch_results import BatchTask, CampaignOutcome
 
 STRICT = "\n[thresholds]\nmax_rms_m = 1e-9\n"
 

@@ -19,8 +19,8 @@ import pytest
 import stiffcal
 from stiffcal.cli.app import main
 from stiffcal.commands.compare import compare_campaigns
-from stiffcal.commands.plan import PlanRequest
 from stiffcal.fault_codes import FaultCode
+from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.planning.results import ExpectedParameter
 from stiffcal.results.value_words import SHIFTED
 from stiffcal.trust import record

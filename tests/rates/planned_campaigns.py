@@ -23,9 +23,10 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.identification.fitting.geometry import geometry_columns, with_geometry
-from stiffcal.identification.fitting.geometry_prior import GeometryPrior, GeometrySource
+from stiffcal.identification.fitting.geometry_prior import GeometryPrior
+from stiffcal.identification.fitting.geometry_source import GeometrySource
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.measurements.load_states import MeasurementSetup
@@ -33,6 +34,7 @@ from stiffcal.mechanics.chain import Chain, GeometryTolerance
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.planning.campaign.model import with_rotation
+from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.planning.expected import expected_fit
 from stiffcal.planning.information import information_of_runs
 from stiffcal.stages.plans.model import planned_model

@@ -20,7 +20,7 @@ import numpy as np
 from stiffcal.arrays import Floats
 from stiffcal.campaign.plan_file import load_plan
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.identification.fitting.identify import Settings
 from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.judgement.diagnosed import diagnose_states
@@ -30,6 +30,7 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.model.catalogue.catalogue import find_effects
+from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.planning.campaign.rivals import named_rival, rivals_of_diagnosis
 from stiffcal.planning.information import reads_along_lines
 from stiffcal.reduction.loads.motion import gauge_directions

@@ -19,7 +19,7 @@ from stiffcal.report.content import ReportContent
 from stiffcal.report.gathering import content as report_content
 from stiffcal.report.sections import agreement, calibration, load_deformation, residuals, run_table
 from stiffcal.report.sections.campaign import runs_table
-from stiffcal.validation.distances import Distances, DistanceSummary, RegionDistance
+from stiffcal.validation.distance_results import Distances, DistanceSummary, RegionDistance
 from stiffcal.validation.results import ErrorSlice
 from tests.laboratory.fits import with_validation
 from tests.laboratory.report_content import made_up_content

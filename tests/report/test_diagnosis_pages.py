@@ -37,6 +37,7 @@ from stiffcal.report.blocks import (
     Paragraph,
     PictureBlock,
     ReportSection,
+    SubheadingBlock,
     TableBlock,
     VerdictBlock,
 )
@@ -130,6 +131,7 @@ def words(made: ReportSection | LeftOut | None) -> str:
     assert isinstance(made, ReportSection)
     parts: list[str] = []
     for block in made.blocks:
+        parts += [block.text] if isinstance(block, SubheadingBlock) else []
         parts += [block.text] if isinstance(block, Paragraph) else []
         parts += block.texts if isinstance(block, Items) else []
         parts += [" ".join(row) for row in block.rows] if isinstance(block, TableBlock) else []
@@ -159,8 +161,8 @@ def test_evidence_without_a_state_that_it_can_be_read_of_has_no_picture() -> Non
 def test_answer_and_look_alikes() -> None:
     text = words(diagnosis.section(content()))
     assert text.startswith("Missing: backlash of joint 4")
-    alike = "cannot be distinguished in these poses and loads: friction-hysteresis (joint 4) 30 %"
-    assert f"backlash (joint 4): 69 %, not certain; {alike}; one of them: 99.0 %" in text
+    assert "missing: backlash (joint 4): 99.0 % that it or one of those below is, 69 % that it is, not certain" in text
+    assert "friction-hysteresis (joint 4) 30 %" in text
 
 
 def test_nothing_missing_and_nothing_known() -> None:
@@ -175,7 +177,7 @@ def test_none_of_these_says_what_the_remainder_follows() -> None:
     text = words(made)
     assert "No effect is named" in text
     assert "listed below" in text
-    assert "joint angles 97.0 % another factor from pose to pose" in text
+    assert "the joint angles (97.0 % of it): another factor from pose to pose" in text
 
 
 LAW = UnknownLaw(
@@ -187,12 +189,11 @@ LAW = UnknownLaw(
 """A law that no catalogue holds."""
 
 
-def test_a_law_of_its_own_is_laid_out_as_its_curve() -> None:
+def test_a_law_of_its_own_is_drawn_as_its_curve() -> None:
     text = words(diagnosis.section(content(missing=[], unexplained=True, unknown=[LAW])))
-    assert "−90.0 −0.0700" in text
-    assert "90.0 0.0700" in text
+    assert "law of joint 2 that no catalogue holds [µrad/(N·m)] over angle of joint 1 [°]" in text
     bare = replace(LAW, curve=None)
-    assert "Law of" not in words(diagnosis.section(content(missing=[], unexplained=True, unknown=[bare])))
+    assert "no catalogue holds" not in words(diagnosis.section(content(missing=[], unexplained=True, unknown=[bare])))
 
 
 def test_the_load_that_decides_is_stated_where_nothing_is_found() -> None:

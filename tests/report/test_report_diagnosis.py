@@ -11,13 +11,13 @@ from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.edit_model import edit_model
 from stiffcal.commands.history import read_history
 from stiffcal.commands.identify import identify_campaign
+from stiffcal.measurements.columns import values_of
 from stiffcal.report.content import ReportContent
 from stiffcal.report.gathering.content import report_content
 from stiffcal.report.gathering.diagnosis import with_diagnosis
 from stiffcal.report.provenance_content import ReportProvenance
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.stages.validation import up_to_date_validation
-from stiffcal.store import values_of
 from tests.laboratory.few_effects import few_effects
 
 NOTHING = ReportContent(ReportProvenance("x", "y", "2026-11-21"), (), ())

@@ -14,8 +14,9 @@ import pytest
 
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.ingest import ingest_campaign
+from stiffcal.measurements.columns import values_of
 from stiffcal.schemas.tables import schema_texts, table_schema
-from stiffcal.store import Store, values_of
+from stiffcal.store import Store
 from tests.commands.test_improve import COUPLED
 from tests.ingest.test_logged_runs import GAUGE, HEAD, campaign_of
 from tests.laboratory.few_effects import few_effects

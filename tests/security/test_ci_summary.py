@@ -13,7 +13,6 @@ import pytest
 
 from stiffcal.batch.author_choices import author_choices
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns
-from stiffcal.batch.results import BatchTask, CampaignOutcome
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.manifest.thresholds import Thresholds, ThresholdsFile, load_thresholds, tighter
@@ -21,6 +20,7 @@ from stiffcal.cli.app import main
 from stiffcal.commands.export import export_campaign
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.errors import InputError
+from stiffcal.results.batch_results import BatchTask, CampaignOutcome
 from stiffcal.stages.steps import RunContext
 from tests.laboratory.small_campaign import write_small_campaign
 

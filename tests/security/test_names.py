@@ -22,7 +22,6 @@ from pypdf import PdfReader
 from rich.progress import TextColumn
 
 from stiffcal.batch.campaigns import BatchOptions, batch_campaigns, find_campaigns, store_below
-from stiffcal.batch.results import BatchTask
 from stiffcal.batch.summary import junit_text, markdown_text
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
@@ -34,6 +33,7 @@ from stiffcal.escapes.file_name import with_short_name
 from stiffcal.ingest.reading.recording_tables import recording_name
 from stiffcal.report import fonts
 from stiffcal.report.typesetting import set_pages
+from stiffcal.results.batch_results import BatchTask
 from stiffcal.store.table_files import write_table
 from stiffcal.trust.output_kinds import EXPORT
 from stiffcal.validation.results import ThresholdCheck

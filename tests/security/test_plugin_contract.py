@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stiffcal.batch.results import BatchTask
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
@@ -18,6 +17,7 @@ from stiffcal.errors import InputError
 from stiffcal.model.catalogue.campaign_effects import model_effects
 from stiffcal.model.drive_motion import DriveMotion
 from stiffcal.model.motion import Motion
+from stiffcal.results.batch_results import BatchTask
 from stiffcal.trust.record import open_record
 from tests.laboratory.documentation import plugin_of_the_documentation
 from tests.laboratory.plugin_campaigns import NAME, stranger, write_plugin

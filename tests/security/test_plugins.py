@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 
-from stiffcal.batch.results import BatchTask
 from stiffcal.batch.task import run_task
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.cli.app import main
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.errors import InputError
 from stiffcal.model.catalogue.campaign_effects import all_effects, key_of_plugins, model_effects, plugin_code
+from stiffcal.results.batch_results import BatchTask
 from stiffcal.trust.record import open_record
 from tests.laboratory.few_effects import few_effects
 from tests.laboratory.plugin_campaigns import MARK, NAME, list_plugins, ran, stranger, write_plugin

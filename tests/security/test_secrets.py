@@ -14,11 +14,11 @@ from typing import Any
 import pytest
 
 import stiffcal.commands.history
-from stiffcal.batch.results import BatchTask
 from stiffcal.cli.app import main
 from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.masking import is_secret_name, mask, masked
+from stiffcal.results.batch_results import BatchTask
 from tests.laboratory.small_campaign import write_small_campaign
 
 SECRET = "k7 =geheim'&%öl"

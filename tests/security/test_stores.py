@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 
 from stiffcal.batch import task as batch_task
-from stiffcal.batch.results import BatchTask
 from stiffcal.batch.task import run_task
 from stiffcal.cli.app import main
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.commands.validate import validate_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
+from stiffcal.results.batch_results import BatchTask
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.store.file_systems import shows_mapped_writes
 from stiffcal.trust.record import open_record

@@ -19,11 +19,12 @@ from stiffcal.cli.common_options import CommonOptions
 from stiffcal.cli.log import logging_to
 from stiffcal.commands import demo
 from stiffcal.commands.init import init_campaign
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import write_whole
+from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.propose.templates import write_template
 from stiffcal.stages.steps import RunContext
 from stiffcal.trust.output_kinds import MARKDOWN

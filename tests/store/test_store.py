@@ -21,7 +21,8 @@ from hypothesis import given, settings
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.store import Store, table_of, table_stream, values_of
+from stiffcal.measurements.columns import table_of, values_of
+from stiffcal.store import Store, table_stream
 from stiffcal.store import generations as generations_module
 
 
@@ -349,7 +350,8 @@ def test_columns_become_what_they_are() -> None:
 def test_neither_reading_nor_writing_imports_pandas(tmp_path: Path) -> None:
     script = """
 import sys, numpy
-from stiffcal.store import Store, values_of
+from stiffcal.measurements.columns import values_of
+from stiffcal.store import Store
 store = Store(sys.argv[1])
 store.commit({"states": {"run": ["a"], "Fx": numpy.ones(1)}}, {"fit": {}})
 table = store.read_table("states")

@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.cli.trust import code_line
-from stiffcal.commands.trust import allow_shown, read_campaign
+from stiffcal.commands.trust import allow_shown
 from stiffcal.model.catalogue.campaign_effects import plugin_code
+from stiffcal.show.answers.trust import code_line
+from stiffcal.stages.campaign_code import read_campaign
 from stiffcal.trust.queries import query_digest
 from stiffcal.trust.record import open_record
 from tests.laboratory.offers_of_tests import forget_offers

@@ -12,7 +12,8 @@ from stiffcal.identification.derivatives.observation import observe
 from stiffcal.identification.fitting.identify import identify_parameters
 from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.assembled.measured_frames import placed_frame
-from stiffcal.validation.distances import NoiseDistance, distances_of, summary_of
+from stiffcal.validation.distance_results import NoiseDistance
+from stiffcal.validation.distances import distances_of, summary_of
 from stiffcal.validation.heldout import heldout_residuals
 from stiffcal.validation.region_folds import REGIONS, random_folds, region_folds
 from tests.laboratory.absolute_places import TARGET, absolute_states, measured_by, on_all_joints

@@ -72,7 +72,7 @@ def test_a_friction_page_is_linked_and_axe_finds_nothing(browser: Any, friction_
 def test_pictures_of_many_joints_are_shown_one_joint_at_a_time(
     browser: Any, friction_content: Any, tmp_path: Path
 ) -> None:
-    (page_of_kind,) = friction_content.pages
+    page_of_kind = friction_content.pages[0]
     blocks = []
     for block in page_of_kind.blocks:
         if isinstance(block, Picture):

@@ -10,8 +10,9 @@ import pytest
 from stiffcal.campaign.loading import load_campaign, load_robot
 from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.commands.diagnose import diagnose_campaign
-from stiffcal.commands.export import export_campaign, row_options
+from stiffcal.commands.export import export_campaign
 from stiffcal.commands.identify import identify_campaign
+from stiffcal.compensation.exports.row_options import row_options
 from stiffcal.measurements.load_states import Attachment
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.results.identify_result import IdentifyResult

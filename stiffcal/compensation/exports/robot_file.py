@@ -31,7 +31,8 @@ from stiffcal.campaign.toml.typed import Placement
 from stiffcal.compensation.exports.urdf import fitted_frames
 from stiffcal.escapes import toml_text
 from stiffcal.identification.answers.stated_geometry import HeldEnds, calibrated_rows, held_ends
-from stiffcal.mechanics.joint_rows import Convention, RowsOfChain
+from stiffcal.mechanics.conventions import Convention
+from stiffcal.mechanics.joint_rows import RowsOfChain
 from stiffcal.mechanics.rotations import inverse_transform
 from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.quaternions import quaternion_from_rotation

@@ -8,7 +8,7 @@ from typing import Annotated
 from stiffcal.documents import NOT_PROMISED, KeyIf, Number, OrAbsent
 from stiffcal.estimate import Estimate
 from stiffcal.estimation.undetermined import Undetermined
-from stiffcal.identification.fitting.geometry_prior import GeometrySource
+from stiffcal.identification.fitting.geometry_source import GeometrySource
 from stiffcal.measurements.rms import Applicable
 from stiffcal.model.summary import Where
 from stiffcal.quantity import DriftFollows, Quantity, quantity_of

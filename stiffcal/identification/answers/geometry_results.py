@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from stiffcal.documents import Number, OrAbsent
-from stiffcal.mechanics.joint_rows import Convention
+from stiffcal.mechanics.conventions import Convention
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.readings.row_layout import LENGTH, MOTOR, ROTATION
-from stiffcal.measurements.columns import Values
-from stiffcal.store import table_of, values_of
+from stiffcal.measurements.columns import Values, table_of, values_of
 
 if TYPE_CHECKING:
     import pyarrow as pa

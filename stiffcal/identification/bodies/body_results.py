@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from stiffcal.documents import Matrix, Number
+from stiffcal.document_arrays import Matrix
+from stiffcal.documents import Number
 
 Component: TypeAlias = Literal["tx", "ty", "tz", "rx", "ry", "rz"]
 

@@ -8,7 +8,7 @@ from typing import Final, Literal, TypeAlias
 from typing_extensions import TypedDict
 
 from stiffcal.documents import Number
-from stiffcal.links.rods import SigmaSource
+from stiffcal.links.sigma_source import SigmaSource
 from stiffcal.measurements.rms import Rms
 from stiffcal.quantity import Units
 

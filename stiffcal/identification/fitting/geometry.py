@@ -23,7 +23,8 @@ from stiffcal.estimation.unknowns import ParameterColumn
 from stiffcal.identification.derivatives.observation import Observations
 from stiffcal.identification.derivatives.state_blocks import depends_on_run
 from stiffcal.identification.fitting.fit import Fit
-from stiffcal.identification.fitting.geometry_prior import GeometryPrior, GeometrySource
+from stiffcal.identification.fitting.geometry_prior import GeometryPrior
+from stiffcal.identification.fitting.geometry_source import GeometrySource
 from stiffcal.identification.fitting.load_rows import LoadRows
 from stiffcal.identification.noise.reading_noise import Whitening
 from stiffcal.identification.noise.weights import predict_observations

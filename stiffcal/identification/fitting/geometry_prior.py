@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
 from stiffcal.arrays import Floats
+from stiffcal.identification.fitting.geometry_source import GeometrySource
 
 # Places that miss by so many times the usual tolerance (1.5 mm per length, 0.06° per angle) are of no robot as built …
 GEOMETRY_WRONG = 3.0
 # … and where the links' masses are not known, what the robot sags under its weight is in the misfit too.
 GEOMETRY_WRONG_WITHOUT_MASSES = 6.0
-
-
-class GeometrySource(Enum):
-    """What the tolerance of the geometry is from."""
-
-    ROBOT_FILE = "robot.toml"
-    DEFAULT = "default"
-    PLACES = "absolute places"
 
 
 @dataclass(frozen=True)

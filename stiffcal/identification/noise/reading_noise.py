@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.identification.noise.contrasts import LEAST_DOF, contrasts, some_groups, without_wild
+from stiffcal.identification.noise.noise_source import NoiseSource
 from stiffcal.identification.noise.variance_components import variance_components
 from stiffcal.identification.readings.observations import ClampedSigma, Observations
 from stiffcal.identification.readings.row_layout import (
@@ -42,9 +42,6 @@ LEAST_SCATTER = 1e-12
 # With fewer degrees of freedom the scatter of repeats is itself known to no better than 18 %, and the manifest's word
 # is taken instead where it gives one.
 ENOUGH_DOF = 30
-
-
-NoiseSource: TypeAlias = Literal["repeats", "neighbours", "manifest", "none"]
 
 
 @dataclass(frozen=True)

@@ -25,14 +25,14 @@ from stiffcal.errors import InputError
 from stiffcal.ingest.parts import READ_LOGS, READ_NAMES, READ_RUNS, READ_SOURCES, READ_STATES
 from stiffcal.ingest.quality.data_quality import DataQuality
 from stiffcal.ingest.reading.read_run import ReadRun
-from stiffcal.ingest.reading.read_sources import sources_from_table, sources_table
 from stiffcal.ingest.reading.recording_tables import recording_name
 from stiffcal.ingest.reading.run_keys import HashOf, RunKeys
 from stiffcal.ingest.reading.run_tables import RawStatesOfRuns, blocks_from_table, blocks_table, raw_states_table
 from stiffcal.ingest.reading.run_texts import StoredText, stored_text, text_of
+from stiffcal.ingest.reading.stored_sources import sources_from_table, sources_table
 from stiffcal.ingest.sources import files_in_order_of_runs, sources_elsewhere
+from stiffcal.measurements.columns import table_of
 from stiffcal.reduction.states.raw_states import RawStates, no_states
-from stiffcal.store import table_of
 from stiffcal.store.index import OWN, DamagedStoreError
 
 if TYPE_CHECKING:

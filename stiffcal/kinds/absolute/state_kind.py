@@ -6,6 +6,7 @@ from stiffcal.arrays import Integers
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.state_kinds import StateKind
 from stiffcal.measurements.rms import Rms
+from stiffcal.quantity import Units
 from stiffcal.validation.pose_folds import pose_folds
 from stiffcal.validation.region_folds import region_folds
 from stiffcal.validation.schemes import BY_REGION
@@ -33,7 +34,8 @@ class AbsoluteStateKind(StateKind):
         """Return the error in regions, and the noise."""
         if error.translation is None:
             return ""
-        rms = f"{length(error.translation)} rms"
+        units = Units.of_errors((error, noise))
+        rms = f"{length(error.translation, units)} rms"
         known = None if noise is None else noise.translation
-        against = "" if known is None else f"; noise of the instruments {length(known)} rms"
+        against = "" if known is None else f"; noise of the instruments {length(known, units)} rms"
         return f"expected error in regions that were not measured (held-out regions): {rms}{against}"

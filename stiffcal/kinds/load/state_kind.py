@@ -6,6 +6,7 @@ from stiffcal.arrays import Integers
 from stiffcal.identification.readings.observations import Observations
 from stiffcal.identification.readings.state_kinds import StateKind
 from stiffcal.measurements.rms import Rms
+from stiffcal.quantity import Units
 from stiffcal.validation.pose_folds import pose_folds
 from stiffcal.validation.schemes import LEAVE_ONE_POSE_OUT
 from stiffcal.wording import length, significant
@@ -29,7 +30,8 @@ class LoadStateKind(StateKind):
         if error.translation is None or not whole.translation:
             return ""
         share = 100.0 * error.translation / whole.translation
+        size = length(error.translation, Units.of_errors((error, noise)))
         return (
-            f"expected error in new poses of this kind: {length(error.translation)} rms, "
+            f"expected error in new poses of this kind: {size} rms, "
             f"{significant(share)} % of the deflection under such loads"
         )

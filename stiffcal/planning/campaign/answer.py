@@ -184,7 +184,8 @@ def _counted(choice: Choice, expected: ExpectedFit, named: Booleans) -> Booleans
 
 def tolerances(campaign: Campaign) -> Floats:
     """Return (6 J,) the standard deviations of the geometry, m and rad, as robot.toml states them or by default."""
-    from stiffcal.identification.fitting.geometry_prior import GeometryPrior, GeometrySource
+    from stiffcal.identification.fitting.geometry_prior import GeometryPrior
+    from stiffcal.identification.fitting.geometry_source import GeometrySource
 
     tolerance = campaign.chain.tolerance
     prior = GeometryPrior(tolerance.length, tolerance.angle, GeometrySource.DEFAULT)

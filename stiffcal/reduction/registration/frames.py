@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from stiffcal.arrays import Floats
-from stiffcal.documents import Matrix, Number, OrAbsent, VectorWithGaps
+from stiffcal.document_arrays import Matrix, VectorWithGaps
+from stiffcal.documents import Number, OrAbsent
 
 Axis: TypeAlias = Literal["x", "y", "z", "rx", "ry", "rz"]
 AXES: tuple[Axis, ...] = ("x", "y", "z", "rx", "ry", "rz")

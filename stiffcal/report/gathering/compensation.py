@@ -9,6 +9,7 @@ import numpy as np
 from stiffcal.errors import InputError
 from stiffcal.files import read_regular
 from stiffcal.ingest.reading.recording_tables import recording_name
+from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.tables import states_from_table
 from stiffcal.mechanics.kinematics import attached_poses
@@ -19,7 +20,6 @@ from stiffcal.reduction.states.commanded import compensated_states
 from stiffcal.report.compensation_content import ComparedPose, HalfRun, TimePair, Trace, WithAndWithout
 from stiffcal.simulation.truth import TRUTH_FILE
 from stiffcal.stages.steps import Ingested, stored_ingest
-from stiffcal.store import values_of
 from stiffcal.wording import in_unit
 
 # Tags of a run that describe its load over time.

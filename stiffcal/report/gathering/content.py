@@ -30,6 +30,7 @@ from stiffcal.identification.readings.state_loads import (
 from stiffcal.ingest.parts import PROVENANCE
 from stiffcal.ingest.reading.recording_tables import recording_name
 from stiffcal.kinds import all_kinds
+from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.load_states import members_of
 from stiffcal.measurements.set_aside import SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure
@@ -60,7 +61,7 @@ from stiffcal.stages.steps import (
     stored_document,
     stored_ingest,
 )
-from stiffcal.store import Provenance, SourceFile, values_of
+from stiffcal.store import Provenance, SourceFile
 from stiffcal.store.document_shape import result_from
 from stiffcal.store.index import FOREIGN
 

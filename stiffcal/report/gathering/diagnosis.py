@@ -61,9 +61,9 @@ def _earlier_diagnoses(data: Ingested, diagnosis: DiagnoseResult) -> tuple[Earli
 def _evidence(
     data: Ingested, diagnosis: DiagnoseResult, identified: IdentifyResult, earlier: tuple[EarlierDiagnosis, ...]
 ) -> list[EvidenceFigure]:
+    from stiffcal.measurements.columns import values_of
     from stiffcal.model.catalogue.campaign_effects import all_effects
     from stiffcal.report.effect_pictures.drawing import effect_picture
-    from stiffcal.store import values_of
 
     if not diagnosis.evidence:
         return []

@@ -14,7 +14,7 @@ from stiffcal.report.blocks import Block, Items, PictureBlock, ReportSection, Ta
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.calibration import draw_calibration
 from stiffcal.results.geometry_words import HEADER, convention_in_words, sentences, table_rows
-from stiffcal.validation.distances import Distances, LadderStep
+from stiffcal.validation.distance_results import Distances, LadderStep
 
 ORDER = 17
 _TITLE = "Robot geometry"

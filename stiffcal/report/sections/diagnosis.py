@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 
 from stiffcal.diagnosis.answers.pattern_results import CompliancePattern
-from stiffcal.diagnosis.answers.results import (
-    DiagnoseResult,
-    ExcludedSizeAt,
-    LawCurveAt,
-    LookAlike,
-    ProposedEffect,
-    UnknownLaw,
-)
+from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.diagnosis.words import pattern_in_words, what_is_followed
 from stiffcal.judgement.numbers import NAMED
 from stiffcal.measurements.rms import Rms, VarianceRatio
-from stiffcal.quantity import JOINT_ANGLE, quantity_of
 from stiffcal.report import wording
 from stiffcal.report.blocks import (
     Block,
@@ -28,13 +19,15 @@ from stiffcal.report.blocks import (
     PictureBlock,
     ReportSection,
     SubheadingBlock,
-    TableBlock,
-    TableColumn,
 )
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.pattern import draw_pattern
+from stiffcal.report.page_blocks import block_of
+from stiffcal.show.answers.diagnose import add_in_model, add_missing, add_rest, law_picture
+from stiffcal.show.builder import PageBuilder
+from stiffcal.show.options import ShowOptions
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
-from stiffcal.wording import explained_in_words, probability_in_words, variable
+from stiffcal.wording import explained_in_words, probability_in_words
 
 ORDER = 72
 _TITLE = "Missing effects"
@@ -48,25 +41,19 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
     blocks: list[Block] = [Paragraph(diagnosis.summary, "key")]
     if content.states is not None:
         blocks.append(Paragraph(_meaning(diagnosis)))
-    missing = diagnosis.missing
-    if missing:
-        blocks.append(Items(tuple(_missing_words(effect) for effect in missing)))
-    if diagnosis.in_model:
-        held = tuple(f"In the model: {_missing_words(effect)}" for effect in diagnosis.in_model)
-        blocks.append(Items(held))
+    missing = PageBuilder(_TITLE)
+    for effect in diagnosis.missing:
+        add_missing(missing, diagnosis, effect)
+    add_in_model(missing, diagnosis)
+    blocks += map(block_of, missing.page().blocks)
     blocks.append(Facts(tuple(_facts(diagnosis))))
-    if diagnosis.excluded_sizes and not diagnosis.unexplained:
-        blocks.append(Paragraph(_excluded(diagnosis.excluded_sizes)))
-    if diagnosis.structure:
-        blocks.extend(_remainder(diagnosis))
-    law = next(iter(diagnosis.unknown or ()), None)
+    rest = PageBuilder(_TITLE)
+    add_rest(rest, diagnosis, ShowOptions(details=True))
+    if diagnosis.pattern is None and (law := law_picture(diagnosis)) is not None:
+        rest.draw(law)
+    blocks += map(block_of, rest.page().blocks)
     if diagnosis.pattern is not None:
         blocks.extend(_pattern(diagnosis.pattern))
-    elif law is not None and law.curve is not None and diagnosis.unexplained:
-        blocks.extend(_law(law, law.curve))
-    if diagnosis.superfluous:
-        names = wording.listing(map(wording.effect_at, diagnosis.superfluous))
-        blocks.append(Paragraph(f"In the model and probably not there: {names}."))
     blocks.extend(_way_here(content))
     return ReportSection(_TITLE, tuple(blocks))
 
@@ -123,41 +110,6 @@ def probable_law(diagnosis: DiagnoseResult) -> str:
     return f"a law of {law.of} that no effect describes, of {law.follows} ({probability_in_words(law.probability)})"
 
 
-def _excluded(sizes: Sequence[ExcludedSizeAt]) -> str:
-    """Return how large an effect at each place would have been found, in words."""
-    known = [one for one in sizes if one.size_m is not None or one.size_Nm is not None]
-    known.sort(key=lambda one: (-(one.size_m or 0.0), -(one.size_Nm or 0.0)))
-    hidden = [one.of for one in sizes if one not in known]
-    text = ""
-    if known:
-        listed = wording.listing([f"{one.of} {wording.size_of_effect(one.size_m, one.size_Nm)}" for one in known], 30)
-        text = (
-            "In nine campaigns of ten like this one an effect of this size (rms at the tool, or of the torque) would "
-        )
-        text += f"be found: {listed}."
-    if hidden:
-        text += f" Nowhere in this campaign shows: {wording.listing(hidden, 30)}."
-    forces = [
-        f"{one.of} {wording.significant(one.deciding_force_N)} N" for one in known if one.deciding_force_N is not None
-    ]
-    if forces:
-        text += f" Loads up to these would show what is as large as the noise: {wording.listing(forces, 30)}."
-    return text.strip()
-
-
-def _missing_words(effect: ProposedEffect) -> str:
-    names = [_look_alike_words(effect, alternative) for alternative in effect.alternatives]
-    alike = f"; cannot be distinguished in these poses and loads: {wording.listing(names, 6)}" if names else ""
-    certain = "" if effect.firm else ", not certain"
-    own = probability_in_words(effect.probability_of(effect) or 0.0)
-    group = f"; one of them: {probability_in_words(effect.probability or 0.0)}" if names else ""
-    return f"{wording.effect_at(effect)}: {own}{certain}{alike}{group}"
-
-
-def _look_alike_words(of: ProposedEffect, effect: LookAlike) -> str:
-    return f"{wording.effect_at(effect)} {probability_in_words(of.probability_of(effect) or 0.0)}"
-
-
 def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
     validated, left_out = diagnosis.as_validated, held_out_by_diagnosis(diagnosis.rms)
     facts = [("present model", f"{wording.measure_text(diagnosis.rms)} rms in {left_out}")]
@@ -195,39 +147,6 @@ def _lack_of_fit_words(lack: VarianceRatio) -> str:
     negligible = lack.p_value is not None and lack.p_value < 1e-12
     chance = "p below 10⁻¹²" if negligible else f"p = {wording.significant(lack.p_value, 2)}"
     return f"F = {wording.significant(lack.statistic)} with {dof}, {chance}"
-
-
-def _remainder(diagnosis: DiagnoseResult) -> list[Block]:
-    columns = (
-        TableColumn("variable", align="left"), TableColumn("share", "of the remaining error"),
-        TableColumn("observation", align="left", width=1.0),
-    )  # fmt: skip
-    rows = tuple(
-        (variable(dependence.follows).removeprefix("the "), wording.share(dependence.share), dependence.seen)
-        for dependence in diagnosis.structure
-    )
-    caption = (
-        "Variables on which the remaining error depends: share of its squares above the noise that a smooth curve over "
-        "each variable explains. Shares overlap; start with the largest."
-    )
-    return [SubheadingBlock("Dependence of the remaining error"), TableBlock(columns, rows, caption)]
-
-
-def _law(law: UnknownLaw, curve: LawCurveAt) -> list[Block]:
-    """Lay out the curve of a law that no catalogue holds."""
-    unit = quantity_of(curve.value_unit).unit_for(curve.value)
-    over = (JOINT_ANGLE if curve.unit == "rad" else quantity_of(curve.unit)).unit_for(curve.at)
-    what, _, joint = curve.over.partition(":")
-    columns = (TableColumn(f"{what} of joint {joint}", over.name), TableColumn(f"law of {law.of}", unit.name))
-    rows = tuple(
-        (wording.significant(over.factor * at), wording.significant(unit.factor * value))
-        for at, value in zip(curve.at, curve.value, strict=True)
-    )
-    caption = (
-        f"Law of {law.of} that no effect of the catalogue describes, probability "
-        f"{probability_in_words(law.probability)}: what it adds to the joint's give, at its most probable values."
-    )
-    return [SubheadingBlock("Law of its own"), TableBlock(columns, rows, caption)]
 
 
 def _pattern(pattern: CompliancePattern) -> list[Block]:

@@ -14,6 +14,7 @@ from stiffcal.wording import DASH, angle, count, length, significant
 if TYPE_CHECKING:
     from stiffcal.ingest.checks.results import CheckedColumn, CheckedJoint, CheckedRun, CheckedSource, CheckResult
     from stiffcal.presentation.values import Page
+    from stiffcal.show.options import ShowOptions
 
 MOST_FILES = 20
 MOST_RUNS = 8
@@ -24,7 +25,7 @@ REPORT_ASKED = (
 )
 
 
-def page(result: CheckResult, details: bool) -> Page:
+def page(result: CheckResult, options: ShowOptions) -> Page:
     """Return whether the campaign is ready, then what was understood: sources, ranges, runs, kinematics, joints.
 
     With details there is a row for each column and run; else one for each signal, and for runs that are alike.
@@ -37,8 +38,8 @@ def page(result: CheckResult, details: bool) -> Page:
         made.say(f"to do: {_to_do(result)}", "to-do")
     made.add(parts.registration(result.registration))
     _add_sources(made, result.sources)
-    _add_ranges(made, result.sources, details)
-    _add_runs(made, result.runs, details)
+    _add_ranges(made, result.sources, options.details)
+    _add_runs(made, result.runs, options.details)
     made.add(parts.clock_rates(run.clock_ahead_s for run in result.runs))
     kinematics = result.kinematics
     if kinematics is not None and kinematics.median_m is not None:
@@ -49,11 +50,11 @@ def page(result: CheckResult, details: bool) -> Page:
     if result.noise is not None:
         made.say(result.noise.says, "noise")
     _add_joints(made, result.joints or [])
-    made.add(parts.suspects(result.suspects, result.suspects_not_checked if details else None))
+    made.add(parts.suspects(result.suspects, result.suspects_not_checked if options.details else None))
     for sentence in (sentence for view in result.rods or [] for sentence in view.says):
         made.say(sentence, "rods")
     _add_proposals(made, result)
-    if details and result.observability is not None:
+    if options.details and result.observability is not None:
         indices = result.observability
         values = ((f"O{k}", getattr(indices, f"O{k}")) for k in range(1, 6))
         text = ", ".join(f"{name} {significant(value)}" for name, value in values)

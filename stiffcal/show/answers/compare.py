@@ -13,10 +13,11 @@ from stiffcal.wording import change_words, listing, place, significant
 
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Level, Page
+    from stiffcal.show.options import ShowOptions
     from stiffcal.validation.compare_result import CompareResult
 
 
-def page(result: CompareResult, details: bool) -> Page:
+def page(result: CompareResult, options: ShowOptions) -> Page:
     """Return the verdict, then both values of each parameter, the change and its probability."""
     made = PageBuilder("Comparison of two campaigns")
     level, text = _verdict(result)
@@ -38,7 +39,7 @@ def page(result: CompareResult, details: bool) -> Page:
             )
         )  # fmt: skip
     titles = ("parameter", number(named.title("before"), named.several), number(named.title("after")))
-    add_values(made, (*titles, *named.unit_title, number("change"), number("p", True), "remark"), rows, details)
+    add_values(made, (*titles, *named.unit_title, number("change"), number("p", True), "remark"), rows, options.details)
     return made.page()
 
 

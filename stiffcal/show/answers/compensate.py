@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiffcal.compensation.compensate_result import CompensateResult
-    from stiffcal.documents import Vector
+    from stiffcal.document_arrays import Vector
     from stiffcal.presentation.values import Page
+    from stiffcal.show.options import ShowOptions
 
 _WANTED = {
     "path": "wanted: the poses of the path, in base axes",
@@ -29,7 +30,7 @@ _WANTED = {
 """Which poses the errors count from."""
 
 
-def page(result: CompensateResult, details: bool) -> Page:
+def page(result: CompensateResult, options: ShowOptions) -> Page:
     """Return the error along the path before and after, its uncertainty, and the largest corrections."""
     made = PageBuilder("Corrected path")
     made.say(f"{len(result.rows)} poses of {result.target}; values from {result.values_from}", "path")

@@ -9,9 +9,10 @@ from stiffcal.show.builder import PageBuilder
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
     from stiffcal.results.doctor_result import DoctorResult
+    from stiffcal.show.options import ShowOptions
 
 
-def page(result: DoctorResult, details: bool) -> Page:
+def page(result: DoctorResult, options: ShowOptions) -> Page:
     """Return the table of libraries, then what is missing, each with the command that installs it."""
     made = PageBuilder("Installation")
     made.say(f"stiffcal {result.version}, Python {result.python}, {result.platform}", "versions")

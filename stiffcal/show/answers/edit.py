@@ -10,9 +10,10 @@ from stiffcal.show.builder import PageBuilder
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
     from stiffcal.results.command_results import EditResult
+    from stiffcal.show.options import ShowOptions
 
 
-def page(result: EditResult, details: bool) -> Page:
+def page(result: EditResult, options: ShowOptions) -> Page:
     """Return what changed and what the model holds now."""
     made = PageBuilder("Model")
     for line in result.changes:

@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from stiffcal.model.summary import ModelSummary
     from stiffcal.presentation.values import Page
     from stiffcal.results.history_results import HistoryEntry, HistoryResult
+    from stiffcal.show.options import ShowOptions
 
 _NOT_YOURS = {"foreign": "not computed by you", "trusted place": "trusted place"}
 
 
-def page(result: HistoryResult, details: bool) -> Page:
+def page(result: HistoryResult, options: ShowOptions) -> Page:
     """Return the table of fits, oldest first."""
     made = PageBuilder("History of fits")
     if not result.fits:

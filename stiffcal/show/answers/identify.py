@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stiffcal.estimation.undetermined import Undetermined
-from stiffcal.quantity import JOINT_ANGLE
+from stiffcal.quantity import JOINT_ANGLE, Units
 from stiffcal.results.geometry_words import FRAME, IN_ROWS
 from stiffcal.results.next_step import is_within_noise
 from stiffcal.results.unidentified_words import unidentified_in_words
@@ -24,12 +24,13 @@ if TYPE_CHECKING:
     from stiffcal.identification.answers.geometry_results import GeometryFound
     from stiffcal.presentation.values import Level, Overview, Page
     from stiffcal.results.identify_result import IdentifyResult
+    from stiffcal.show.options import ShowOptions
 
 MOST_VALUES = 10
 """Values that are listed next to stiffness: without details."""
 
 
-def page(result: IdentifyResult, details: bool) -> Page:
+def page(result: IdentifyResult, options: ShowOptions) -> Page:
     """Return how well it fits, then the values and what these data do not identify.
 
     With details there are also single runs, all values, and the parameters that the rows of the geometry state in
@@ -38,7 +39,7 @@ def page(result: IdentifyResult, details: bool) -> Page:
     made = PageBuilder("Fit")
     level, text = fit_verdict(result)
     made.say(text, "verdict", level)
-    add_fitted(made, result, details)
+    add_fitted(made, result, options.details)
     if _of_places_alone(result):
         made.say("whether these poses identify the stiffness of a joint is stated by validate", "stated-elsewhere")
     return made.page()
@@ -57,9 +58,10 @@ def fit_verdict(result: IdentifyResult) -> tuple[Level, str]:
 
 
 def _fit_in_words(result: IdentifyResult) -> str:
+    units = Units.of_errors((result.rms, result.noise, result.expected_rms))
     known = result.noise is not None
-    against = f", noise {deviation(result.noise)} (from {result.noise_source})" if known else ", noise not known"
-    return f"fit {deviation(result.rms)} rms{against}"
+    against = f", noise {deviation(result.noise, units)} (from {result.noise_source})" if known else ", noise not known"
+    return f"fit {deviation(result.rms, units)} rms{against}"
 
 
 def add_fitted(
@@ -218,11 +220,11 @@ def geometry_in_words(geometry: GeometryTaken) -> str:
     Examples
     --------
     >>> from stiffcal.identification.answers.fit_results import GeometryTaken
-    >>> from stiffcal.identification.fitting.geometry_prior import GeometrySource
+    >>> from stiffcal.identification.fitting.geometry_source import GeometrySource
     >>> geometry_in_words(GeometryTaken(length_sigma=5e-4, angle_sigma=3.49e-4, source=GeometrySource.DEFAULT))
     'geometry known to 0.50 mm per length and 0.020° per angle (default; [geometry] of robot.toml states it)'
     """
-    from stiffcal.identification.fitting.geometry_prior import GeometrySource
+    from stiffcal.identification.fitting.geometry_source import GeometrySource
 
     mend = "" if geometry.source is GeometrySource.ROBOT_FILE else "; [geometry] of robot.toml states it"
     source = "absolute positions" if geometry.source is GeometrySource.PLACES else geometry.source.value

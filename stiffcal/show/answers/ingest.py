@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from stiffcal.ingest.results import IngestResult
     from stiffcal.presentation.values import Page
     from stiffcal.reduction.states.ingested_runs import IngestedRun
+    from stiffcal.show.options import ShowOptions
 
 
-def page(result: IngestResult, details: bool) -> Page:
+def page(result: IngestResult, options: ShowOptions) -> Page:
     """Return states and clocks of each run."""
     made = PageBuilder("Read logs")
     made.add(parts.registration(result.registration))

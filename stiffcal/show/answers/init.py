@@ -10,12 +10,13 @@ from stiffcal.wording import count, listing
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
     from stiffcal.results.command_results import InitResult
+    from stiffcal.show.options import ShowOptions
 
 MOST_FILES = 10
 MOST_GUESSES = 10
 
 
-def page(result: InitResult, details: bool) -> Page:
+def page(result: InitResult, options: ShowOptions) -> Page:
     """Return the files that were written, the lines that were guessed, and those that are left to be written."""
     made = PageBuilder("New campaign")
     for file in result.files[:MOST_FILES]:

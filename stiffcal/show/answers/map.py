@@ -12,9 +12,10 @@ from stiffcal.wording import fixed_places, in_unit, significant
 if TYPE_CHECKING:
     from stiffcal.compensation.map_result import MapResult
     from stiffcal.presentation.values import Page
+    from stiffcal.show.options import ShowOptions
 
 
-def page(result: MapResult, details: bool) -> Page:
+def page(result: MapResult, options: ShowOptions) -> Page:
     """Return how much was reached, the smallest and largest of each quantity, the worst point, and what was written."""
     made = PageBuilder("Workspace")
     levels = ", ".join(significant(level) for level in result.levels)

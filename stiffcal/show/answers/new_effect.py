@@ -9,9 +9,10 @@ from stiffcal.show.builder import PageBuilder
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
     from stiffcal.results.command_results import NewEffectResult
+    from stiffcal.show.options import ShowOptions
 
 
-def page(result: NewEffectResult, details: bool) -> Page:
+def page(result: NewEffectResult, options: ShowOptions) -> Page:
     """Return what was written, and what it tests."""
     made = PageBuilder("New effect")
     made.say(f"wrote {result.file}: {result.effect}, which tests whether {result.tests}", "written")

@@ -14,13 +14,14 @@ from stiffcal.wording import DASH, count, fixed_places, length, significant
 if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
     from stiffcal.presentation.values import Page
+    from stiffcal.show.options import ShowOptions
 
 
 MOST_RUNS, MOST_VALUES = 10, 10
 """Runs and parameters that are listed without details."""
 
 
-def page(result: PlanResult, details: bool) -> Page:
+def page(result: PlanResult, options: ShowOptions) -> Page:
     """Return the runs in the order of measuring, what they would determine, and what was written."""
     made = PageBuilder("Runs to measure")
     made.say(
@@ -28,13 +29,13 @@ def page(result: PlanResult, details: bool) -> Page:
         f"{CANDIDATES[result.experiment]}; values from {result.values_from}",
         "runs",
     )
-    _add_runs(made, result, details)
-    _add_expected(made, result, details)
+    _add_runs(made, result, options.details)
+    _add_expected(made, result, options.details)
     if result.separations:
         made.head("separation of the look-alikes: misfit of the second if the first is true")
         rows = [(entry.truth, entry.rival, significant(entry.chi_square, 2)) for entry in result.separations]
         made.table(("true", "fitted instead", number("χ²")), rows)
-    _add_gain(made, result, details)
+    _add_gain(made, result, options.details)
     if result.folder is not None:
         made.say(f"wrote {result.folder}, ready for the logs in raw/", "written")
     if result.program is not None:

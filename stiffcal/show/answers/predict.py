@@ -13,19 +13,20 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stiffcal.compensation.predict_result import PredictedState, PredictResult
-    from stiffcal.documents import Matrix, Vector
+    from stiffcal.document_arrays import Matrix, Vector
     from stiffcal.presentation.values import Page
+    from stiffcal.show.options import ShowOptions
 
 MOST_ROWS = 24
 """Of its tables together; with details all."""
 
 
-def page(result: PredictResult, details: bool) -> Page:
+def page(result: PredictResult, options: ShowOptions) -> Page:
     """Return deflection, stiffness with and without complementary stiffness, and each link's own part."""
     made = PageBuilder("Prediction")
     made.say(f"deflection of {result.target}, base axes; values from {result.values_from}", "target")
     n_tables = 2 + (len(result.states[0].links) if result.states else 0)
-    shown = result.states if details else result.states[: MOST_ROWS // n_tables]
+    shown = result.states if options.details else result.states[: MOST_ROWS // n_tables]
     unit = LENGTH.unit_for(float(value) for state in shown for value in state.deflection[:3])
     rows = [(f"{k}", *(_translation(state, axis, unit) for axis in range(3))) for k, state in enumerate(shown, 1)]
     made.table((number("state"), *(number(unit.in_brackets(f"d{axis}")) for axis in "xyz")), rows)

@@ -9,9 +9,10 @@ from stiffcal.show.builder import PageBuilder
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
     from stiffcal.results.command_results import SimulateResult
+    from stiffcal.show.options import ShowOptions
 
 
-def page(result: SimulateResult, details: bool) -> Page:
+def page(result: SimulateResult, options: ShowOptions) -> Page:
     """Return the folder and what is in it."""
     made = PageBuilder("Simulation")
     made.say(f"wrote {len(result.files)} files to {result.folder}", "written")

@@ -12,6 +12,7 @@ from stiffcal.wording import change_words, share, significant
 
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
+    from stiffcal.show.options import ShowOptions
     from stiffcal.validation.trend_result import ChangeCause, PossibleCause, TrendParameter, TrendResult
 
 VERDICTS = {
@@ -23,13 +24,13 @@ VERDICTS = {
 }
 
 
-def page(result: TrendResult, details: bool) -> Page:
+def page(result: TrendResult, options: ShowOptions) -> Page:
     """Return each parameter's first and last value, its change, and the chart's verdict."""
     made = PageBuilder("One robot over its campaigns")
     dates = [campaign.date or "" for campaign in result.campaigns]
     span = f", {dates[0]} to {dates[-1]}" if dates[0] else ""
     made.say(f"{len(result.campaigns)} campaigns{span}", "campaigns")
-    _add_parameters(made, result, details)
+    _add_parameters(made, result, options.details)
     if result.figure is not None:
         made.say(f"parameters over the campaigns: {result.figure}", "written")
     if result.cause is not None:
@@ -55,8 +56,9 @@ def _add_parameters(made: PageBuilder, result: TrendResult, details: bool) -> No
         (first, of_first), (last, of_last) = (value_and_remark(row.values[k], unit) for k in (0, -1))
         remarks = joined_remarks((_remark(row, result), of_first, of_last))
         rows.append((name, first, last, *named.unit_of(unit), change_words(row.change), _deviation(row), remarks))
-    titles = ("parameter", number(named.title("first"), named.several), number(named.title("last")), *named.unit_title)
-    add_values(made, (*titles, number("change"), number("varies by", True), "remark"), rows, details)
+    titles = ("parameter", number(named.title("first"), named.several), number(named.title("last")))
+    changes = number("change"), number("varies by", True)
+    add_values(made, (*titles, *named.unit_title, *changes, "remark"), rows, details)
 
 
 def _deviation(row: TrendParameter) -> str:

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
     from stiffcal.presentation.values import Level, Page
     from stiffcal.results.validate_result import ValidateResult
-    from stiffcal.validation.distances import Distances, DistanceSummary, LadderStep, TargetDistance
-    from stiffcal.validation.elasticity import Elasticity, JointElasticity, JointVerdict
+    from stiffcal.show.options import ShowOptions
+    from stiffcal.validation.distance_results import Distances, DistanceSummary, LadderStep, TargetDistance
+    from stiffcal.validation.elasticity_results import Elasticity, JointElasticity, JointVerdict
     from stiffcal.validation.results import ErrorSlice, WorstState
 
 FEW_PARTS = 3
@@ -28,10 +29,11 @@ NOISE_IN_DISTANCE = (
 )
 
 
-def page(result: ValidateResult, details: bool) -> Page:
+def page(result: ValidateResult, options: ShowOptions) -> Page:
     """Return the error in held-out poses next to the noise, then its parts; with details all of them."""
     made = PageBuilder("Error in held-out data")
-    level, text = _verdict(result)
+    units = Units.of_errors((result.rms, result.max, result.zero_model, result.noise))
+    level, text = _verdict(result, units)
     made.say(text, "verdict", level)
     for line in result.failed:
         made.say(f"  NOT met: {line}", "threshold-failed")
@@ -39,7 +41,6 @@ def page(result: ValidateResult, details: bool) -> Page:
         made.say(f"  not judged: {line}", "threshold-not-judged")
     made.add(parts.registration(result.registration))
     made.say(f"{held_out(result.scheme)} ({_scheme_words(result.scheme)})", "scheme")
-    units = Units.of_errors((result.rms, result.max, result.zero_model, result.noise))
     rows = [
         ("model", deviation(result.rms, units)),
         ("worst state", deviation(result.max, units)),
@@ -49,7 +50,7 @@ def page(result: ValidateResult, details: bool) -> Page:
     ]
     made.table(("", number("rms")), rows)
     if result.distance is not None:
-        _add_distances(made, result.distance, result.ladder or [], details)
+        _add_distances(made, result.distance, result.ladder or [], options.details)
     made.add(elasticity_sentences(result.elasticity))
     slices = {
         "experiment": result.by_experiment,
@@ -60,10 +61,10 @@ def page(result: ValidateResult, details: bool) -> Page:
         "branch": result.by_branch,
     }
     for title, members in slices.items():
-        _add_slices(made, title, members or [], whole_error(result), None if details else FEW_PARTS)
+        _add_slices(made, title, members or [], whole_error(result), None if options.details else FEW_PARTS)
     if result.worst:
-        made.say(f"worst: {_worst(result.worst)}", "worst")
-    made.add(parts.suspects(result.suspects, result.suspects_not_checked if details else None))
+        made.say(f"worst: {_worst(result.worst, units)}", "worst")
+    made.add(parts.suspects(result.suspects, result.suspects_not_checked if options.details else None))
     limits = ", ".join(result.thresholds)
     if result.passed:
         made.say(f"thresholds met: {limits}" if limits else "no thresholds are set", "thresholds")
@@ -105,10 +106,10 @@ def elasticity_sentences(elasticity: Elasticity | None) -> list[Sentence]:
     return sentences
 
 
-def _verdict(result: ValidateResult) -> tuple[Level, str]:
+def _verdict(result: ValidateResult, units: Units) -> tuple[Level, str]:
     """Return how the model stands in held-out data: against its thresholds, then against the noise."""
-    text = f"error in {held_out(result.scheme)} {deviation(result.rms)} rms"
-    text += f", noise {deviation(result.noise)}" if result.noise is not None else ", noise not known"
+    text = f"error in {held_out(result.scheme)} {deviation(result.rms, units)} rms"
+    text += f", noise {deviation(result.noise, units)}" if result.noise is not None else ", noise not known"
     if not result.passed:
         return "fail", f"thresholds NOT met: {text}"
     return ("pass", text) if is_within_noise(result.rms, result.noise) else ("warn", text)
@@ -189,9 +190,9 @@ def _shares(relative: Rms) -> str:
     return ", ".join(f"{words.get(name, name)} {share(value)}" for name, value in known)
 
 
-def _worst(worst: Sequence[WorstState]) -> str:
+def _worst(worst: Sequence[WorstState], units: Units) -> str:
     def size(state: WorstState) -> str:
-        return length(state.residual_m) if state.residual_rad is None else angle(state.residual_rad)
+        return length(state.residual_m, units) if state.residual_rad is None else angle(state.residual_rad, units)
 
     def where(state: WorstState) -> str:
         # a row of absolute poses is a run of its own, and its name holds the row

@@ -9,9 +9,10 @@ from stiffcal.show.builder import PageBuilder
 if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
     from stiffcal.results.command_results import ViewResult
+    from stiffcal.show.options import ShowOptions
 
 
-def page(result: ViewResult, details: bool) -> Page:
+def page(result: ViewResult, options: ShowOptions) -> Page:
     """Return where the page is, and how much of the campaign it shows."""
     made = PageBuilder("Page for a browser")
     if result.n_shown < result.n_states:

@@ -10,11 +10,11 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.diagnosis.answers.pattern_results import CompliancePattern, FollowedBy
+from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.varying import varies
 from stiffcal.quantity import COMPLIANCE, FORCE, JOINT_ANGLE, MOMENT, of_measure
 from stiffcal.stages.diagnoses.stored_curves import EVIDENCE
 from stiffcal.stages.steps import Ingested, RunContext, up_to_date_states
-from stiffcal.store import values_of
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect

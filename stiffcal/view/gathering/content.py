@@ -14,6 +14,7 @@ from stiffcal.arrays import Floats, Integers
 from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.identification.readings.state_loads import torques_about_joints
 from stiffcal.kinds import all_kinds
+from stiffcal.measurements.columns import values_of
 from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.measurements.rms import Rms
 from stiffcal.measurements.varying import varies
@@ -26,10 +27,10 @@ from stiffcal.report.content import ReportStates
 from stiffcal.report.gathering.content import report_states_of
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
+from stiffcal.show.pages import page_of
 from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.experiments import runs_with_fits
 from stiffcal.stages.steps import FIT_STATES, Ingested
-from stiffcal.store import values_of
 from stiffcal.validation.schemes import HOLDOUT_RUNS, held_out
 from stiffcal.view.content import (
     ViewBody,
@@ -100,6 +101,8 @@ def view_content(
     kinds = [(kind.page(measured, identified), kind.drawn_rows(measured, identified)) for kind in all_kinds()]
     rows, of_rows = [row for _, row in kinds if row is not None], bool(len(data.states))
     pages = [page for page, row in kinds if page is not None and (row is None or not of_rows)]
+    if diagnosis is not None and not diagnosis_of:
+        pages.append(page_of(diagnosis))
     missing = [] if diagnosis is None else diagnosis.missing
     joints, links, suspects = _places_of(missing, placed_robot(campaign))
     bodies: list[ViewBody] = []

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.measurements.columns import values_of
 from stiffcal.stages.diagnoses.stored_curves import EVIDENCE
 from stiffcal.stages.steps import Ingested
-from stiffcal.store import values_of
 from stiffcal.view.content import ViewEvidence, ViewVariable
 from stiffcal.view.gathering.models import place_words
 

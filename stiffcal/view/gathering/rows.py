@@ -9,9 +9,9 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.kinds.drawn_rows import DrawnRows
+from stiffcal.measurements.columns import values_of
 from stiffcal.stages.diagnoses.stored_curves import REFITS, ROW_REFITS
 from stiffcal.stages.steps import Ingested
-from stiffcal.store import values_of
 from stiffcal.view.content import ViewContent, ViewEffect, ViewRun, ViewStates, ViewVariable
 from stiffcal.view.gathering.change import LastAdded
 from stiffcal.view.gathering.models import ResidualTables, view_models

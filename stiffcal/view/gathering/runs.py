@@ -10,10 +10,10 @@ import numpy as np
 from stiffcal.arrays import Floats, Integers
 from stiffcal.campaign.manifest.manifest import Run
 from stiffcal.ingest.reading.recording_tables import recording_name
+from stiffcal.measurements.columns import values_of
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.reduction.logs.log_rows import place_of_row, raw_rows_of
 from stiffcal.stages.steps import Ingested
-from stiffcal.store import values_of
 from stiffcal.view.content import ViewRun
 
 

@@ -12,13 +12,14 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import load_plan
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.commands.simulate import simulate_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.loaded import check_campaign
 from stiffcal.planning.campaign import choice as plan_choice
 from stiffcal.planning.campaign.model import with_rotation
+from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.planning.design import information
 from stiffcal.planning.information import information_of_runs
 from stiffcal.planning.results import PlanResult

@@ -11,8 +11,9 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import PlanFile
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.planning.campaign.pairs import Candidates
+from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.planning.choice import identifiable
 from stiffcal.stages.fit import fit_now
 from stiffcal.stages.plans.model import planned_model

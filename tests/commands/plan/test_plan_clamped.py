@@ -10,7 +10,7 @@ import pytest
 
 from stiffcal.campaign.frames.frames import resolve_frames
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.identification.fitting.identify import Settings, identify_parameters
@@ -20,6 +20,7 @@ from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
+from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.planning.information import information_of_runs
 from tests.laboratory.clamped_bench import CYCLE, clamped_bench
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes

@@ -10,7 +10,8 @@ import tomlkit
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.campaign.plan_file import load_plan
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
+from stiffcal.planning.campaign.request import PlanRequest
 
 KR240 = Path(__file__).parents[3] / "campaigns" / "kr240"
 SPRINGS = """schema = "stiffcal/model/1"

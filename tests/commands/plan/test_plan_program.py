@@ -14,11 +14,12 @@ import pytest
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import Campaign, load_campaign
 from stiffcal.campaign.plan_file import PlanFile, load_plan
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.planning.campaign.means import cell_of
 from stiffcal.planning.campaign.program import write_program
+from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.planning.candidates import Cell
 from stiffcal.planning.results import PlanResult
 from tests.commands.plan.test_plan import CAMPAIGNS, LOAD, irb4400, with_plan

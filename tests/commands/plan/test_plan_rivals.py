@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.commands.plan import PlanRequest, plan_campaign
+from stiffcal.commands.plan import plan_campaign
 from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
+from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.planning.campaign.rivals import named_rival
 from tests.commands.plan.test_plan import LOAD, irb4400, with_plan
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiffcal.arrays import Booleans, Floats
 from stiffcal.kinds.clamped.answers.results import ClampedRunResult, ClampedSection, JointResult
 from stiffcal.kinds.measured import MeasuredRuns
-from stiffcal.store import values_of
+from stiffcal.measurements.columns import values_of
 from stiffcal.uncertainty import NORMAL_95
 
 BRANCHES = "clamped_branches"

@@ -151,7 +151,7 @@ def run_result(run: ClampedRun) -> ClampedRunResult:
 
 def branches_table(runs: tuple[ClampedRun, ...]) -> pa.Table:
     """Return the averaged branches of all runs: angle, torque, direction, spread between cycles, the law's torque."""
-    from stiffcal.store import table_of
+    from stiffcal.measurements.columns import table_of
 
     runs_with_branches = [run for run in runs if run.branches.angle.size]
 

@@ -10,12 +10,6 @@ from stiffcal.errors import InputError
 from stiffcal.estimate import Estimate
 from stiffcal.fault_codes import FaultCode
 from stiffcal.kinds.clamped.answers.curves import ClampedCurve, clamped_curves
-from stiffcal.kinds.clamped.answers.pictures import (
-    branches_picture,
-    curves_picture,
-    low_slope_picture,
-    tangents_picture,
-)
 from stiffcal.kinds.clamped.answers.results import ClampedSection, Definition, JointResult
 from stiffcal.kinds.measured import MeasuredRuns
 from stiffcal.presentation.values import Block, Column, Listing, Overview, Page, Plot, Sentence, Subheading, Table
@@ -150,16 +144,18 @@ def clamped_page(data: MeasuredRuns, section: ClampedSection) -> Page | None:
     ]
     if remarks:
         blocks += [Subheading("Excluded runs, and limits"), Listing(tuple(remarks))]
+    from stiffcal.kinds.clamped.answers import pictures
+
     for start in range(0, len(curves), _PER_PICTURE):
         drawn = tuple(curve for curve in curves[start : start + _PER_PICTURE] if curve.widest_pose.angle.size)
         if drawn:
-            blocks.append(branches_picture(drawn))
+            blocks.append(pictures.branches_picture(drawn))
     for start in range(0, len(with_result), _PER_PICTURE):
-        blocks.append(curves_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
+        blocks.append(pictures.curves_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
     if any(len(curve.poses) > 1 for curve in curves):
-        blocks.append(low_slope_picture(curves))
+        blocks.append(pictures.low_slope_picture(curves))
     for start in range(0, len(with_result), _PER_PICTURE):
-        blocks.append(tangents_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
+        blocks.append(pictures.tangents_picture(tuple(curve for curve, _ in with_result[start : start + _PER_PICTURE])))
     title = "The clamped robot without a model: torque over angle"
     return Page(title, tuple(blocks), subject="clamped robot")
 
@@ -182,6 +178,8 @@ def clamped_plot(data: MeasuredRuns, section: ClampedSection | None, run: str | 
             FaultCode.DATA_MISSING, str(data.campaign.folder), "runs", reason, "stiffcal identify gives the reason"
         )
     names = ", ".join(f"{curve.joint} ({curve.widest_pose.run})" for curve in drawn)
+    from stiffcal.kinds.clamped.answers.pictures import branches_picture
+
     return Plot(branches_picture(drawn), f"torque over angle of {names}")
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from stiffcal.documents import NOT_PROMISED, Matrix, Number
+from stiffcal.document_arrays import Matrix
+from stiffcal.documents import NOT_PROMISED, Number
 from stiffcal.kinds.clamped.held.torque_source import TorqueSource
 
 

@@ -8,6 +8,7 @@ from stiffcal.identification.readings.search_subject import SearchSubject
 from stiffcal.identification.readings.state_kinds import StateKind
 from stiffcal.kinds.clamped.states.folds import clamped_folds
 from stiffcal.measurements.rms import Rms
+from stiffcal.quantity import Units
 from stiffcal.validation.schemes import LEAVE_ONE_POSE_OUT
 from stiffcal.wording import angle
 
@@ -31,5 +32,5 @@ class ClampedStateKind(StateKind):
         """Return the error of the motor's angle."""
         if error.motor_angle is None:
             return ""
-        rms = f"{angle(error.motor_angle)} rms"
+        rms = f"{angle(error.motor_angle, Units.of_errors((error, noise)))} rms"
         return f"expected error in positions or cycles that were not measured: {rms} of the motor's angle"

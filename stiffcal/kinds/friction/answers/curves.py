@@ -12,8 +12,8 @@ from stiffcal.kinds.friction.answers.results import FrictionSection
 from stiffcal.kinds.friction.logs.readings import SteadyReadings
 from stiffcal.kinds.measured import MeasuredRuns
 from stiffcal.kinds.results import IdentifiedModel
+from stiffcal.measurements.columns import values_of
 from stiffcal.presentation.values import UnusedReadings
-from stiffcal.store import values_of
 from stiffcal.uncertainty import NORMAL_95
 
 FRICTION_FIT, FRICTION_HELDOUT = "friction_fit", "friction_heldout"

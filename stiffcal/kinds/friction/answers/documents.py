@@ -280,14 +280,14 @@ def error_slice(label: str, residual: Floats) -> ErrorSlice:
 
 def fit_table(data: MeasuredRuns, fit: FrictionFit) -> pa.Table:
     """Return every row of the fit as a table."""
-    from stiffcal.store import table_of
+    from stiffcal.measurements.columns import table_of
 
     return table_of(friction_fit_columns(fit, data.joint_names))
 
 
 def heldout_table(data: MeasuredRuns, rows: FrictionRows, residual: Floats) -> pa.Table:
     """Return a row for each equation, with the residual (k,) N·m of a fit without its speed."""
-    from stiffcal.store import table_of
+    from stiffcal.measurements.columns import table_of
 
     return table_of(heldout_columns(rows, residual, data.joint_names))
 

@@ -13,9 +13,9 @@ from stiffcal.kinds.friction.answers.parts import friction_readings, friction_ro
 from stiffcal.kinds.friction.fitting.row_columns import RowColumns
 from stiffcal.kinds.measured import MeasuredRuns
 from stiffcal.kinds.results import IdentifiedModel
+from stiffcal.measurements.columns import values_of
 from stiffcal.model.catalogue.campaign_effects import moving_effects
 from stiffcal.model.motion import Motion
-from stiffcal.store import values_of
 
 if TYPE_CHECKING:
     from stiffcal.kinds.friction.fitting.torque_rows import FrictionRows

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from stiffcal.documents import KeyIf, Matrix, Number, OrAbsent, Vector
+from stiffcal.document_arrays import Matrix, Vector
+from stiffcal.documents import KeyIf, Number, OrAbsent
 from stiffcal.measurements.rms import VarianceRatio
 
 

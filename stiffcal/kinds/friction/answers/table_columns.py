@@ -11,10 +11,10 @@ from stiffcal.kinds.friction.fitting.joint_fits import FrictionFit
 from stiffcal.kinds.friction.fitting.torque_rows import steady_rows
 from stiffcal.kinds.friction.logs.readings import FreeMotion, SteadyReadings, motion_table, steady_table
 from stiffcal.kinds.friction.logs.samples import PassSamples, samples_table
+from stiffcal.measurements.columns import table_of
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.measurements.set_aside import OF_PASSES
 from stiffcal.measurements.table_specimens import ColumnDescription, TableSpecimen, cause_column
-from stiffcal.store import table_of
 
 _ONE = np.zeros(1)
 _FIRST = np.zeros(1, dtype=np.int64)

@@ -11,6 +11,7 @@ from stiffcal.documents import CommandResult
 from stiffcal.presentation.pictures import Line, Panel, Picture
 from stiffcal.presentation.values import Page
 from stiffcal.show.builder import PageBuilder, number
+from stiffcal.show.options import ShowOptions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,7 +20,7 @@ class HottestMotorResult(CommandResult):
     celsius: list[float]
 
 
-def page(result: HottestMotorResult, details: bool) -> Page:
+def page(result: HottestMotorResult, options: ShowOptions) -> Page:
     made = PageBuilder("The hottest motor")
     made.say(f"motor {int(np.argmax(result.celsius)) + 1} became <hottest>", "hottest", "warn")
     made.table(("motor", number("temperature [°C]")), [(f"{k}", f"{t:.1f}") for k, t in enumerate(result.celsius, 1)])

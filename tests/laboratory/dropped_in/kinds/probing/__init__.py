@@ -17,12 +17,12 @@ from stiffcal.kinds import ExperimentKind
 from stiffcal.kinds.measured import MeasuredRuns
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.kinds.results import ExperimentFit, ExperimentValidation
+from stiffcal.measurements.columns import table_of, values_of
 from stiffcal.presentation.pictures import Line, Marks, Panel, Picture
 from stiffcal.presentation.values import Column, Overview, Page, Plot, Sentence, Table
 from stiffcal.presentation.words import Digits, Words
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.states.ingested_runs import IngestedRun
-from stiffcal.store import table_of, values_of
 from stiffcal.store.provenance import IngestSettings
 
 if TYPE_CHECKING:

@@ -26,6 +26,7 @@ from stiffcal.kinds.measured import MeasuredRuns
 from stiffcal.kinds.reduction import RunsReduction
 from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
 from stiffcal.kinds.row_search import RowCourse, RowCovariate, RowFit, RowNoise, RowProblem, UsualMotion
+from stiffcal.measurements.columns import table_of, values_of
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.assembled.composite import CompliantRobot
 from stiffcal.model.catalogue.campaign_effects import moving_effects
@@ -35,7 +36,6 @@ from stiffcal.model.motion import Motion, as_motion
 from stiffcal.presentation.values import Overview, Page, Sentence
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.states.ingested_runs import IngestedRun
-from stiffcal.store import table_of, values_of
 from stiffcal.store.provenance import IngestSettings
 from stiffcal.uncertainty import NORMAL_95
 

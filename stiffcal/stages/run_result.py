@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from stiffcal.diagnosis.answers.results import DiagnoseResult
-from stiffcal.documents import HAS_OWN_SCHEMA, NOT_PROMISED, CommandResult, KeyIf
+from stiffcal.documents import HAS_OWN_SCHEMA, NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, KeyIf
 from stiffcal.ingest.checks.results import CheckResult
+from stiffcal.results.history_results import HistoryResult
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 
@@ -33,3 +34,5 @@ class RunResult(CommandResult):
     """Whether the thresholds hold."""
     folder: Annotated[str | None, KeyIf("", null=False), NOT_PROMISED] = None
     """Of ``demo``: where the example was copied to."""
+    history: Annotated[HistoryResult | None, NOT_IN_DOCUMENT] = None
+    """Of ``demo``: all its fits."""
