@@ -167,7 +167,7 @@ def test_what_is_a_convention_is_no_failure(cause: str, verdict: str) -> None:
     rows = GeometryFound(convention="dh", zeros=[], links=[], beta=[], offsets_alone=None)
     found = replace(content.identify, geometry=rows)
     assert verdict in fit_verdict(found)[1]
-    codes = [block.code for block in fit_page(found, False).blocks if isinstance(block, Sentence)]
+    codes = [block.code for block in fit_page(found, PLAIN).blocks if isinstance(block, Sentence)]
     assert ("not-identifiable" in codes) is (cause == "dependent")
 
 

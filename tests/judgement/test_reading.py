@@ -209,7 +209,7 @@ def test_a_name_that_hangs_on_a_prior_or_on_the_discrepancy_is_not_firm(
 def test_a_scatter_that_follows_nothing_is_found_with_its_size(in_time: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reading, "checks_of", lambda judged: ())
     size = 20.0
-    found = read_off(judged_of(0.0, **{"wander" if in_time else "poses_differ": size}))
+    found = read_off(judged_of(0.0, wander=size) if in_time else judged_of(0.0, poses_differ=size))
     assert found.unexplained
     assert found.unlisted == ()
     assert found.discrepancy is not None
