@@ -67,6 +67,7 @@ FIXED: Mapping[str, str] = {
     "MOST_STRETCHES": "how many are printed",
     "RUNS_AT_ONCE": "memory",
     "CHUNK": "memory",
+    "MOST_IN_TABLE": "speed",
 }
 """Numbers that decide nothing, and what they are."""
 GUARD = 1e-11

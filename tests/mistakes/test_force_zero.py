@@ -15,10 +15,12 @@ from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mistakes.force_zero.accounts import moved_zeros, without_zeros
 from stiffcal.mistakes.force_zero.faults import force_zero_faults, stiffness_bias
+from stiffcal.mistakes.force_zero.motion_evidence import likeliest
 from stiffcal.mistakes.force_zero.moved_zero import Part, ZeroChange
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.catalogue.catalogue import find_effects
 from stiffcal.model.effect import Place
+from stiffcal.reduction.loads.motion import motion_of
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 from tests.laboratory.simulated_states import cycles_of, joint_springs, played
 
@@ -112,6 +114,25 @@ def test_is_named_where_the_moments_alone_show_it(
     at = np.linspace(0.0, 1.0, 21)[:, None]
     np.testing.assert_allclose(account.zero[::4, 3:], (zero(at) - zero(at[:1]))[::4], atol=5.0 * 0.05 * np.sqrt(2.0))
     assert not account.zero[:, :3].any()
+
+
+def test_accounts_of_many_runs_are_weighed_as_each_alone(states: LoadStates) -> None:
+    """A run of another length, one with a target that was not seen at times, a step that may have been before."""
+    cut = states.select(np.arange(len(states)) < len(states) - 3)
+    table = moved(cut, step(0.5, 0.0, 0.0, 250.0))
+    for run, size in ((0, 40.0), (1, 80.0), (3, 60.0)):
+        table.wrench[np.flatnonzero(table.run == run)[9:], 1] += size
+    accounts = [account for of_run in moved_zeros(table) for account in of_run]
+    motion = motion_of(table, six_axes(), all_targets=True).measured.copy()
+    motion[accounts[0].members[3:5], 1] = np.nan
+    together = likeliest(table, accounts, motion)
+    assert len({account.members.size for account in accounts}) > 1
+    assert any(account.earliest is not None for account in accounts)
+    for account, (found, evidence) in zip(accounts, together, strict=True):
+        ((alone, evidence_alone),) = likeliest(table, [account], motion)
+        assert (found.run, found.between) == (alone.run, alone.between)
+        assert evidence == pytest.approx(evidence_alone, rel=1e-9)
+    assert len({round(evidence, 6) for _, evidence in together}) == len(accounts)
 
 
 def test_the_step_lies_between_the_unloaded_states_around_it(states: LoadStates) -> None:

@@ -236,8 +236,8 @@ class _Search:
             left_out = wanted
             bench, whitened, scores = self._whitened_without(left_out)
         exchanged = self._exchanged(start.blocks.best_pair(), whitened) if len(left_out) < 2 else ()
-        if exchanged:
-            left_out = exchanged
+        if not set(exchanged) <= set(left_out):
+            left_out = tuple(sorted({*left_out, *exchanged}))
             bench, whitened, scores = self._whitened_without(left_out)
         if not left_out:
             return []

@@ -27,8 +27,8 @@ LEAST_RETURNS = 2  # to a zero that has moved by as much as a load
 MANY_STATES = 1000
 # States of which all pairs are compared at once, of many runs together; of longer runs first which may be alike.
 MOST_IN_TABLE = 40
-NUMBERS_AT_ONCE = 200_000  # of these tables: more do not fit into the cache
-NEARLY = 1.0 - 1e-9  # of a limit: sums that are taken in another order differ in the last digit
+AT_ONCE = 200_000  # of these tables: more do not fit into the cache
+ROUNDING = 1e-9  # of a limit: sums that are taken in another order differ in the last digit
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ def _new_zeros(stretches: Sequence[_Stretch]) -> list[list[int]]:
         else:
             alike.setdefault(size, []).append(number)
     for size, numbers in alike.items():
-        at_once = max(NUMBERS_AT_ONCE // size**3, 1)
+        at_once = max(AT_ONCE // size**3, 1)
         for first in range(0, len(numbers), at_once):
             batch = numbers[first : first + at_once]
             for number, possible in zip(batch, _may_return([stretches[k] for k in batch]), strict=True):
@@ -168,11 +168,12 @@ def _may_return(stretches: Sequence[_Stretch]) -> list[bool]:
     steps, largest, least = numbers.T
     force = np.stack([one.run.force[one.start + 1 : one.end] - one.run.force[one.start] for one in stretches])
     share = force / steps[:, None, None]
+    nearly = 1.0 - ROUNDING
     alike = ((share[:, :, None] - share[:, None]) ** 2).sum(axis=3) <= 1.0  # (s, m, m)
     counts = alike.sum(axis=2)
     change = alike @ force / counts[:, :, None]
     length = np.sqrt((change**2).sum(axis=2))
-    possible = (counts >= least[:, None]) & (length > NEARLY * LEAST_LEVEL * largest[:, None])
+    possible = (counts >= least[:, None]) & (length > nearly * LEAST_LEVEL * largest[:, None])
     if not possible.any():
         return [False] * len(stretches)
     # of each reading, whether a load in another direction lies between the first and the last that are like it
@@ -181,8 +182,8 @@ def _may_return(stretches: Sequence[_Stretch]) -> list[bool]:
     inside = (place >= first[:, :, None]) & (place <= last[:, :, None])
     between = force[:, None] - change[:, :, None]  # (s, m, m, 3)
     size = np.sqrt((between**2).sum(axis=3))
-    aside = NEARLY * np.abs(np.einsum("smkc,smc->smk", between, change)) < ALONG * size * length[:, :, None]
-    loaded = inside & aside & (size > NEARLY * LEAST_LEVEL * largest[:, None, None])
+    aside = nearly * np.abs(np.einsum("smkc,smc->smk", between, change)) < ALONG * size * length[:, :, None]
+    loaded = inside & aside & (size > nearly * LEAST_LEVEL * largest[:, None, None])
     return list((possible & loaded.any(axis=2)).any(axis=1).tolist())
 
 

@@ -14,7 +14,7 @@ from stiffcal.mistakes.force_zero.moved_zero import LEAST_LEVEL, MovedZero, Part
 # Places of a step that are tried at once.
 MANY_STARTS = 100
 # States of all trials together that are computed at once: more do not fit into the cache.
-STATES_AT_ONCE = 5000
+AT_ONCE = 5000
 
 
 def likeliest(states: LoadStates, accounts: Sequence[MovedZero], motion: Floats) -> list[tuple[MovedZero, float]]:
@@ -115,7 +115,7 @@ class _Motions:
 
 def _cut(numbers: Sequence[int], n_states: int) -> list[Sequence[int]]:
     """Cut numbers of trials with so many states each into those that are computed at once."""
-    most = max(STATES_AT_ONCE // n_states, 1)
+    most = max(AT_ONCE // n_states, 1)
     return [numbers[start : start + most] for start in range(0, len(numbers), most)]
 
 
