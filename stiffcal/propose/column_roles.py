@@ -236,14 +236,15 @@ def _triples(columns: list[SniffedColumn], body: str) -> dict[str, Role]:
         first = group[0][1]
         three = tuple(group[k][0] for k in range(3))
         role = Role(three, first.places, is_open=first.is_open, body=first.body, doubt=first.doubt)
-        of_reading.setdefault(_read_as(reading, role, first.stem, complete), []).append(role)
+        meant = _read_as(reading, role, first.stem, complete)
+        if meant is Reading.POSITION and three[0].unit is None and not role.doubt:
+            role = replace(role, doubt=_DOUBTS.get(first.stem, ""))
+        of_reading.setdefault(meant, []).append(role)
     roles: dict[str, Role] = {}
     for reading, own in of_reading.items():
         chosen = next((role for role in own if body and role.body == body), own[0])
         others = tuple(role.body for role in own if role.body and role.body != chosen.body)
-        unclear = reading is Reading.POSITION and chosen.columns[0].unit is None
-        doubt = _DOUBTS.get(chosen.columns[0].name.lower()[:1], "") if unclear else ""
-        roles[reading] = replace(chosen, others=others, doubt=chosen.doubt or doubt)
+        roles[reading] = replace(chosen, others=others)
     return roles
 
 

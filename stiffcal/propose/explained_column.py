@@ -14,16 +14,16 @@ _OF_RODS = "where each is fixed is in no table, stiffcal init DIR --kind ids sho
 class NotUsed(Enum):
     """Why a column is not used; each member is a sentence."""
 
-    WORDS = "it holds words"
+    WORDS = "words, no numbers"
     STANDS_STILL = "an orientation that never changes is not measured"
-    LEFT_OPEN = "its values leave open what it is"
+    LEFT_OPEN = "the values leave open what it is"
     STRAIN = f"a strain is read of a rod: {_OF_RODS}"
     COMPUTED = "the controller computes that from its joints' angles, it is no measurement"
     COMMANDED = "commanded, not measured"
     OTHER_BODY = "of another body; one is taken"
     TURN = "how its angles are to be read is not stated: rotvec, or rpy; or moments"
     OTHER_TIME = "another column is the time"
-    COUNTER = "it counts the rows"
+    COUNTER = "a count of the rows"
     NO_SIGNAL = "no signal has such a name"
 
 

@@ -19,6 +19,7 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.mechanics.chain import Chain
+from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
 from stiffcal.propose.column_roles import Role, Roles, recognise
 from stiffcal.propose.explained import explained, is_strain, unused_in_words
 from stiffcal.propose.explained_column import ExplainedColumn
@@ -30,6 +31,7 @@ from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.time_lines import time_line
 from stiffcal.propose.unnamed_columns import are_numbered, missing_names, roles_by_values
 from stiffcal.readers import Reader, WantedColumns, find_reader
+from stiffcal.table_layout.text import encoding_of
 
 FIRST_BYTES = 1 << 14
 XML = "rsi"
@@ -156,7 +158,7 @@ def log_kind(
     chain : of the robot, by which columns without names are judged; None: it is not known.
     """
     found_format = format_of(display_name)
-    text = _first_bytes(path).decode("latin-1")
+    text = _first_words(path)
     device, name = _maker(path.name.replace("_", " ") + "\n" + (text if found_format in (None, TEXT, XML) else ""))
     try:
         reader = find_reader(path, found_format, display_name)
@@ -343,12 +345,14 @@ def with_doubt(line: ProposedLine, names: FrameNames) -> ProposedLine:
     return replace(line, doubt=f"or another frame than {taken[0]!r}") if taken and line.doubt is None else line
 
 
-def _first_bytes(path: Path) -> bytes:
+def _first_words(path: Path) -> str:
+    """Return the beginning of a text, unpacked and decoded; of other files what their bytes look like."""
     try:
         with open_regular(path) as file:
-            return file.read(FIRST_BYTES)
-    except (OSError, InputError):
-        return b""
+            content = unpacked_stream(file).read(FIRST_BYTES)
+    except (*UNPACKING_ERRORS, InputError):
+        return ""
+    return content.decode(encoding_of(content), "replace")
 
 
 def _maker(text: str) -> tuple[str, str]:

@@ -72,6 +72,14 @@ def test_travels_of_axes_are_no_displacements(word: str) -> None:
     assert deflection_of(f"{held},dx,dy,dz\n1,2,3,1,2,3\n4,1,2,4,1,2") == (["dx", "dy", "dz"], "")
 
 
+@pytest.mark.parametrize("word", ["Verformung", "Déformation", "Deformación", "Deformazione", "変形", "变形"])
+def test_a_deformation_is_a_displacement_and_with_a_unit_of_strain_none(word: str) -> None:
+    for unit, taken in (("mm", True), ("µm/m", False)):
+        names = [f"{word} {axis} [{unit}]" for axis in "XYZ"]
+        found, _ = deflection_of(f"{','.join(names)}\n0.1,0.2,0.3\n0.4,0.1,0.2")
+        assert found == (names if taken else [])
+
+
 @pytest.mark.parametrize(
     ("name", "first", "step", "unit"),
     [

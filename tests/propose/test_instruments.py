@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -668,6 +669,22 @@ def test_moments_have_the_unit_that_stands_there(tmp_path: Path, written: str, s
     head = "t," + ",".join(f"F{axis} [N]" for axis in "xyz") + "," + ",".join(f"M{axis} [{written}]" for axis in "xyz")
     kind = proposed(tmp_path, "log.csv", head + "\n" + lines_of(next_to(TIME, FORCE, FORCE), ","))
     assert np.allclose(readings(tmp_path, "log.csv", kind)[1][WRENCH][3:], size * FORCE.T, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["log.csv.gz", "log.csv"])
+def test_the_head_of_a_packed_log_or_one_of_two_bytes_a_letter_states_the_unit(tmp_path: Path, name: str) -> None:
+    text = LOGS["pounds in the head"][0]()
+    (tmp_path / name).write_bytes(gzip.compress(text.encode()) if name.endswith("gz") else text.encode("utf-16"))
+    kind = log_kind(tmp_path / name, name, FrameNames())
+    assert kind.device.startswith("ATI")
+    assert np.allclose(readings(tmp_path, name, kind)[1][WRENCH][:3], FORCE.T, rtol=1e-12)
+
+
+def test_a_body_is_no_moment_by_its_first_letter(tmp_path: Path) -> None:
+    text = qualisys().replace("probe", "tool")
+    doubt = proposed(tmp_path, "take.tsv", text).roles.position
+    assert doubt is not None
+    assert not doubt.doubt
 
 
 def test_a_unit_that_nobody_knows_hides_no_other_log(tmp_path: Path) -> None:

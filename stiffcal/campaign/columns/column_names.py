@@ -107,8 +107,9 @@ STEMS: Mapping[Reading, tuple[str, ...]] = MappingProxyType(
         Reading.DEFLECTION: (
             *("d", "delta", "u", "disp", "displacement", "defl", "deflection", "verschiebung", "def", "weg"),
             *("durchbiegung", "auslenkung", "deplacement", "fleche", "desplazamiento", "flecha", "spostamento"),
-            *("freccia", "deslocamento"),
-            *("変位", "変位量", "たわみ", "位移", "位移量", "变形", "变形量"),
+            *("freccia", "deslocamento", "verformung", "verlagerung", "durchsenkung", "cedimento", "deformatie"),
+            *("deformation", "deformacion", "deformazione", "deformacao", "odksztalcenie", "прогиб", "деформация"),
+            *("変位", "変位量", "たわみ", "変形", "変形量", "位移", "位移量", "变形", "变形量", "挠度"),
             "t",
         ),
         Reading.ROTATION: (
@@ -304,7 +305,7 @@ def component_of(name: str, written: str | None) -> Component | None:
     (True, False, None)
     """
     kept, places = words_of(name)
-    if _OTHER_QUANTITIES & set(kept):
+    if _OTHER_QUANTITIES & set(kept) or (written is not None and is_unit_of(written, "strain")):
         return None
     raw = RAW if _RAW & set(kept) else ""
     kept = [word for word in kept if word not in _BETWEEN and word not in _RAW]
