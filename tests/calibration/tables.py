@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import minimize
 
+from stiffcal.arrays import Floats
 from tests.calibration.field_mix import CATEGORIES, NOISE_KNOWN
 from tests.calibration.judging import JudgedCampaign
 from tests.rates.intervals import clopper_pearson
@@ -95,7 +96,11 @@ def recalibrated(pairs: Sequence[tuple[float, bool]]) -> tuple[float, float, flo
     if rate in (0.0, 1.0):
         return math.nan, score, 0.0
     columns, sign = np.column_stack([np.ones_like(p), np.log(p / (1.0 - p))]), 2.0 * right - 1.0
-    found = minimize(lambda values: np.logaddexp(0.0, -sign * (columns @ values)).sum(), np.array([0.0, 1.0]))
+
+    def less(values: Floats) -> float:
+        return float(np.logaddexp(0.0, -sign * (columns @ values)).sum())
+
+    found = minimize(less, np.array([0.0, 1.0]))
     return float(found.x[1]), score, rate * math.log(rate) + (1.0 - rate) * math.log1p(-rate)
 
 
