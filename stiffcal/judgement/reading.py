@@ -80,7 +80,7 @@ class ShownDiscrepancy:
     """A discrepancy that shows: what differs from pose to pose, or in the course of runs, and follows no law."""
 
     in_time: bool
-    """Whether it is a wander in the course of runs; else each pose has a way of its own."""
+    """Whether it is a wander in the course of runs; else each pose has a way of its own, or a run is a single state."""
     probability: float
     """That it shows."""
     size: float
@@ -332,7 +332,8 @@ def _shown(judged: Judged, size: float = 0.0) -> Iterator[ShownDiscrepancy]:
         shown = DISCREPANCIES * np.sqrt(one.variance.sum() / judged.weighed.evidence.noise.dof)
         counted = of_discrepancy[ground.shared.numbers_of(one)] * ((shown >= least) & (size <= DISCREPANCIES))
         largest = float(shown[np.argmax(counted)])
-        yield ShownDiscrepancy(one is ground.of_time, float(counted.sum()), largest)
+        wanders = one is ground.of_time and len(one.runs) < len(ground.space.data.absolute)
+        yield ShownDiscrepancy(wanders, float(counted.sum()), largest)
 
 
 def _unlisted_in_place(

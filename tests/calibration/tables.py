@@ -97,10 +97,10 @@ def recalibrated(pairs: Sequence[tuple[float, bool]]) -> tuple[float, float, flo
         return math.nan, score, 0.0
     columns, sign = np.column_stack([np.ones_like(p), np.log(p / (1.0 - p))]), 2.0 * right - 1.0
 
-    def cost(values: Floats) -> float:
+    def less(values: Floats) -> float:
         return float(np.logaddexp(0.0, -sign * (columns @ values)).sum())
 
-    found = minimize(cost, np.array([0.0, 1.0]))
+    found = minimize(less, np.array([0.0, 1.0]))
     return float(found.x[1]), score, rate * math.log(rate) + (1.0 - rate) * math.log1p(-rate)
 
 

@@ -54,7 +54,7 @@ def test_what_may_be_there_besides_is_nothing_in_its_place() -> None:
 def test_a_discrepancy_shows_by_its_rms_over_all_readings(absolute: bool) -> None:
     """Half of the noise and more, or as much as an effect; the scatter of absolute places from the noise on."""
     size = SCATTERS if absolute else SHOWS
-    of_loads, of_time = (SimpleNamespace(variance=np.full(50, 0.5)) for _ in range(2))
+    of_loads, of_time = (SimpleNamespace(variance=np.full(50, 0.5), runs=(0,)) for _ in range(2))
     where = {id(of_loads): 1, id(of_time): 1 + len(DISCREPANCIES)}
     shared = SimpleNamespace(numbers_of=lambda one: [where[id(one)] + k for k in range(len(DISCREPANCIES))])
     space = SimpleNamespace(data=SimpleNamespace(absolute=np.full(9, absolute)))
@@ -91,7 +91,7 @@ PLAY, SPRINGS, LAW = 0, 1, 2
 
 def judged_of(
     effect: float, law: float = 0.0, *, shared: float = 0.0, poses_differ: float = 0.0, wander: float = 0.0,
-    settled: float = 1.0, at_bound: bool = False,
+    settled: float = 1.0, at_bound: bool = False, n_runs: int = 1,
 ) -> Any:  # fmt: skip
     """Return what is read off: a play of so many noises, next to springs of a link and a law of no catalogue.
 
@@ -107,7 +107,7 @@ def judged_of(
         )
         for k in (3, 4)
     ]
-    of_poses, of_time = (Discrepancy((0,), N, [one], np.ones(1)) for one in alike)
+    of_poses, of_time = (Discrepancy(tuple(range(n_runs)), N, [one], np.ones(1)) for one in alike)
     common = Shared(np.zeros((0, N)), np.zeros((0, 1)), ((of_poses, 0.2), (of_time, 0.2)))
     kinds = (MemberKind.EFFECT, MemberKind.EFFECT, MemberKind.UNLISTED)
     members = []
@@ -217,3 +217,7 @@ def test_a_scatter_that_follows_nothing_is_found_with_its_size(in_time: bool, mo
     # along one direction of 24 readings, as far as the grid's sizes go
     assert 0.3 * size < found.discrepancy.size * np.sqrt(N) < 1.5 * size
     assert read_off(judged_of(0.0)).discrepancy is None
+    # of a spreadsheet each row is a run: nothing wanders in its course
+    shown = read_off(judged_of(0.0, wander=size, n_runs=N)).discrepancy
+    assert shown is not None
+    assert not shown.in_time
