@@ -186,7 +186,10 @@ def _draw_rung(axes: Axes, row: int, rung: Rung, unit: ShownUnit, above: float |
 
 def _limits(values: Sequence[float | None]) -> tuple[float, float]:
     known = [value for value in values if value]
-    return (min(known) / 1.6, max(known) * 2.2) if known else (0.1, 1.0)
+    if not known:
+        return 0.1, 1.0
+    # to the right there is room for the number of the largest error, a quarter of the panel
+    return min(known) / 1.6, max(known) * max(2.2, (max(known) / min(known)) ** 0.33)
 
 
 def _legend(axes: Axes, noise: float | None) -> list[Any]:
