@@ -173,7 +173,7 @@ class _Others:
     def least_sums(self, values: Sequence[float]) -> list[float]:
         """Return the least sum of squares with each of these values held; infinite where there is no balance."""
         robot, readings, before = self._fit.robot, self._readings, float(amplitudes(self._fit.robot, [self._held])[0])
-        sums = []
+        sums: list[float] = []
         for value in values:
             # the others go on from where they were at the value before, on the straight line of the derivative
             straight, _ = self._solved(robot, readings - self._slope * (value - before))

@@ -108,9 +108,14 @@ def fill_ladder(
 
 
 def label_lines(label: str, size: tuple[int, int]) -> list[str]:
-    """Return a rung's label in lines of so many letters, shortened at a word after so many lines.
+    r"""Return a rung's label in lines of so many letters, shortened at a word after so many lines.
 
     A place stays whole: "(joint" with the number in the next line is read as a word of its own.
+
+    Examples
+    --------
+    >>> label_lines("fit 2: + backlash (joint 4)", (25, 2))
+    ['fit 2: + backlash', '(joint\xa04)']
     """
     width, most_lines = size
     whole = re.sub(r"\((joints?|links?|pairs?) (?=[^ )]+\))", "(\\1\u00a0", label)
