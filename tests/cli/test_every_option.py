@@ -79,7 +79,7 @@ CALLS: dict[str, list[str]] = {
         "small -o code.st --cycle-ms 4 --target target --leave-out joint-compliance",
     ],
     "predict": [
-        "small --poses poses.csv -o predicted.csv --no-update",
+        "small --poses poses.csv -o predicted.csv --no-update --details",
         f"small --pose {POSE} --force 0,0,-100",
         f"small --load-path 0,0,0;0,0,-100 --at {POSE} --points 3 --note words --output predicted.csv",
     ],

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
 from stiffcal.diagnosis.answers.results import DiagnoseResult
 from stiffcal.judgement.diagnosed import DiagnosedStates, diagnose_states
-from stiffcal.judgement.document import diagnosis_result
+from stiffcal.judgement.document import _deciding_force, diagnosis_result
 from stiffcal.measurements.load_states import Sigma
 from stiffcal.model.catalogue.catalogue import built_in_effects
 from tests.laboratory.robots import six_axes
@@ -49,6 +53,12 @@ def test_the_load_that_decides_makes_an_effect_of_the_noise_as_large_as_what_is_
         assert one.deciding_force_N
         assert one.deciding_force_N == pytest.approx(force * one.size_m / noise)
         assert one.deciding_force_N > force
+    # no load that the robot cannot bear is proposed
+    weak = replace(found.first.fit.robot.chain, rated_payload=0.01)
+    fit = SimpleNamespace(noise_length=found.first.fit.noise_length, robot=SimpleNamespace(chain=weak))
+    of_weak = SimpleNamespace(kept_states=found.kept_states, noise_known=True, first=SimpleNamespace(fit=fit))
+    size = SimpleNamespace(grows_with_load=True, size=2.0 * noise)
+    assert _deciding_force(cast(Any, of_weak), cast(Any, size)) is None
 
 
 def test_what_was_not_compared_is_stated(diagnosed: tuple[DiagnosedStates, DiagnoseResult]) -> None:

@@ -78,6 +78,12 @@ def test_rods_end_tool_and_the_bent_link_are_drawn() -> None:
     assert "force along y [N]" in words[2]
     assert "displacements drawn 1 000 times" in words[3]
     assert "φ1: not identifiable from these rods" in pictures[1].caption
+    # rods of nearly one height: their names stand one above the other
+    for panel in pictures[3].draw().axes:
+        low, high = panel.get_ylim()
+        places = sorted(text.get_position()[1] for text in panel.texts)
+        assert len(places) == 3
+        assert min(np.diff(places)) > 0.09 * (high - low)
     assert "they mirror each other within 0" in pictures[0].caption
     assert "The contribution of the link is up to 0.180 mm" in pictures[2].caption
     items = [block for block in made.blocks if isinstance(block, Items)]

@@ -91,7 +91,8 @@ class BeforeAfter:
         """The frame that a parameter of the set-up belongs to; "" of all others, and where there is one set-up."""
         if any(self.where.items()):
             return ""
-        return self.name.removeprefix(f"{self.effect}.").rpartition(".")[0]
+        part = self.name.removeprefix(f"{self.effect}.").rpartition(".")[0]
+        return "" if part == "setup" else part
 
 
 def units_of_values(values: Iterable[BeforeAfter]) -> Units:

@@ -108,9 +108,14 @@ def fill_ladder(
 
 
 def label_lines(label: str, size: tuple[int, int]) -> list[str]:
-    """Return a rung's label in lines of so many letters, shortened at a word after so many lines.
+    r"""Return a rung's label in lines of so many letters, shortened at a word after so many lines.
 
     A place stays whole: "(joint" with the number in the next line is read as a word of its own.
+
+    Examples
+    --------
+    >>> label_lines("fit 2: + backlash (joint 4)", (25, 2))
+    ['fit 2: + backlash', '(joint\xa04)']
     """
     width, most_lines = size
     whole = re.sub(r"\((joints?|links?|pairs?) (?=[^ )]+\))", "(\\1\u00a0", label)
@@ -186,7 +191,10 @@ def _draw_rung(axes: Axes, row: int, rung: Rung, unit: ShownUnit, above: float |
 
 def _limits(values: Sequence[float | None]) -> tuple[float, float]:
     known = [value for value in values if value]
-    return (min(known) / 1.6, max(known) * 2.2) if known else (0.1, 1.0)
+    if not known:
+        return 0.1, 1.0
+    # to the right there is room for the number of the largest error, a quarter of the panel
+    return min(known) / 1.6, max(known) * max(2.2, (max(known) / min(known)) ** 0.33)
 
 
 def _legend(axes: Axes, noise: float | None) -> list[Any]:

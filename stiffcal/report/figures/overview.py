@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stiffcal.measurements.rms import Rms
     from stiffcal.report.content import PlaceShare, ReportRun
 
-_LABEL_SIZE = (26, 6)
+_LABEL_SIZE = (28, 4)
 MOST_RUNGS = 8
 # Shares of the deflection below this get no number.
 _LEAST_WRITTEN, _MOST_WRITTEN = 0.01, 8
@@ -54,7 +54,7 @@ def draw_overview(
     if run is None:
         handles = fill_ladder(figure.subplots(), rungs, wording.part(noise, component), component, _LABEL_SIZE)
     else:
-        ladder, robot, numbers = figure.subplots(1, 3, width_ratios=(1.75, 0.6, 0.4))
+        ladder, robot, numbers = figure.subplots(1, 3, width_ratios=(1.6, 0.6, 0.55))
         handles = fill_ladder(ladder, rungs, wording.part(noise, component), component, _LABEL_SIZE)
         _draw_robot(robot, numbers, run, shares)
     canvas.share_legend(figure, handles)

@@ -58,7 +58,7 @@ def _hardly(parameters: list[IdentifiedParameter], joint_names: tuple[str, ...])
         for effect in sorted(together)
     ]
     lines += [
-        f"{where_words(parameter.where, joint_names)}, {parameter.effect}: poorly determined, {_range_words(parameter)}"
+        f"{where_words(parameter.where, joint_names)}, {parameter.effect}: poorly determined{_range_words(parameter)}"
         for parameter in parameters
         if not (parameter.above_noise is False and parameter.effect in together)
     ]
@@ -66,10 +66,10 @@ def _hardly(parameters: list[IdentifiedParameter], joint_names: tuple[str, ...])
 
 
 def _range_words(parameter: IdentifiedParameter) -> str:
-    """Return between which bounds a poorly known parameter lies, as a stiffness where it is one."""
+    """Return between which bounds a poorly determined stiffness lies; "" of other parameters."""
     ends = parameter.stiffness_interval
     if not ends or parameter.known_stiffness is None or wording.unit_words(parameter.unit) != "rad/(N·m)":
-        return "its 95 % interval is wider than the value itself"
+        return ""
     low, high = (wording.significant(end) for end in ends)
     above = f"and {high} N·m/rad" if ends[1] is not None else "N·m/rad and no upper bound"
-    return f"95 % between {low} {above}"
+    return f", 95 % between {low} {above}"

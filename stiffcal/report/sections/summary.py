@@ -252,7 +252,10 @@ def _next_step(content: ReportContent) -> str:
     if diagnosis.unexplained:
         return "see “Missing effects”: variables on which the remaining error depends"
     removes = "; stiffcal remove DIR EFFECT takes out what is not needed" if diagnosis.superfluous else ""
-    return f"use the model: stiffcal predict, map, compensate{removes}"
+    # a model of friction alone gives under no load
+    bends = content.identify is None or content.identify.has_states
+    use = "stiffcal predict, map, compensate" if bends else "stiffcal export DIR -o model.json"
+    return f"use the model: {use}{removes}"
 
 
 def _overview(content: ReportContent) -> list[Block]:

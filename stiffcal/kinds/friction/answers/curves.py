@@ -115,5 +115,5 @@ def unused_passes(steady: SteadyReadings | None) -> tuple[UnusedReadings, ...]:
             rows[name, code].append(count[name])
             text_of[code] = str(steady.set_aside[k])
     return tuple(
-        UnusedReadings(name, tuple(numbers), f"pass: {text_of[code]}") for (name, code), numbers in rows.items()
+        UnusedReadings(name, tuple(numbers), f"the pass {text_of[code]}") for (name, code), numbers in rows.items()
     )
