@@ -54,7 +54,7 @@ def draw_blocks(console: AnswerConsole, blocks: Iterable[Block]) -> None:
             case Sentence():
                 console.print("\n" * block.starts_paragraph + text_of(block.words), soft_wrap=True)
             case Subheading():
-                console.print(f"\n{block.text}", soft_wrap=True)
+                console.print(f"\n{block.text}", style="bold" if block.is_title else None, soft_wrap=True)
             case Listing():
                 for sentence in block.sentences:
                     console.print(f"  {text_of(sentence.words)}", soft_wrap=True)

@@ -99,6 +99,8 @@ class Subheading:
     """A heading within a page."""
 
     text: str
+    is_title: bool = False
+    """A title by itself, and not the beginning of what goes on below it: bold in a terminal too."""
 
 
 @dataclass(frozen=True)

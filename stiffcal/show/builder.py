@@ -49,9 +49,9 @@ class PageBuilder:
         if points:
             self._blocks.append(Listing(points))
 
-    def head(self, text: str) -> None:
-        """Add a heading to what follows."""
-        self._blocks.append(Subheading(text))
+    def head(self, text: str, is_title: bool = False) -> None:
+        """Add a heading to what follows; a title stands by itself."""
+        self._blocks.append(Subheading(text, is_title))
 
     def table(self, columns: Sequence[str | Column], rows: Iterable[Sequence[str]], caption: str = "") -> None:
         """Add a table, unless it has no row.

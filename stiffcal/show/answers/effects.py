@@ -42,20 +42,20 @@ def page(result: EffectsResult, options: ShowOptions) -> Page:
     made = PageBuilder(effect.name)
     made.say(f"{effect.name}: {effect.summary}", "effect")
     for title, text in sections_of(effect.physics):
-        made.head(title)
+        made.head(title, is_title=True)
         made.list(_law(text) if title == HEADINGS["law"] else [text], "physics")
-    made.head("Places")
+    made.head("Places", is_title=True)
     words, option = PLACES.get(effect.place, (effect.place, ""))
     line = f"{INDENT}stiffcal add DIR {effect.name} {option}".rstrip()
     made.list([f"{words}; {ACTS.get(effect.kind, effect.kind)}", line], "places")
     if effect.parameters:
-        made.head("Parameters")
+        made.head("Parameters", is_title=True)
         made.list(_parameters(effect), "parameters")
     for title, text in _facts(effect):
-        made.head(title)
+        made.head(title, is_title=True)
         made.list([text], "fact")
     if result.sketch:
-        made.head("Picture")
+        made.head("Picture", is_title=True)
         made.list(result.sketch, "sketch")
     if result.picture is not None:
         made.list([f"{result.picture}: {result.drawn}"], "written")
@@ -79,7 +79,7 @@ def _parameters(effect: EffectDescription) -> list[str]:
         low, high = (significant(bound) if bound is not None else "∞" for bound in parameter.bounds)
         low = "−∞" if parameter.bounds[0] is None else low
         texts += [
-            f"{parameter.symbol} [{parameter.unit}]  {parameter.meaning}",
+            f"{parameter.symbol} [{parameter.unit}] {parameter.meaning}",
             f"{INDENT}possible {low} … {high}, typical {significant(parameter.typical)}",
             f"{INDENT}from: {parameter.source}",
         ]
