@@ -13,7 +13,7 @@ from stiffcal.campaign.robot.geometry import chain_of
 from stiffcal.commands.export import export_campaign
 from stiffcal.commands.identify import identify_campaign
 from stiffcal.compensation.exports.row_options import RowOptions
-from stiffcal.mechanics.joint_rows import Convention
+from stiffcal.mechanics.conventions import Convention
 from stiffcal.mechanics.kinematics import attached_poses, body_poses
 from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.stages.steps import RunContext, up_to_date_states

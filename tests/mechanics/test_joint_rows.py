@@ -10,7 +10,8 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mechanics.joint_rows import Convention, JointRows, RowsOfChain, rows_as_planned, rows_of_chain
+from stiffcal.mechanics.conventions import Convention
+from stiffcal.mechanics.joint_rows import JointRows, RowsOfChain, rows_as_planned, rows_of_chain
 from stiffcal.mechanics.kinematics import body_poses
 from stiffcal.mechanics.rotations import rotation_from_vector, transform
 from tests.laboratory.robots import six_axes
