@@ -110,9 +110,11 @@ def edit_text(
         given = _every_place(catalogue[effect].places(campaign.chain), kind)
     if kind != "setup" and not any(given.values()) and not wanted.everywhere:
         option = f"--{kind}"
-        there = possible if action == "add" else _held(campaign, effect)
+        places = catalogue[effect].places(campaign.chain)
+        held = set(_held(campaign, effect))
+        there = [place for place in places if action == "add" or place.label in held]
         # joints and pairs as the option takes them: "2", "5-6"
-        named = [label if kind == "links" else label.replace("j", "") for label in there]
+        named = [place.label if kind == "links" else "-".join(map(str, place.joints)) for place in there]
         mend = f"give {option} with one or more of {', '.join(named)}, or --all"
         if not named:
             mend = f"{effect} is not in the model" if action == "remove" else "this robot has no such place"

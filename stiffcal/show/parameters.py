@@ -77,10 +77,16 @@ def names_and_units(parameters: Sequence[tuple[str, PlacesOfEffect, str, str, Sh
     )
 
 
-def add_values(made: PageBuilder, titles: Sequence[str | Column], rows: Sequence[Sequence[str]], details: bool) -> None:
+def add_values(
+    made: PageBuilder, titles: Sequence[str | Column], rows: Sequence[Sequence[str]], details: bool, command: str
+) -> None:
     """Add a table whose last column is a remark: without details `MOST_VALUES` rows, first those with a remark.
 
     What shifts values whose remarks call them shifted stands below.
+
+    Parameters
+    ----------
+    command : the one that shows all of them.
     """
     order = sorted(range(len(rows)), key=lambda k: not rows[k][-1])
     # a line that says one more takes the room of that one
@@ -88,7 +94,7 @@ def add_values(made: PageBuilder, titles: Sequence[str | Column], rows: Sequence
     shown = [rows[k] for k in sorted(order[:most])]
     made.table(titles, shown)
     if len(shown) < len(rows):
-        made.say(f"  and {len(rows) - len(shown)} more (--details)", "more")
+        made.say(f"  and {len(rows) - len(shown)} more ({command} --details)", "more")
     if any(SHIFTED_WORD in row[-1] for row in shown):
         made.say(f"{SHIFTED}: stiffcal diagnose names it", "shifted")
 

@@ -25,7 +25,8 @@
       pen.font = font;
       const texts = shown.map((entry) => S.fitting(pen, [entry.label, entry.short].map(S.visible), room));
       const key = JSON.stringify(shown.map((entry, k) => [entry.id, texts[k]]));
-      if (key !== listed) model.select.replaceChildren(...shown.map((entry, k) => S.make("option", { value: entry.id, title: S.visible(entry.label) }, texts[k])));
+      const option = (entry, k) => S.make("option", { value: entry.id, title: S.visible(entry.label) }, texts[k]);
+      if (key !== listed) model.select.replaceChildren(...shown.map(option));
       listed = key;
       model.select.value = S.state.model;
       clear.hidden = !S.nSelected;
@@ -150,7 +151,9 @@
   };
   /** A live page has a button for what the verdict of a page by itself names a command for. */
   function showVerdict(data) {
-    const words = data.live && !data.is_diagnosed ? "Not diagnosed yet: Diagnose, above, finds what is missing." : `${data.verdict} ${data.in_model} ${S.whyOther(data)}`;
+    const open = data.live && !data.is_diagnosed;
+    const verdict = `${data.verdict} ${data.in_model} ${S.whyOther(data)}`;
+    const words = open ? "Not diagnosed yet: Diagnose, above, finds what is missing." : verdict;
     document.getElementById("verdict").textContent = S.unbroken(S.visible(words.trim()));
   }
   const summary = document.getElementById("summary"),

@@ -41,7 +41,8 @@
     function fill(model, earlier) {
       if (!model.values.length) {
         const why = model.kind === "without" ? ": refits without an effect are stored by their residuals" : "";
-        S.fill(table, [], [], model.is_forecast ? "A forecast is of the residual alone: it holds no values." : `The store holds no values of this model${why}.`);
+        const none = model.is_forecast ? "A forecast is of the residual alone: it holds no values." : `The store holds no values of this model${why}.`;
+        S.fill(table, [], [], none);
         return;
       }
       const byName = (of) => new Map(of ? of.values.map((entry) => [entry.name, entry]) : []),

@@ -82,7 +82,7 @@ def test_a_changed_model_is_fitted_once(
         fits.append(data.campaign.folder)
         return fit_now(data, loss, context)
 
-    for module in ("stages.fit", "stages.validation", "commands.identify", "commands.validate"):
+    for module in ("stages.fit", "stages.validation", "commands.identify", "stages.other_model"):
         monkeypatch.setattr(f"stiffcal.{module}.fit_now", counted)
     edit_model(validated, "remove", "joint-compliance", where={"joints": "6"})
     show(validated)

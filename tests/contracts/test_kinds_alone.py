@@ -15,7 +15,7 @@ MAY_NAME_ONE = rf"""["']({"|".join(NAMES)})["']|stiffcal.kinds"""
 # `plan.toml` names what is planned, three kinds of run whatever kinds of experiment there are, and `init --kind` drafts
 # campaigns of two from their logs.
 PLANS = (
-    "planning/", "stages/plans/plannable.py", "commands/plan.py", "show/answers/plan.py", "campaign/plan_file.py",
+    "planning/", "stages/plans/", "commands/plan.py", "show/answers/plan.py", "campaign/plan_file.py",
     "report/run_sheet.py",
 )  # fmt: skip
 DRAFTS = ("propose/", "commands/init.py", "cli/init.py")

@@ -6,7 +6,7 @@ import html
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -18,16 +18,21 @@ from stiffcal.cli.answers import Answer
 from stiffcal.cli.option_names import OPTIONS
 from stiffcal.documents import CommandResult
 from stiffcal.errors import no_progress
+from stiffcal.presentation.values import NextStep
 from stiffcal.python.answers import CampaignAnswer
+from stiffcal.python.notebook import html_of
 from stiffcal.report.blocks import ReportSection
 from stiffcal.report.building import PagesHeading, write_pages
 from stiffcal.report.page_blocks import section_of
 from stiffcal.schemas.documents import DOCUMENTS
 from stiffcal.show import answers
+from stiffcal.show.ladder import ladder
 from stiffcal.show.pages import has_page, page_of
 from stiffcal.view.packing import unpacked
 from stiffcal.view.page import pack
+from tests.cli.test_ladder_bars import NOISE, STEPS
 from tests.laboratory.dropped_in import dropped_in
+from tests.report.test_diagnosis_pages import diagnosed
 
 
 @pytest.fixture
@@ -104,3 +109,17 @@ def test_details_are_offered_with_the_command_that_has_them() -> None:
     }
     assert "identify" in offers
     assert {command for command in offers if "--details" not in OPTIONS.get(command, "")} == set()
+
+
+def test_a_diagnosis_and_a_ladder_are_the_same_page_in_every_medium() -> None:
+    page = page_of(diagnosed())
+    bars = ladder(STEPS, NOISE, None)
+    page = replace(page, blocks=(*page.blocks, bars), next_step=NextStep("stiffcal improve"))
+    content: Any = page
+    document, _ = unpacked(pack(content))
+    media = (html_of(page), json.dumps(document, ensure_ascii=False), str(section_of(page)))
+    assert document["blocks"][-1]["kind_"] == "Table"  # the scripts draw it as they do all others
+    rung = bars.bars[-2]
+    for text in ("missing: backlash (joint 4): 99.0 %", "each effect added", rung.name, rung.text, "stiffcal improve"):
+        for shown in media:
+            assert text in shown, text

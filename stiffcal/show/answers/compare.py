@@ -39,7 +39,13 @@ def page(result: CompareResult, options: ShowOptions) -> Page:
             )
         )  # fmt: skip
     titles = ("parameter", number(named.title("before"), named.several), number(named.title("after")))
-    add_values(made, (*titles, *named.unit_title, number("change"), number("p", True), "remark"), rows, options.details)
+    add_values(
+        made,
+        (*titles, *named.unit_title, number("change"), number("p", True), "remark"),
+        rows,
+        options.details,
+        "compare",
+    )
     return made.page()
 
 

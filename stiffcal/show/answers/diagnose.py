@@ -212,7 +212,11 @@ def _add_excluded(made: PageBuilder, result: DiagnoseResult, options: ShowOption
         measure = "torque, rms" if any(one.size_Nm for one in known) else "rms at the tool"
         shown = known if options.details else known[:MOST_PLACES]
         listed = ", ".join(f"{one.of} {_size_words(one.size_m, one.size_Nm)} ({one.effect})" for one in shown)
-        listed += f"; less at {len(known) - len(shown)} further places (--details)" if len(shown) < len(known) else ""
+        listed += (
+            f"; less at {len(known) - len(shown)} further places (diagnose --details)"
+            if len(shown) < len(known)
+            else ""
+        )
         text = f"would have been found in nine campaigns of ten, {measure}: {listed}"
         made.say(text, "excluded", starts_paragraph=True)
     if hidden:
@@ -370,4 +374,4 @@ def _add_what_details_show(made: PageBuilder, result: DiagnoseResult) -> None:
     if result.not_weighed is not None:
         further.append("what was not compared")
     if further:
-        made.say(f"--details shows {listing(further)}", "more", starts_paragraph=True)
+        made.say(f"diagnose --details shows {listing(further)}", "more", starts_paragraph=True)

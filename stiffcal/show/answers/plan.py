@@ -63,7 +63,7 @@ def _add_runs(made: PageBuilder, result: PlanResult, details: bool) -> None:
     shown = rows if details or len(rows) <= MOST_RUNS + 1 else rows[:MOST_RUNS]
     made.table(("run", number("rank"), *angles, *driven, *load), shown)
     if len(shown) < len(rows):
-        made.say(f"  and {count(len(rows) - len(shown), 'more run')} (--details, or a run sheet: -o FILE)", "more")
+        made.say(f"  and {count(len(rows) - len(shown), 'more run')} (plan --details, or a run sheet: -o FILE)", "more")
 
 
 def _add_expected(made: PageBuilder, result: PlanResult, details: bool) -> None:
@@ -80,7 +80,7 @@ def _add_expected(made: PageBuilder, result: PlanResult, details: bool) -> None:
     shown = rows if details or len(rows) <= MOST_VALUES + 1 else [rows[k] for k in sorted(worst[:MOST_VALUES])]
     made.table(("parameter", *((number("±"), "unit") if with_units else ()), number("± %")), shown)
     if len(shown) < len(rows):
-        made.say(f"  and {len(rows) - len(shown)} more, better known or not at all (--details)", "more")
+        made.say(f"  and {len(rows) - len(shown)} more, better known or not at all (plan --details)", "more")
     if with_units:
         made.say("for geometry and frames ± % is relative to the typical size of their errors", "relative-to")
     if result.observability is not None:

@@ -40,7 +40,7 @@ def page(result: PredictResult, options: ShowOptions) -> Page:
     made.table([number(title) for title in ("state", "x", "y", "z", "x without", "y without", "z without")], rows)
     _add_links(made, shown, unit)
     if len(shown) < len(result.states):
-        made.say(f"{len(result.states) - len(shown)} more in --details, --json or -o FILE", "more")
+        made.say(f"{len(result.states) - len(shown)} more (predict --details, --json or -o FILE)", "more")
     if result.file is not None:
         made.say(f"wrote {result.file}", "written")
     return made.page()

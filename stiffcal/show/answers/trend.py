@@ -58,7 +58,7 @@ def _add_parameters(made: PageBuilder, result: TrendResult, details: bool) -> No
         rows.append((name, first, last, *named.unit_of(unit), change_words(row.change), _deviation(row), remarks))
     titles = ("parameter", number(named.title("first"), named.several), number(named.title("last")))
     changes = number("change"), number("varies by", True)
-    add_values(made, (*titles, *named.unit_title, *changes, "remark"), rows, details)
+    add_values(made, (*titles, *named.unit_title, *changes, "remark"), rows, details, "trend")
 
 
 def _deviation(row: TrendParameter) -> str:
