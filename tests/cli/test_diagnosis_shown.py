@@ -34,7 +34,7 @@ def finding(probability: float) -> Any:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("probability", "width", "drawn"), [(1.0, 120, True), (1.0, 90, False), (0.0, 120, False)])
+@pytest.mark.parametrize(("probability", "width", "drawn"), [(1.0, 120, True), (1.0, 60, False), (0.0, 120, False)])
 def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: float, width: int, drawn: bool) -> None:
     result: Any = SimpleNamespace(
         findings=[finding(probability)],

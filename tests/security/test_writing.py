@@ -176,6 +176,7 @@ class FitAndPdf:
     """What stands in for the answer of `run`."""
 
     folder: str = ""
+    history: object = None
 
 
 def test_demo_writes_its_readme_through_no_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,7 +186,7 @@ def test_demo_writes_its_readme_through_no_link(tmp_path: Path, monkeypatch: pyt
     folder.mkdir()
     (folder / "truth.json").write_text("{}")
     (folder / "README.md").symlink_to(victim)
-    for step in ("simulate_campaign", "improve_campaign"):
+    for step in ("simulate_campaign", "improve_campaign", "read_history"):
         monkeypatch.setattr(demo, step, lambda *_, **__: {})
     monkeypatch.setattr(demo, "run_campaign", lambda *_: FitAndPdf())
     with pytest.raises(InputError, match=FaultCode.FILE_EXISTS.value):
