@@ -82,7 +82,7 @@ calibration: $(VENV)/test.stamp
 	$(BIN)/python -m tests.calibration $(JUDGE) --seed $(SEED) $(if $(filter-out 0,$(COUNT)),--count $(COUNT)) --workers $(WORKERS)
 
 # how answers of the bundled logs move when the numbers that decide in their reduction are varied by a fifth; writes
-# docs/reference/limits.md, takes minutes
+# docs/reference/limits.md: some ten minutes of a processor; a call that was ended goes on (build/limits.jsonl)
 limits: $(VENV)/test.stamp
 	$(BIN)/python -m tests.limits --workers $(WORKERS)
 

@@ -45,6 +45,7 @@ FIXED: Mapping[str, str] = {
     "MEDIAN_OF_DIFFERENCES": "statistics",
     "KILO": "defined",
     "TURNS": "defined",
+    "NUMBERS": "defined",
     "QUARTERS": "defined",
     "_COUNTED": "defined",
     "_DIFFERENCES": "defined",
