@@ -211,7 +211,10 @@ def _evidence() -> EffectEvidence:
     effect = built_in_effects()["joint-compliance"]
     rms = Rms(0.0, 0.0)
     placed = PlacedEffect(effect, Place("joints", (1,)))
-    return EffectEvidence(placed, "", "1", "translation", None, _FIRST, _ONE, _ONE, _ONE, _ONE, rms, rms, (), np.ones((1, 3)))
+    along = np.ones((1, 3))
+    return EffectEvidence(
+        placed, "", "1", "translation", None, _FIRST, _ONE, _ONE, _ONE, _ONE, rms, rms, (), along
+    )  # fmt: skip
 
 
 def _refit() -> Refit:
