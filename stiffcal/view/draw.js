@@ -14,6 +14,7 @@
       warm: get("--warm"),
       band: get("--band"),
       chosen: get("--chosen"),
+      ghost: get("--ghost"),
       series: Array.from({ length: CATEGORIES }, (_, k) => get(`--series${k}`)),
       scale: get("--scale").split(" "),
     };

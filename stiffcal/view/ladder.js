@@ -107,8 +107,8 @@
       const model = S.modelById.get(S.state.model);
       if (!model) return data.refits_missing;
       const ofFit = model.fit_rms ? `, ${S.error(model.fit_rms)} of the fit` : "";
-      const error = `${S.error(model.heldout_rms)} rms ${S.leftOut()}${ofFit}`;
-      const words = `${model.label}: ${error}; ${S.noiseWords()}${S.ofRods(model.heldout_rms ?? model.fit_rms)}. ${model.remark}`;
+      const noise = `${S.noiseWords()}${S.ofRods(model.heldout_rms ?? model.fit_rms)}`,
+        words = `${model.label}: ${S.error(model.heldout_rms)} rms ${S.leftOut()}${ofFit}; ${noise}. ${model.remark}`;
       numbers.textContent = S.unbroken(S.visible(words.trim()));
       numbers.dataset.heldout = String(S.main(model.heldout_rms) ?? "");
       numbers.dataset.fit = String(S.main(model.fit_rms) ?? "");

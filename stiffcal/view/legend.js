@@ -83,8 +83,8 @@
     return `${text.slice(0, end)}…`;
   };
   /**
-   * The first of some texts for one thing that a width holds, the longest first.
-   * @param {CanvasRenderingContext2D} g @param {string[]} texts @param {number} width
+   * The first of some texts for one thing that a width holds.
+   * @param {CanvasRenderingContext2D} g @param {string[]} texts the longest first @param {number} width
    */
   S.fitting = (g, texts, width) => texts.find((text) => g.measureText(text).width <= width) ?? S.shortened(g, texts[texts.length - 1], width);
 })(stiffcal);

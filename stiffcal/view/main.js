@@ -24,8 +24,8 @@
         room = parseFloat(maxWidth) - ARROW;
       pen.font = font;
       const texts = shown.map((entry) => S.fitting(pen, [entry.label, entry.short].map(S.visible), room));
-      const key = JSON.stringify(shown.map((entry, k) => [entry.id, texts[k]]));
-      const option = (entry, k) => S.make("option", { value: entry.id, title: S.visible(entry.label) }, texts[k]);
+      const key = JSON.stringify(shown.map((entry, k) => [entry.id, texts[k]])),
+        option = (entry, k) => S.make("option", { value: entry.id, title: S.visible(entry.label) }, texts[k]);
       if (key !== listed) model.select.replaceChildren(...shown.map(option));
       listed = key;
       model.select.value = S.state.model;

@@ -111,7 +111,7 @@
     if (ghost) {
       g.beginPath();
       for (let p = 0; p < count; p++) if (Number.isFinite(before.px[p] + before.py[p])) S.marker(g, 0, before.px[p], before.py[p], 1.6);
-      g.fillStyle = theme.line;
+      g.fillStyle = theme.ghost;
       g.fill();
       const between = (from, to) => to.map((value, p) => (Number.isFinite(from[p]) ? from[p] + moved * (value - from[p]) : value));
       if (moved < 1) {

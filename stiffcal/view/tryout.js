@@ -245,7 +245,8 @@
     error.textContent = S.visible(S.error(now));
     error.classList.toggle("waiting", Boolean(S.waitsFor));
     const known = S.data.noise ? "" : ": repeat readings or state sigma";
-    noise.textContent = S.visible(`${S.residual().heldout ? S.leftOut() : "of the fit"}; ${S.noiseWords()}${known}${S.ofRods(now)}`);
+    const judged = S.residual().heldout ? S.leftOut() : "of the fit";
+    noise.textContent = S.visible(`${judged}; ${S.noiseWords()}${known}${S.ofRods(now)}`);
     fillHint();
     undo.disabled = !S.canUndo();
     const isDue = !S.data.is_diagnosed || Boolean(S.data.diagnosis_of);
