@@ -55,8 +55,9 @@ def _add_parameters(made: PageBuilder, result: TrendResult, details: bool) -> No
         (first, of_first), (last, of_last) = (value_and_remark(row.values[k], unit) for k in (0, -1))
         remarks = joined_remarks((_remark(row, result), of_first, of_last))
         rows.append((name, first, last, *named.unit_of(unit), change_words(row.change), _deviation(row), remarks))
-    titles = ("parameter", number(named.title("first"), named.several), number(named.title("last")), *named.unit_title)
-    add_values(made, (*titles, number("change"), number("varies by", True), "remark"), rows, details)
+    values = (number(named.title("first"), named.several), number(named.title("last")))
+    titles = ("parameter", *values, *named.unit_title, number("change"), number("varies by", True), "remark")
+    add_values(made, titles, rows, details)
 
 
 def _deviation(row: TrendParameter) -> str:
