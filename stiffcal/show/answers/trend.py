@@ -11,7 +11,7 @@ from stiffcal.show.parameters import add_values, joined_remarks, names_and_units
 from stiffcal.wording import change_words, share, significant
 
 if TYPE_CHECKING:
-    from stiffcal.presentation.values import Page
+    from stiffcal.presentation.values import Column, Page
     from stiffcal.validation.trend_result import ChangeCause, PossibleCause, TrendParameter, TrendResult
 
 VERDICTS = {
@@ -56,7 +56,8 @@ def _add_parameters(made: PageBuilder, result: TrendResult, details: bool) -> No
         remarks = joined_remarks((_remark(row, result), of_first, of_last))
         rows.append((name, first, last, *named.unit_of(unit), change_words(row.change), _deviation(row), remarks))
     values = (number(named.title("first"), named.several), number(named.title("last")))
-    titles = ("parameter", *values, *named.unit_title, number("change"), number("varies by", True), "remark")
+    last_ones = (number("change"), number("varies by", True), "remark")
+    titles: list[str | Column] = ["parameter", *values, *named.unit_title, *last_ones]
     add_values(made, titles, rows, details)
 
 
