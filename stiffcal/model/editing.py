@@ -112,7 +112,7 @@ def edit_text(
         option = f"--{kind}"
         there = possible if action == "add" else _held(campaign, effect)
         # joints and pairs as the option takes them: "2", "5-6"
-        named = [label if kind == "links" else label.replace("j", "") for label in there]
+        named = [where if kind == "links" else where.replace("j", "") for where in there]
         mend = f"give {option} with one or more of {', '.join(named)}, or --all"
         if not named:
             mend = f"{effect} is not in the model" if action == "remove" else "this robot has no such place"
