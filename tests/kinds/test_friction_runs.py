@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from stiffcal.errors import InputError
 from stiffcal.kinds.friction.logs.clocks import torque_clock
 from stiffcal.kinds.friction.logs.free_motion import free_motion
 from stiffcal.kinds.friction.logs.friction_run import FrictionRun
-from stiffcal.kinds.friction.logs.runs import friction_run, moved_joints, reduce_friction
+from stiffcal.kinds.friction.logs.runs import _one_way_words, friction_run, moved_joints, reduce_friction
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.reduction.holds.unused import UnusedCode
 from stiffcal.reduction.logs.blocks import BlockAverager, Blocks, blocks_of
@@ -205,3 +207,13 @@ def test_nothing_moved() -> None:
     run = friction_run(entry(), {"log": blocks_of(time, {"joints": still, "joints.torque": still})})
     with pytest.raises(InputError, match="no joint moved"):
         reduce_friction([run], robot())
+
+
+def test_what_is_alike_of_several_joints_is_one_warning() -> None:
+    steady = SimpleNamespace(
+        joint=np.array([1, 1, 2, 2]), set_aside_code=np.array(["a", "", "a", ""]), used=np.array([False, True] * 2),
+        velocity=np.array([0.01, 0.1] * 2), set_aside=np.array(["short", ""] * 2),
+    )  # fmt: skip
+    texts = _one_way_words(cast(Any, steady), cast(Any, SimpleNamespace(joint_names=["A1", "A2"])))
+    assert len(texts) == 1
+    assert {"A1", "A2"} <= set(texts[0].replace(":", "").split())

@@ -13,7 +13,7 @@ from stiffcal.report.blocks import Facts, ReportSection, TableBlock, TableColumn
 from stiffcal.report.building import _without_empty_columns
 from stiffcal.report.content import ReportRun
 from stiffcal.report.sections import all_sections, not_identified, residuals, stiffness, summary
-from stiffcal.report.sections.campaign import runs_table, warnings_of
+from stiffcal.report.sections.campaign import runs_table
 from tests.laboratory.fits import validation_of, with_fit, with_validation
 from tests.laboratory.report_content import made_up_content
 
@@ -141,11 +141,6 @@ def test_a_report_without_a_diagnosis_asks_for_one_also_within_the_noise() -> No
     assert isinstance(made, ReportSection)
     (facts,) = [block for block in made.blocks if isinstance(block, Facts)]
     assert dict(facts.rows)["next step"] == "stiffcal diagnose DIR"
-
-
-def test_a_warning_that_several_joints_share_names_them_once() -> None:
-    content = with_validation(made_up_content(n_runs=1), warnings=["joint A1: too short", "joint A2: too short", "hot"])
-    assert warnings_of(replace(content, identify=None, ingest=None)) == ["joint A1 and joint A2: too short", "hot"]
 
 
 @pytest.mark.parametrize("measures", [StateMeasure.DISPLACEMENT, StateMeasure.PLACE])

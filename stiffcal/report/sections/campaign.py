@@ -53,13 +53,9 @@ def section(content: ReportContent) -> ReportSection | LeftOut:
 
 
 def warnings_of(content: ReportContent) -> list[str]:
-    """Return the warnings of all steps, each once: what is alike of several joints or runs names all of them."""
+    """Return the warnings of all steps, each once."""
     results = (content.ingest, content.identify, content.validate)
-    of_what: dict[str, list[str]] = {}
-    for text in dict.fromkeys(text for result in results if result is not None for text in result.warnings):
-        what, colon, warning = text.partition(": ")
-        of_what.setdefault(warning if colon else what, []).extend([what] * bool(colon))
-    return [f"{wording.listing(names)}: {text}" if names else text for text, names in of_what.items()]
+    return list(dict.fromkeys(text for result in results if result is not None for text in result.warnings))
 
 
 def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:

@@ -38,7 +38,7 @@ def page(result: MapResult, options: ShowOptions) -> Page:
     worst = result.worst
     if worst is not None:
         place = ", ".join(fixed_places(LENGTH.usual.factor * value, 0) for value in worst.position)
-        angles = [fixed_places(math.degrees(turn), 1) for turn in worst.joints or ()]
+        angles = [] if worst.joints is None else [fixed_places(math.degrees(turn), 1) for turn in worst.joints]
         joints = f", joints ({', '.join(angles)}){JOINT_ANGLE.usual.mark}" if angles else ""
         name = "largest position error" if any(result.wrench) else "softest point"
         made.say(f"{name} at ({place}) {LENGTH.usual.name} in base axes{joints}", "worst")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -24,7 +25,7 @@ from stiffcal.mechanics.chain import Chain
 from stiffcal.reduction.clocks.offsets import SourceClockOffset
 from stiffcal.reduction.holds.unused import UnusedStretch, by_cause, cause_text
 from stiffcal.reduction.logs.blocks import Blocks, noise_along_a_course
-from stiffcal.wording import significant
+from stiffcal.wording import listing, significant
 
 # A joint moves when it travels this far, more than this share of the widest, and out of its noise: others are held by
 # their servos within arc seconds, and give by some 1e-4 rad when a neighbour accelerates.
@@ -350,7 +351,7 @@ def _steady(infos: tuple[RunInfo, ...], passes: Sequence[JointPass]) -> SteadyRe
 
 def _one_way_words(steady: SteadyReadings, chain: Chain) -> list[str]:
     """Say of which joints nothing can be determined because they moved one way only, and what else was set aside."""
-    texts = []
+    alike: dict[tuple[int, int, str, str], list[str]] = defaultdict(list)
     for joint in np.unique(steady.joint):
         of_joint = steady.joint == joint
         name = chain.joint_names[int(joint) - 1]
@@ -358,6 +359,10 @@ def _one_way_words(steady: SteadyReadings, chain: Chain) -> list[str]:
             of_code = of_joint & (steady.set_aside_code == code)
             speeds = np.unique(np.abs(steady.velocity[of_code]).round(3))
             listed = ", ".join(significant(speed) for speed in speeds[:4]) + (", …" if speeds.size > 4 else "")
-            count, reason = of_code.sum(), steady.set_aside[of_code][0]
-            texts.append(f"joint {name}: {count} of {of_joint.sum()} readings set aside (at {listed} rad/s): {reason}")
-    return texts
+            found = int(of_code.sum()), int(of_joint.sum()), listed, str(steady.set_aside[of_code][0])
+            alike[found].append(name)
+    return [
+        f"joint{'s' * (len(names) > 1)} {listing(names)}: {count} of {n_readings} readings"
+        f"{' of each' * (len(names) > 1)} set aside (at {speeds_of} rad/s): {cause}"
+        for (count, n_readings, speeds_of, cause), names in alike.items()
+    ]
