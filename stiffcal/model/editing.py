@@ -111,8 +111,8 @@ def edit_text(
     if kind != "setup" and not any(given.values()) and not wanted.everywhere:
         option = f"--{kind}"
         places = catalogue[effect].places(campaign.chain)
-        held = set(_held(campaign, effect))
-        there = [place for place in places if action == "add" or place.label in held]
+        present = set(_held(campaign, effect))
+        there = [place for place in places if action == "add" or place.label in present]
         # joints and pairs as the option takes them: "2", "5-6"
         named = [place.label if kind == "links" else "-".join(map(str, place.joints)) for place in there]
         mend = f"give {option} with one or more of {', '.join(named)}, or --all"
