@@ -18,14 +18,8 @@ from stiffcal.measurements.load_states import Attachment, LoadStates
 from stiffcal.mechanics.kinematics import jacobians
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.effect import Place
-from stiffcal.validation.elasticity import (
-    Elasticity,
-    JointElasticity,
-    _summary,
-    _with_waves,
-    elasticity_of,
-    payload_that_shows,
-)
+from stiffcal.validation.elasticity import _summary, _with_waves, elasticity_of, payload_that_shows
+from stiffcal.validation.elasticity_results import Elasticity, JointElasticity
 from tests.laboratory.absolute_places import absolute_states, measured_by, on_all_joints
 from tests.laboratory.robots import SIX_STIFFNESS, six_axes
 
