@@ -59,7 +59,7 @@ def state_changes(
     for mistake in mistakes_of(StateMistake):
         if inside_runs_alone and not mistake.inside_a_run:
             continue
-        yield from ((mistake, change) for change in mistake.changes(ground.left))
+        yield from ((mistake, change) for change in mistake.ways(ground.left))
 
 
 def what_is_off(ground: Ground) -> Iterator[Member]:

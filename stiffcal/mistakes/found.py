@@ -7,21 +7,16 @@ import inspect
 import pkgutil
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import ClassVar, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from stiffcal.mistakes.mistake import Mistake
 
 CATALOGUE = "stiffcal.mistakes.catalogue"
 
 
-class _Member(Protocol):
-    name: ClassVar[str]
-    rank: ClassVar[int]
-
-
 ReadT = TypeVar("ReadT")
 WayT = TypeVar("WayT")
-MistakeT = TypeVar("MistakeT", bound=_Member)
+MistakeT = TypeVar("MistakeT", bound=Mistake[Any, Any])
 
 
 def mistakes_of(base: type[MistakeT]) -> tuple[MistakeT, ...]:

@@ -14,7 +14,7 @@ class Mistake(ABC, Generic[ReadT, WayT]):
     """One mistake that people and programs make; a class in a file of `catalogue/` is found and tried.
 
     It derives from the base class of the place where it is tried, which says what is read there (`ReadT`), and what a
-    way of taking a mistake back is (`WayT`): `inputs/`, `runs/`, `rods/`, `clocks/`.
+    way of taking a mistake back is (`WayT`): `inputs/`, `runs/`, `rods/`, `clocks/`, `states/`, `places/`.
     """
 
     name: ClassVar[str]

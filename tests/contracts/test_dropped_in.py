@@ -319,7 +319,7 @@ def test_a_mistake_that_lacks_a_method_is_refused_before_any_data_are_read() -> 
     with dropped_in("unfinished_mistakes"), pytest.raises(TypeError, match="Unfinished.*texts"):
         mistakes_of(RunMistake)
     assert [base.__abstractmethods__ for base in (RodMistake, RunMistake, ClockMistake)] == [{"ways"}] * 3
-    assert StateMistake.__abstractmethods__ == {"changes", "words"}
+    assert StateMistake.__abstractmethods__ == {"ways", "words"}
 
 
 def test_without_its_file_the_mistake_is_not_known() -> None:

@@ -29,11 +29,11 @@ def test_mistakes_of_whole_runs_are_not_searched(monkeypatch: pytest.MonkeyPatch
     asked = set[str]()
     for mistake in mistakes_of(StateMistake):
 
-        def noted(left: Any, own: StateMistake = mistake, changes: Any = mistake.changes) -> Any:
+        def noted(left: Any, own: StateMistake = mistake, changes: Any = mistake.ways) -> Any:
             asked.add(own.name)
             return changes(left)
 
-        monkeypatch.setattr(mistake, "changes", noted)
+        monkeypatch.setattr(mistake, "ways", noted)
     assert campaign.asked_again(WITHOUT_MEMBERS, fit, frozenset({Off(4)})).probability.keys() == {Off(4)}
     assert asked == {mistake.name for mistake in mistakes_of(StateMistake) if mistake.inside_a_run}
 

@@ -24,8 +24,7 @@ def moved_rows(fit: Fit, states: LoadStates) -> tuple[PlacesMistake, MovedRows] 
     left = left_of_places(fit, states)
     if left is None:
         return None
-    tried = ((mistake, mistake.found_in(left)) for mistake in mistakes_of(PlacesMistake))
-    return next(((mistake, moved) for mistake, moved in tried if moved is not None), None)
+    return next(((mistake, moved) for mistake in mistakes_of(PlacesMistake) for moved in mistake.ways(left)), None)
 
 
 def left_of_places(fit: Fit, states: LoadStates) -> LeftOfPlaces | None:

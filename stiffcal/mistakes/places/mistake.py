@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.mistakes.mistake import Mistake
 from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 
@@ -53,19 +54,11 @@ class MovedRows:
     """(n,) True for the campaign's absolute states on the shorter side."""
 
 
-class PlacesMistake(ABC):
-    """One mistake from a row on; a subclass in a file of `catalogue/` is found and tried."""
+class PlacesMistake(Mistake[LeftOfPlaces, MovedRows]):
+    """One mistake from a row on, which is given where it is certain; the one with the smaller rank is tried first."""
 
-    name: ClassVar[str]
-    """Its own."""
     kind: ClassVar[SuspectKind]
     """How it is answered."""
-    rank: ClassVar[int] = 100
-    """The one with the smaller number is tried first."""
-
-    @abstractmethod
-    def found_in(self, left: LeftOfPlaces) -> MovedRows | None:
-        """Return where it is; None where what is left shows none."""
 
     @abstractmethod
     def words(self, moved: MovedRows, rows: Sequence[str]) -> tuple[str, str]:

@@ -111,7 +111,7 @@ class Exchange(StateMistake):
         """Return what was exchanged between two runs."""
         return f"{self.part} of runs {runs[0]} and {runs[1]} exchanged"
 
-    def changes(self, left: LeftOfStates) -> Iterator[StateChange]:
+    def ways(self, left: LeftOfStates) -> Iterator[StateChange]:
         """Yield the pairs that explain most: a run with any of the others, in any part, is as likely as a run off."""
         if left.absolute.all():
             return

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,7 +11,11 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.estimation.decomposition import thin_svd
 from stiffcal.estimation.rows import RowSpace
+<<<<<<< HEAD
 from stiffcal.mistakes.suspect_kinds import SuspectKind
+=======
+from stiffcal.mistakes.mistake import Mistake
+>>>>>>> 70d9f55aa9f942ab91445948483be7c9fcaa6c4b
 
 LEAST_OF_MISTAKE = 1e-6
 """Share of a mistake's longest column below which another is made of those before: far above what rounding leaves."""
@@ -58,13 +61,9 @@ class StateChange:
     """Logarithm of the share that this one has of all of its kind, before any reading."""
 
 
-class StateMistake(ABC):
-    """One mistake in load states; a subclass in a file of `catalogue/` is found, and judged next to all effects."""
+class StateMistake(Mistake[LeftOfStates, StateChange]):
+    """One mistake in load states, judged next to all effects: of all its ways the few that explain most are given."""
 
-    name: ClassVar[str]
-    """Its own."""
-    rank: ClassVar[int] = 100
-    """The order in which mistakes are listed."""
     size_is_known: ClassVar[bool] = False
     """Whether the readings that are exchanged say how large it is; else it may be of any size."""
     inside_a_run: ClassVar[bool] = False
@@ -73,10 +72,6 @@ class StateMistake(ABC):
     """… what such a run is called then …"""
     likely: ClassVar[str] = ""
     """… and its cure, in words."""
-
-    @abstractmethod
-    def changes(self, left: LeftOfStates) -> Iterator[StateChange]:
-        """Yield the changes that explain most of what a model leaves, a few of all that there may be."""
 
     @abstractmethod
     def words(self, runs: tuple[int, ...]) -> str:

@@ -20,7 +20,7 @@ more widely: by 1 + 2 Σ ρ, with the correlations ρ of what is left, weighed d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -53,11 +53,11 @@ class MovedBase(PlacesMistake):
     name = "moved-base"
     kind = SuspectKind.MOVED
 
-    def found_in(self, left: LeftOfPlaces) -> MovedRows | None:
-        """Return the move that the rows show: its rows, and a drift that may be it as well."""
+    def ways(self, left: LeftOfPlaces) -> Iterator[MovedRows]:
+        """Yield the move that the rows show: its rows, and a drift that may be it as well."""
         n_rows = len(left.index)
         if n_rows < 2 * LEAST_ROWS or left.dof < NUMBERS + 1:
-            return None
+            return
         steps, white = Steps.of(left), left.residual
         gains, solution = steps.gains(white[:, :, None])
         gain = gains[:, 0]
@@ -71,7 +71,7 @@ class MovedBase(PlacesMistake):
         gain = gain / unit
         probability = _by_chance(steps, float(gain[k]), MOST_P_WITH_MISFIT if misfit else MOST_P)
         if probability is None or steps.largest_share(white, k, motion) > MOST_OF_ONE_ROW:
-            return None
+            return
         spread = max(float(gain[k]) / NUMBERS - 1.0, 0.0)
         of_rows = _evidence(gain[steps.looked_at], NUMBERS, spread)
         squares, numbers = steps.drifts(white)
@@ -79,7 +79,7 @@ class MovedBase(PlacesMistake):
         # log odds of a drift over a move; all rows, and all courses of a drift, count alike
         drift = _log_mean(of_drifts) - _log_mean(of_rows)
         if drift > DECIDED:
-            return None
+            return
         from scipy.special import ndtri
 
         low, high = (steps.looked_at[end] for end in _range(of_rows))
@@ -87,7 +87,7 @@ class MovedBase(PlacesMistake):
         before, after = index[steps.first : k], index[k:]
         leave_out = np.zeros(left.n_states, dtype=np.bool_)
         leave_out[after if len(after) <= len(before) else before] = True
-        return MovedRows(
+        yield MovedRows(
             state=int(index[k]),
             between=(int(index[low - 1]), int(index[high])),
             one_place=low == high,

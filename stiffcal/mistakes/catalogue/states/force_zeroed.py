@@ -26,7 +26,7 @@ class ForceZeroed(StateMistake):
         """Return in which run."""
         return f"force sensor zeroed anew in run {runs[0]}"
 
-    def changes(self, left: LeftOfStates) -> Iterator[StateChange]:
+    def ways(self, left: LeftOfStates) -> Iterator[StateChange]:
         """Yield the zero that moves where a step explains most."""
         if left.step is None or not left.has_constants:
             return

@@ -33,7 +33,7 @@ class TargetMoved(StateMistake):
         """Return in which run."""
         return f"target moved for a while in run {runs[0]}"
 
-    def changes(self, left: LeftOfStates) -> Iterator[StateChange]:
+    def ways(self, left: LeftOfStates) -> Iterator[StateChange]:
         """Yield the intervals inside a run that explain most; runs have zeros of their own."""
         if not left.has_constants:
             return

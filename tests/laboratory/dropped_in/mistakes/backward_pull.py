@@ -15,7 +15,7 @@ class BackwardPull(StateMistake):
     name = "backward-pull"
     size_is_known = True
 
-    def changes(self, left: LeftOfStates) -> Iterator[StateChange]:
+    def ways(self, left: LeftOfStates) -> Iterator[StateChange]:
         """Yield it of every run."""
         for run in np.unique(left.run):
             own = left.run == run
