@@ -11,11 +11,8 @@ import numpy as np
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.estimation.decomposition import thin_svd
 from stiffcal.estimation.rows import RowSpace
-<<<<<<< HEAD
-from stiffcal.mistakes.suspect_kinds import SuspectKind
-=======
 from stiffcal.mistakes.mistake import Mistake
->>>>>>> 70d9f55aa9f942ab91445948483be7c9fcaa6c4b
+from stiffcal.mistakes.suspect_kinds import SuspectKind
 
 LEAST_OF_MISTAKE = 1e-6
 """Share of a mistake's longest column below which another is made of those before: far above what rounding leaves."""
