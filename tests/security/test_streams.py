@@ -200,7 +200,8 @@ def test_warnings_of_libraries_are_kept_from_standard_error() -> None:
 
 def test_a_warning_of_a_library_ends_no_task_of_a_batch(tmp_path: Path) -> None:
     code = (
-        "import sys, warnings; from stiffcal.batch import results, task as batch_task, worker as batch_worker\n"
+        "import sys, warnings; from stiffcal.batch import task as batch_task, worker as batch_worker\n"
+        "from stiffcal.results import batch_results as results\n"
         "def run_task(task, begin):\n"
         "    warnings.warn('overflow', RuntimeWarning)\n"
         "    return results.outcome_of(task, 'held')\n"
