@@ -10,12 +10,12 @@ MOST_ROWS = 300
 """A few hundred poses determine six springs, or the frames of a tracker and its targets, many times over."""
 
 
-def some_of(count: int) -> Integers:
-    """Return (s,) the rows of a table that are looked at.
+def some_of(count: int, most: int = MOST_ROWS) -> Integers:
+    """Return (s,) the rows of a table that are looked at, no more than ``most``.
 
     Examples
     --------
     >>> some_of(3).tolist(), len(some_of(5000))
     ([0, 1, 2], 300)
     """
-    return np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).astype(np.int64))
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.int64))

@@ -36,6 +36,7 @@ def _read(tried_on: TriedOn, folder: Path) -> AsRead:
         np.arange(0, len(states), 3),
         stated_units(campaign),
         ("Fx", "Fy", "Fz", "Mx", "My", "Mz"),
+        load_units=("N", "N*m"),
         robot=campaign.robot,
         folder=campaign.robot_path.parent,
     )
@@ -43,7 +44,8 @@ def _read(tried_on: TriedOn, folder: Path) -> AsRead:
 
 def _of_displacements(tried_on: TriedOn) -> AsRead:
     with TemporaryDirectory() as folder:
-        return _read(tried_on, write_displacement_campaign(Path(folder) / "c", displacement_columns(12)))
+        read = _read(tried_on, write_displacement_campaign(Path(folder) / "c", displacement_columns(12)))
+    return replace(read, states=replace(read.states, wrench=read.states.wrench + np.arange(6.0)))
 
 
 MADE: dict[TriedOn, Callable[[TriedOn], AsRead]] = {

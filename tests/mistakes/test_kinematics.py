@@ -18,6 +18,7 @@ from stiffcal.mistakes.displacements.springs import work_of_load
 from stiffcal.mistakes.displacements.work import check_work
 from stiffcal.mistakes.references.kinematics import check_kinematics
 from stiffcal.mistakes.references.match import match_kinematics
+from stiffcal.quantities import unit
 from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
 from tests.laboratory.hidden_campaigns import NAMES, folder_of, reduced
 from tests.laboratory.robots import DEGREES
@@ -58,6 +59,28 @@ def test_the_order_of_the_force_columns_is_named(name: str, order: tuple[int, ..
     (fault,) = check_work(read, chain, columns=(*columns[:3], *("abcdef"[k] for k in moments)))
     assert [change.kind for change in fault.changes] == ["wrench-columns"]
     assert _is_right_order(fault.changes[0])
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 4, 3, 5), (0, 1, 3, 2, 4, 5), (3, 4, 5, 0, 1, 2)])
+def test_columns_of_moments_in_another_order_are_named(order: tuple[int, ...]) -> None:
+    """Those of two moments, of a force and a moment, of all."""
+    states, chain = reduced("03").states, load_campaign(folder_of("03")).chain
+    read = replace(states, wrench=states.wrench[:, order])
+    (fault,) = check_work(read, chain, columns=tuple("abcdef"[k] for k in order))
+    assert [(change.kind, change.names) for change in fault.changes] == [("wrench-columns", tuple("abcdef"))]
+
+
+@pytest.mark.parametrize(
+    ("logged", "stated"), [(("N", "N*m"), ("lbf", "N*m")), (("N", "N*m"), ("N", "N*mm")), (("N", "N*mm"), ("N", "N*m"))]
+)
+def test_units_of_forces_against_moments_are_named(logged: tuple[str, str], stated: tuple[str, str]) -> None:
+    states, chain = reduced("01").states, load_campaign(folder_of("01")).chain
+    factors = [unit(stated[k], of).factor / unit(logged[k], of).factor for k, of in enumerate(("force", "moment"))]
+    read = replace(states, wrench=states.wrench * np.repeat(factors, 3))
+    (fault,) = check_work(read, chain, units=stated)
+    assert [(change.kind, change.names) for change in fault.changes] == [("load-units", logged)]
+    # by one factor all compliances are others, and no displacement is
+    assert check_work(replace(states, wrench=4.448 * states.wrench), chain, units=("N", "N*m")) == []
 
 
 def _is_right_order(change: InputChange) -> bool:

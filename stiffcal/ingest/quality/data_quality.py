@@ -337,7 +337,7 @@ def unit_slips(states: LoadStates, campaign: Campaign) -> tuple[list[Fault], lis
 
 
 def _read_otherwise(states: LoadStates, campaign: Campaign, joints: str) -> list[Fault]:
-    acts_on, wrench, columns = _wrench_of(campaign)
+    acts_on, wrench, columns, _ = _wrench_of(campaign)
     places = TablePlaces(joints, wrench, columns, acts_on, MANIFEST_FILE)
     return check_other_readings(states, campaign.chain, stated_units(campaign), places)
 
@@ -360,12 +360,13 @@ def _turned(states: LoadStates, campaign: Campaign) -> list[Fault]:
     return [Fault(FaultCode.WRENCH_MISMATCH, MANIFEST_FILE, f"frames.{axes[0]}", reason, mend)]
 
 
-def _wrench_of(campaign: Campaign) -> tuple[str, str, tuple[str, ...]]:
-    """Return on what the first wrench in the manifest acts as it states, its key, and its columns."""
+def _wrench_of(campaign: Campaign) -> tuple[str, str, tuple[str, ...], tuple[str, ...]]:
+    """Return on what the first wrench in the manifest acts as it states, its key, its columns and their units."""
     for source, name, signal in campaign.manifest.signals():
         if isinstance(signal, Wrench):
-            return signal.acts_on, f"sources.{source}.{name}", signal.columns
-    return "robot", "wrench", ()
+            units = (signal.units.force, signal.units.moment)
+            return signal.acts_on, f"sources.{source}.{name}", signal.columns, units
+    return "robot", "wrench", (), ()
 
 
 def loaded_references(states: LoadStates) -> list[str]:

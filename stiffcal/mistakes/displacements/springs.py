@@ -97,6 +97,14 @@ def left_by_joints(
 
     Of places what counts is the distance from their mean in each run.
     """
+    design, target, _ = _springs(states, chain, flip, sign)
+    return target - _predicted(design, target), target
+
+
+def _springs(
+    states: LoadStates, chain: Chain, flip: Floats | None = None, sign: float = 1.0
+) -> tuple[Floats, Floats, Integers]:
+    """Return (k, J) displacement per compliance, (k,) as measured, m, and (k,) the number of the state."""
     angles = chain.model_angles(states.joints)
     _, axes = attached_poses(chain, angles, states.setup.wrench_axes)
     joint_axes = sign * (axes if flip is None else axes @ flip)
@@ -116,12 +124,54 @@ def left_by_joints(
     if not states.deflection_given:
         columns, measured = (less_means_of_runs(values, states.run) for values in (columns, measured))
     rows = np.isfinite(measured).ravel()
-    design, target = columns.reshape(-1, columns.shape[2])[rows], measured.ravel()[rows]
+    number = np.repeat(np.arange(len(states)), measured.shape[1])[rows]
+    return columns.reshape(-1, columns.shape[2])[rows], measured.ravel()[rows], number
+
+
+def _predicted(design: Floats, target: Floats) -> Floats:
+    """Return (k,) what non-negative compliances make of a design (k, J)."""
     scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
     gram, right = np.linalg.qr(design / scale)
     zero = np.zeros(right.shape[1])
     value, _ = least_squares_within(right, gram.T @ target, zero, zero + np.inf)
-    return target - gram @ (right @ value), target
+    return np.asarray(gram @ (right @ value))
+
+
+def chance_of_loads(states: LoadStates, mended: LoadStates, chain: Chain) -> tuple[float, float]:
+    """Return two probabilities: by chance, springs need what they predict under other loads, and the reverse.
+
+    Two models of one displacement, neither of which includes the other: what one predicts is a column more in the
+    other, and its coefficient is zero where that one is right (J test: Davidson and MacKinnon, Econometrica 49, 1981).
+    Its variance is that of clusters (Liang and Zeger, Biometrika 73, 1986): what the springs lack is shared by the
+    states of a pose.
+
+    Parameters
+    ----------
+    states : as read. mended : the same states under other loads.
+    """
+    (design, target, number), (other, _, _) = _springs(states, chain), _springs(mended, chain)
+    poses = np.unique(np.round(states.joints / SAME_ANGLES_RAD), axis=0, return_inverse=True)[1].ravel()[number]
+    return (
+        _chance_of_column(design, target, _predicted(other, target), poses),
+        _chance_of_column(other, target, _predicted(design, target), poses),
+    )
+
+
+def _chance_of_column(design: Floats, target: Floats, column: Floats, poses: Integers) -> float:
+    """Return the probability by which a column more (k,) has so large a coefficient by chance, both signs counted."""
+    from scipy.special import stdtr
+
+    axes, size, _ = np.linalg.svd(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300), full_matrices=False)
+    axes = axes[:, size > NOTHING_LEFT * size[0]]
+    own = column - axes @ (axes.T @ column)
+    count = len(np.unique(poses))
+    if count < 2 or own @ own <= NOTHING_LEFT * (column @ column):
+        return 1.0
+    slope = float(own @ target) / float(own @ own)
+    left = target - axes @ (axes.T @ target) - slope * own
+    spread = np.bincount(poses, weights=own * left) / float(own @ own)
+    deviation = np.sqrt(count / (count - 1) * float(spread @ spread))
+    return float(2.0 * stdtr(count - 1, -abs(slope) / max(deviation, 1e-300)))
 
 
 def chance_of(explained: float, share: float, states: LoadStates, chain: Chain) -> float:

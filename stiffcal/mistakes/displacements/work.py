@@ -1,37 +1,44 @@
 """Loads and displacements that run against each other, with the single change of the manifest that fits.
 
 Work of the load on the robot is positive; where it is not, or springs explain little, the load acts the other way, the
-sensor is upside down, or the force's columns are interchanged.
+sensor is upside down, or its columns are interchanged. Columns and units of forces against moments are wrong where the
+displacements need the load as it is without the mistake, and nothing of that as it is read (`chance_of_loads`).
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
+from stiffcal.arrays import Integers
 from stiffcal.errors import Fault
 from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mistakes.catalogue.loads.load_units import LoadUnits
 from stiffcal.mistakes.catalogue.loads.wrench_columns import WrenchColumns
 from stiffcal.mistakes.displacements.springs import (
+    BY_CHANCE,
     FOLLOWS,
     FOLLOWS_NOT,
     LEAST_POSES,
+    chance_of_loads,
     count_distinct,
     count_loads,
+    count_poses,
     explained_by_joints,
     work_of_load,
 )
 from stiffcal.mistakes.inputs.mistake import AsRead, Scored, TriedOn
 from stiffcal.mistakes.inputs.taken_back import taken_back
+from stiffcal.mistakes.some_rows import MOST_ROWS, some_of
 
-# Another order of the force's columns has to explain nearly all: of five others one explains much by chance.
-ORDER_EXPLAINS = 0.9
+# Of places as many runs as give each of them some of the rows that are looked at.
+ROWS_OF_RUN = 5
 # By so much more than as it is read: a quarter is more than any effect but springs makes.
 MUCH_MORE = 0.25
+# What a turn of the whole load does not undo.
+RELATIVE = (WrenchColumns.name, LoadUnits.name)
 
 
 def check_work(
@@ -41,6 +48,7 @@ def check_work(
     acts_on: str = "robot",
     place: str = "wrench",
     columns: tuple[str, ...] = (),
+    units: tuple[str, ...] = (),
 ) -> list[Fault]:
     """Return a fault where force and deflection run against each other, with the mend that fits.
 
@@ -50,7 +58,7 @@ def check_work(
     ----------
     acts_on : what the manifest states now.
     place : the wrench's key in it.
-    columns : of the wrench, 3 or 6.
+    columns : of the wrench, 3 or 6. units : of its forces and moments, as the manifest states them.
     """
     displaced = np.array([run.measures is StateMeasure.DISPLACEMENT for run in states.runs], dtype=np.bool_)
     chosen = states.select(displaced[states.run] & states.used)
@@ -59,22 +67,19 @@ def check_work(
     sign = work_of_load(chosen, chain)
     present = np.unique(chosen.run)
     negative = int((sign.work[present] < 0.0).sum())
+    read = AsRead(TriedOn.WORK, chosen, chain, _some_rows(chosen), columns=columns, acts_on=acts_on, load_units=units)
+    tried = [Scored(explained_by_joints(taken.states, chain), taken) for taken in taken_back(read)]
+    likeliest = max(tried, key=lambda one: one.score)
+    if likeliest.taken.change.kind in RELATIVE and _is_needed(likeliest, read, len(tried)):
+        mistake, change = likeliest.taken.mistake, likeliest.taken.change
+        reason = (
+            f"joint-compliance explains {100 * explained_by_joints(read.chosen, chain):.1f} % of the deflection with "
+            f"the load as it is read, {100 * likeliest.score:.1f} % with {mistake.texts(change, chain).words}"
+        )
+        return [_fault(likeliest, tried, reason, file, place, chain)]
     if 2 * negative <= present.size and sign.explained > FOLLOWS:
         return []
-    read = replace(AsRead.all_rows(TriedOn.WORK, chosen, chain), columns=columns, acts_on=acts_on)
-    tried = [Scored(explained_by_joints(taken.states, chain), taken) for taken in taken_back(read)]
-    orders = [one for one in tried if one.taken.change.kind == WrenchColumns.name]
-    others = [one for one in tried if one.taken.change.kind != WrenchColumns.name]
-    best = max(others, key=lambda one: one.score)
-    against = explained_by_joints(replace(chosen, wrench=-chosen.wrench), chain)
-    if orders and len(np.unique(chosen.run)) >= LEAST_POSES and count_loads(chosen) >= LEAST_POSES:
-        order = max(orders, key=lambda one: one.score)
-        if order.score >= max(ORDER_EXPLAINS, sign.explained + MUCH_MORE, against):
-            reason = (
-                f"joint-compliance explains {100 * sign.explained:.0f} % of the deflection with the force's columns in "
-                f"this order, {100 * order.score:.0f} % in another"
-            )
-            return [_fault(order, tried, reason, file, place, chain)]
+    best = max((one for one in tried if one.taken.change.kind not in RELATIVE), key=lambda one: one.score)
     if 2 * negative <= present.size and sign.explained > FOLLOWS_NOT:
         return []
     if best.score > FOLLOWS and best.score > sign.explained + MUCH_MORE:
@@ -92,6 +97,24 @@ def check_work(
             )
         ]
     return []
+
+
+def _some_rows(states: LoadStates) -> Integers:
+    """Return the rows that are looked at: of places several of each run, as their distances in it count."""
+    if states.deflection_given:
+        return some_of(len(states))
+    present = np.unique(states.run)
+    rows = np.flatnonzero(np.isin(states.run, present[some_of(len(present), MOST_ROWS // ROWS_OF_RUN)]))
+    return rows[some_of(len(rows))]
+
+
+def _is_needed(best: Scored, read: AsRead, tried: int) -> bool:
+    """Return whether displacements need what springs predict with another load, and not what they do as it is read."""
+    enough = count_poses(read.chosen) >= LEAST_POSES and count_loads(read.chosen) >= LEAST_POSES
+    if not enough or best.score <= FOLLOWS:
+        return False
+    needed, reverse = chance_of_loads(read.chosen, best.taken.states, read.chain)
+    return needed * tried <= BY_CHANCE < reverse * tried
 
 
 def _fault(best: Scored, tried: list[Scored], reason: str, file: str, place: str, chain: Chain) -> Fault:

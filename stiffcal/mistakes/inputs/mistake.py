@@ -69,6 +69,8 @@ class AsRead:
     """Names of the load's columns, 3 or 6; none where a mass is its source."""
     acts_on: str = "robot"
     """What the load acts on, as the manifest states it."""
+    load_units: tuple[str, ...] = ()
+    """Units of the load's forces and moments, as the manifest states them; none where a mass is its source."""
     robot: RobotFile | None = None
     """The robot file; None where none of its entries is doubted."""
     folder: Path = Path()
