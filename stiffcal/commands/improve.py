@@ -27,6 +27,7 @@ from stiffcal.results.model_changes import (
     EffectProposal,
     Made,
     next_changes,
+    not_added_in_words,
     planned_steps,
     removed_in_words,
 )
@@ -124,7 +125,9 @@ def improvement(
         structure=diagnosed.structure,
         suspects=diagnosed.suspects,
         suspects_not_checked=diagnosed.suspects_not_checked,
-        summary=diagnosed.summary + removed_in_words(recorder.steps),
+        summary=diagnosed.summary
+        + removed_in_words(recorder.steps)
+        + ("" if likely else not_added_in_words(diagnosed)),
         heldout_rms=judged.rms,
         # the verdict's: what is missing swells the scatter of repeats about the present model
         noise=judged.noise if diagnosed.noise is None else diagnosed.noise,

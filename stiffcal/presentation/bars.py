@@ -43,11 +43,17 @@ def drawn_bars(bars: Bars, room: int) -> list[str]:
         if size is None:
             texts.append("")
         elif size > scale * (1.0 + 0.5 / room):
-            beyond = f"{significant(size / scale)} ×"
-            texts.append(f"{beyond} the largest bar" if len(beyond) + 16 <= room else beyond)
+            texts.append(_beyond(size / scale, room))
         else:
             texts.append(bar(room * size / scale, at, room, FLOOR if number == len(sizes) else ""))
     return texts
+
+
+def _beyond(times: float, room: int) -> str:
+    """Return how many times as long as the longest bar one would be, in the most words that have room."""
+    short = f"{significant(times)} ×"
+    longer = f"{short} the longest bar"
+    return next((text for text in (f"off the scale: {longer}", longer) if len(text) <= room), short)
 
 
 def table_of(bars: Bars) -> Table:

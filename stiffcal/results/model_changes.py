@@ -10,6 +10,7 @@ from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.diagnosis.words import effect_in_words
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.results.improve_results import ImproveStep
+from stiffcal.wording import listing
 
 LIKELY = 0.5
 """Share of its group from which an effect that is not certain is added where that is asked for."""
@@ -93,6 +94,30 @@ def removed_in_words(steps: Sequence[ImproveStep]) -> str:
         f" Removed, as held-out poses show no larger error without: {' and '.join(map(effect_in_words, removed))}. "
         "That these data cannot distinguish them from zero does not show that they are zero."
     )
+
+
+def not_added_in_words(diagnosed: DiagnoseResult) -> str:
+    """Return what is missing and was not added because it is not certain, as a sentence to append; "" for nothing.
+
+    Parameters
+    ----------
+    diagnosed : the last diagnosis, after which what is certain was added.
+    """
+    probable = to_add(diagnosed, likely=True)
+    uncertain = [effect for effect in diagnosed.missing if not effect.firm]
+    if not uncertain:
+        return ""
+
+    def in_words(effects: Sequence[ProposedEffect]) -> str:
+        return listing(effect_in_words(EffectAt(effect=one.effect, where=one.where)) for one in effects)
+
+    them = "it" if len(uncertain) == 1 else "them"
+    added = [effect for effect in uncertain if effect in probable]
+    if not added:
+        how = f"--likely does not add {them} either: no look-alike is more probable than the others together"
+    else:
+        how = f"--likely adds {them if len(added) == len(uncertain) else in_words(added)}"
+    return f" Not added, as not certain: {in_words(uncertain)}; {how}."
 
 
 def planned_steps(diagnosed: DiagnoseResult, likely: bool) -> list[ImproveStep]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from stiffcal.results.value_words import value_in_model, value_with_unit
 from stiffcal.show.builder import PageBuilder, number
-from stiffcal.wording import change_words, place_label
+from stiffcal.show.parameters import names_and_units
+from stiffcal.wording import change_words
 
 if TYPE_CHECKING:
     from stiffcal.identification.answers.before_after import BeforeAfter
@@ -35,18 +36,27 @@ def add_moved(made: PageBuilder, values: Sequence[BeforeAfter], title: str) -> N
         return
     units = units_of_values(moved)
     read = [(value, units.of(value.quantity)) for value in moved]
-    # a unit that all have stands above them: the columns are narrower by it
-    common = read[0][1].name if len({unit.name for _, unit in read}) == 1 else ""
-    made.head(f"{title}{f', in {common}' if common else ''}:")
+    named = names_and_units([(value.effect, value.where, value.name, value.unit, unit) for value, unit in read])
+    # what all are, and a unit that all have, stand above them: the columns are narrower by it
+    common = named.unit
+    effects = list(dict.fromkeys(value.effect for value in moved))
+    of_one = effects[0] if len(effects) == 1 else ""
+    parts = (" of ".join(text for text in (named.shared, of_one) if text), f"in {common}" if common else "")
+    what = " ".join(text for text in parts if text)
+    made.head(f"{title}{f', {what}' if what else ''}:")
     rows = []
-    for value, unit in read:
-        symbol = value.name.rpartition(".")[2]
-        name = f"{value.effect} {value.setup_part or place_label(value.where)}" + (
-            "" if symbol == "c" else f" {symbol}"
-        )
+    for (value, unit), name in zip(read, named.names, strict=True):
         after = value_in_model(value.after, unit) if common else value_with_unit(value.after, unit)
         rows.append((name, value_in_model(value.before, unit), after, change_words(value.relative)))
-    made.table(("value", number("before, ± 95 %"), number("after, ± 95 %"), number("change")), rows)
+    made.table(
+        (
+            "place" if of_one and named.shared else "value",
+            number("before, ± 95 %"),
+            number("after, ± 95 %"),
+            number("change"),
+        ),
+        rows,
+    )
     if n_within:
         many = f"value{'s' * (n_within > 1)} stay{'s' * (n_within == 1)}"
         made.list([f"{n_within} other {many} within the 95 % interval (all in --json)"], "stays")

@@ -71,6 +71,8 @@ def names_and_units(parameters: Sequence[tuple[str, PlacesOfEffect, str, str, Sh
         else ", ".join([*[one[0]] * several, place(one[1]), *[word] * (not alike)])
         for one, word in zip(parameters, what, strict=True)
     ]
+    if len(set(names)) < len(names):  # frames of a set-up have one place
+        names = [name for _, _, name, _, _ in parameters]
     units = {unit.name for *_, unit in parameters}
     return NamedParameters(
         names, several or not alike, what[0] if alike else "", units.pop() if len(units) == 1 else None

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from stiffcal.presentation.values import Sentence
 from stiffcal.quantity import RATE
-from stiffcal.results.registration_words import convention_in_words
+from stiffcal.results.registration_words import convention_in_words, remainder_in_words
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import angle, length, place, probability_in_words
+from stiffcal.wording import place, probability_in_words
 
 if TYPE_CHECKING:
     from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
@@ -22,16 +22,20 @@ def registration(summary: RegistrationSummary | None) -> list[Sentence]:
     """Return what is left between the kinematics and the measured places; nothing where no frame was estimated."""
     if summary is None:
         return []
-    names, turned = ", ".join(summary.frames), summary.rms_rad
-    turn = "" if turned is None or turned != turned else f", {angle(turned)}"
-    left = f"measured and predicted positions differ by {length(summary.rms_m)}{turn} rms"
-    texts = [f"registration of {names} in {summary.n_poses} poses: {left}"]
+    texts = [remainder_in_words(summary)]
     texts += [convention_in_words(name, frame) for name, frame in summary.frames.items() if frame.by_convention]
     return [Sentence((text,), "registration") for text in texts]
 
 
-def suspects(found: Sequence[Suspect] | None, not_checked: RunsNotChecked | None = None) -> list[Sentence]:
-    """Return each suspect: why, the likely cause and cure, and the lines to copy; and what was not checked."""
+def suspects(
+    found: Sequence[Suspect] | None, not_checked: RunsNotChecked | None = None, searched: bool = False
+) -> list[Sentence]:
+    """Return each suspect: why, the likely cause and cure, and the lines to copy; and what was not checked.
+
+    Parameters
+    ----------
+    found, not_checked : of the answer. searched : whether it is of a search for missing effects, which leaves them out.
+    """
     texts = []
     for suspect in found or ():
         row = "" if suspect.row is None else f", row {suspect.row}"
@@ -43,7 +47,9 @@ def suspects(found: Sequence[Suspect] | None, not_checked: RunsNotChecked | None
             effects = " and ".join(f"{effect.effect} ({place(effect.where)})" for effect in suspect.explained_by)
             texts.append(f"  equally well explained by an effect: {effects}")
     if found:
-        texts.append("suspects are included in the fit; to exclude them, copy these lines into campaign.toml:")
+        left_out = searched and any(suspect.is_left_out for suspect in found)
+        out = "left out of the search for missing effects, and " if left_out else ""
+        texts.append(f"suspects are {out}included in the fit; to exclude them, copy these lines into campaign.toml:")
         texts += [f"  {line}" for suspect in found for line in suspect.exclude]
     sentences = [Sentence((text,), "suspect") for text in texts]
     return sentences + ([] if not_checked is None else [Sentence((not_checked.sentence,), "runs-not-checked")])

@@ -39,7 +39,7 @@ def test_the_registration_stands_first_after_the_verdict(
         main([name, str(campaign), *options])
     lines = capsys.readouterr().out.splitlines()
     line = lines[lines[0].startswith(("PASS  ", "WARN  ", "FAIL  "))]
-    assert line.startswith("registration of tracker in 4 poses: measured and predicted positions differ by ")
+    assert line.startswith("registration of tracker in 4 poses: ")
 
 
 @pytest.mark.parametrize("command", ["ingest", "identify", "validate", "diagnose", "improve --dry-run"])

@@ -19,12 +19,12 @@ from stiffcal.identification.answers.before_after import (
 from stiffcal.identification.answers.fit_results import IdentifiedParameter
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
-from stiffcal.quantity import DriftFollows
+from stiffcal.quantity import DriftFollows, ShownUnit
 from stiffcal.show.answers.diagnose import _add_with_all_missing, add_missing
 from stiffcal.show.answers.identify import fit_verdict
 from stiffcal.show.before_after import add_moved
 from stiffcal.show.builder import PageBuilder
-from stiffcal.show.parameters import add_parameters
+from stiffcal.show.parameters import add_parameters, names_and_units
 
 GROUP = [SimpleNamespace(parameters=["a", "b"])]
 
@@ -138,3 +138,9 @@ def test_values_of_several_units_that_moved_have_their_unit_behind_the_number() 
         add_moved(made, values_before_and_after(fitted(1.0), fitted(2.0)), "moved")
         draw_blocks(AnswerConsole(file=text, width=120), made.page().blocks)
         assert "4.00 ± 0.40 mrad, at its limit" in text.getvalue()
+
+
+def test_values_of_two_frames_are_told_apart_by_their_full_names() -> None:
+    names = ["setup.tracker.x", "setup.target1.x"]
+    named = names_and_units([("setup", Where(), name, "m", ShownUnit("mm", 1e3)) for name in names])
+    assert named.names == names

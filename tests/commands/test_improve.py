@@ -16,7 +16,7 @@ from stiffcal.commands.improve import improve_campaign
 from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.model.summary import EffectAt, Where
 from stiffcal.results.improve_results import ImproveStep
-from stiffcal.results.model_changes import Decision, EffectProposal, next_changes, to_add
+from stiffcal.results.model_changes import Decision, EffectProposal, next_changes, not_added_in_words, to_add
 from tests.cli.test_commands import run as run_command
 from tests.laboratory.small_campaign import MODEL, STIFFNESS, write_small_campaign
 
@@ -171,3 +171,9 @@ def test_what_is_not_certain_is_added_when_asked_for() -> None:
     )
     assert to_add(diagnosed, likely=False) == [certain]
     assert to_add(diagnosed, likely=True) == [certain, likely]
+    left = not_added_in_words(diagnosed)
+    assert "--likely" in left
+    assert [left.count(one.effect) for one in (certain, likely, undecided)] == [0, 2, 1]
+    for missing, named in ((certain, 0), (likely, 1), (undecided, 1)):
+        alone = not_added_in_words(cast(DiagnoseResult, SimpleNamespace(missing=[missing], undecided=[])))
+        assert (alone.count(missing.effect), "–" in alone) == (named, False)

@@ -125,7 +125,9 @@ def test_a_move_between_two_runs_is_found_whose_clocks_each_start_at_zero() -> N
     assert "between rows 40 of run a and 1 of run b: fit only" in suspect.likely
     # where it may as well have drifted, no row is stated as that of a move
     assert suspect.why.startswith("from row 1 of run b on all positions are displaced")
-    assert "or at once" in suspect_of_move(module.MovedBase(), replace(move, or_drift=True), states).why
+    either = suspect_of_move(module.MovedBase(), replace(move, or_drift=True), states)
+    assert "or at once" in either.why
+    assert not either.is_left_out
     # the shorter side is left out, but for a drift, which an effect explains from both sides
     assert Suspicion(moved=(module.MovedBase(), move)).keep(states).tolist() == (~move.leave_out).tolist()
     assert Suspicion(moved=(module.MovedBase(), replace(move, or_drift=True))).keep(states).all()

@@ -89,6 +89,11 @@ class Suspect:
     exclude: Annotated[list[str], NOT_PROMISED] = field(default_factory=list)
     """Lines of campaign.toml that leave it out."""
 
+    @property
+    def is_left_out(self) -> bool:
+        """Whether effects are searched without it; a move that may be a drift is not: an effect explains that too."""
+        return self.between is None or not self.or_drift
+
 
 def exclusion_lines(source: str, rows: list[int], why: str, run: str = "") -> list[str]:
     r"""Return the lines of campaign.toml that leave rows of a table out.

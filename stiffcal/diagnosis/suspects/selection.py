@@ -96,7 +96,10 @@ def not_checked(code: NotCheckedReason, *numbers: int, reason: str = "") -> Runs
             "rows of absolute runs are not compared one by one: gross mistakes are refused when a table is read, and "
             "a move of the base between two rows is checked"
         ),
-        NotCheckedReason.CLAMPED_RUNS: "clamped runs are not compared with each other",
+        NotCheckedReason.CLAMPED_RUNS: (
+            "clamped runs are not compared with each other: a faulty run is named only where its own readings "
+            "contradict each other; any other fault shows as a large error of its run in validate --details"
+        ),
         NotCheckedReason.NO_EFFECT: "runs were not compared: the model contains no effect",
         NotCheckedReason.NO_FIT: "runs were not compared: the model cannot be fitted to them",
     }

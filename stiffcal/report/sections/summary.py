@@ -35,7 +35,7 @@ from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_tabl
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.model_words import model_words
 from stiffcal.results.next_step import Standing, Step, next_step
-from stiffcal.results.registration_words import convention_in_words
+from stiffcal.results.registration_words import convention_in_words, remainder_in_words
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.wording import estimate, probability_in_words
 
@@ -331,11 +331,8 @@ def _expected(content: ReportContent, component: str) -> Rung | None:
 
 def _registration_sentence(registration: RegistrationSummary) -> str:
     """Return how well the kinematics meets the places by which frames were estimated."""
-    missed = wording.measure_text({"translation": registration.rms_m, "rotation": registration.rms_rad})
-    return (
-        f"Registration of {wording.listing(registration.frames)} in {wording.count(registration.n_poses, 'pose')}: "
-        f"measured and predicted positions differ by {missed} rms."
-        + "".join(
+    return f"{wording.capital(remainder_in_words(registration))}." + (
+        "".join(
             f" {convention_in_words(name, frame)}."
             for name, frame in registration.frames.items()
             if frame.by_convention

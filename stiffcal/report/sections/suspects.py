@@ -29,7 +29,9 @@ def section(content: ReportContent) -> ReportSection | None:
     if not suspects:
         return None
     runs = wording.listing([_place(suspect) for suspect in suspects], 12)
-    blocks: list[Block] = [Paragraph(f"Check these first: {runs}. The fit includes them.", "key")]
+    searched = content.diagnose is not None and any(suspect.is_left_out for suspect in suspects)
+    but = ", the search for missing effects leaves them out" if searched else ""
+    blocks: list[Block] = [Paragraph(f"Check these first: {runs}. The fit includes them{but}.", "key")]
     for suspect in suspects:
         blocks += [SubheadingBlock(_place(suspect)), Facts(tuple(_facts(suspect)))]
     lines = tuple((line,) for suspect in suspects for line in suspect.exclude)

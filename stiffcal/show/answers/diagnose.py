@@ -57,7 +57,7 @@ def page(result: DiagnoseResult, options: ShowOptions) -> Page:
     made.say(result.summary, "verdict", diagnosis_level(result))
     _add_with_all_missing(made, result)
     made.add(parts.registration(result.registration))
-    made.add(parts.suspects(result.suspects, result.suspects_not_checked))
+    made.add(parts.suspects(result.suspects, result.suspects_not_checked, searched=True))
     if result.with_suspects is not None:
         effect_names = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
         unexplained = "; part of the error is unexplained" if result.with_suspects.unexplained else ""
@@ -243,9 +243,10 @@ def _add_ranking(made: PageBuilder, result: DiagnoseResult, details: bool) -> No
     shown = result.findings if details else probable[:MOST_ROWS]
     if not shown:
         return
+    left_out = held_out_by_diagnosis(result.rms)
     explains, size = number("explains"), number("size")
     columns = (
-        "effect", "place", number("probability"), number("held-out, rms"), "verdict",
+        "effect", "place", number("probability"), number(f"{left_out}, rms"), "verdict",
         explains if details else roomy(explains), size if details else roomy(size), roomy(Column("", numbers=False)),
     )  # fmt: skip
     rows = [("present model", "", "", deviation(result.rms), "", "", "", "")]
@@ -266,6 +267,10 @@ def _add_ranking(made: PageBuilder, result: DiagnoseResult, details: bool) -> No
     rows.append(("noise", "", "", deviation(result.noise) if result.noise else DASH, "", "", "", ""))
     made.head("each effect added to the present model by itself:")
     made.table(columns, rows)
+    validated = result.as_validated
+    if validated is not None and held_out(validated.scheme) != left_out:
+        other = f"the error in {held_out(validated.scheme)}, {deviation(validated.rms)}"
+        made.list([f"{left_out}: each left out by itself; {other}, is what validate and improve show"], "held-out")
     made.list(_found_later(result), "found-later")
     if details:
         explained = any(finding.explains is not None for finding in result.findings)

@@ -34,7 +34,7 @@ def page(result: ImproveResult, options: ShowOptions) -> Page:
     if len(changes) != 1:
         over = "over all steps" if changes else "if the missing effects are added"
         add_moved(made, result.before_after, f"changes of the parameters {over}")
-    made.add(parts.suspects(result.suspects, result.suspects_not_checked))
+    made.add(parts.suspects(result.suspects, result.suspects_not_checked, searched=True))
     texts = [f"the remaining error depends on {variable(one.follows)}: {one.seen}" for one in result.structure]
     made.list(texts, "rest")
     for written in (result.report, result.view):

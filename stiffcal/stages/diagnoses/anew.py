@@ -140,7 +140,7 @@ def _with_suspects(
     return replace(
         diagnosis,
         with_suspects=WithSuspects(missing=answer.missing, unexplained=answer.unexplained),
-        summary=f"Left out, as probably off: {listing(left_out)}. {diagnosis.summary}",
+        summary=f"Left out of the search, as probably off: {listing(left_out)}. {diagnosis.summary}",
     )
 
 
