@@ -45,6 +45,7 @@ def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: fl
         undecided=[],
         could_be=[],
         explained_by=lambda one: one.explains,
+        as_validated=None,
     )
     with StringIO() as text:
         made = PageBuilder("")
