@@ -13,14 +13,17 @@ import pytest
 from stiffcal.cli.console import AnswerConsole
 from stiffcal.cli.pages import draw_blocks, draw_page
 from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.diagnosis.answers.heldout_results import ErrorAsValidated
 from stiffcal.diagnosis.answers.results import ExcludedSizeAt, LawCurveAt, LookAlike, ProposedEffect, UnknownLaw
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import Where
+from stiffcal.presentation.values import Listing
 from stiffcal.show.answers.diagnose import _add_excluded, _add_ranking, add_in_model, law_picture
 from stiffcal.show.answers.run import with_missing_in_words
 from stiffcal.show.builder import PageBuilder
 from stiffcal.show.options import ShowOptions
 from stiffcal.show.pages import page_of
+from stiffcal.validation.schemes import BY_REGION
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 
 SCREEN = 40
@@ -44,6 +47,7 @@ def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: fl
         unexplained=False,
         undecided=[],
         could_be=[],
+        as_validated=ErrorAsValidated(scheme=BY_REGION, rms=Rms(2e-4, None), with_missing=None),
         explained_by=lambda one: one.explains,
         as_validated=None,
     )
@@ -52,6 +56,10 @@ def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: fl
         _add_ranking(made, result, details=False)
         draw_blocks(AnswerConsole(file=text, width=width), made.page().blocks)
         assert ("█" * 10 in text.getvalue()) is drawn
+        # what validate leaves out has another error: which one stands where is stated
+        assert "held-out" in {
+            one.code for block in made.page().blocks if isinstance(block, Listing) for one in block.sentences
+        }
 
 
 def test_a_law_of_its_own_is_drawn_where_part_is_unexplained() -> None:

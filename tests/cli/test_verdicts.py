@@ -140,7 +140,7 @@ def test_values_of_several_units_that_moved_have_their_unit_behind_the_number() 
         assert "4.00 ± 0.40 mrad, at its limit" in text.getvalue()
 
 
-def test_values_of_two_frames_are_told_apart_by_their_full_names() -> None:
+def test_values_of_two_frames_keep_their_full_names() -> None:
     names = ["setup.tracker.x", "setup.target1.x"]
     named = names_and_units([("setup", Where(), name, "m", ShownUnit("mm", 1e3)) for name in names])
     assert named.names == names
