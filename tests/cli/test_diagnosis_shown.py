@@ -49,7 +49,6 @@ def test_the_ranking_has_bars_of_probability_where_there_is_room(probability: fl
         could_be=[],
         as_validated=ErrorAsValidated(scheme=BY_REGION, rms=Rms(2e-4, None), with_missing=None),
         explained_by=lambda one: one.explains,
-        as_validated=None,
     )
     with StringIO() as text:
         made = PageBuilder("")
