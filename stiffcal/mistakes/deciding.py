@@ -18,6 +18,8 @@ itself, millimetres where the mistake makes decimetres."""
 AS_GOOD = 1.5
 """Changes that leave no more than so many times the least explain it alike. The median distance of ten rows is
 known to a sixth, the ratio of two of them to a quarter: this is two standard errors."""
+CLEARLY_LESS = 0.9
+"""The order of moments' columns, or the unit of moments, is known where another one leaves a tenth more."""
 
 
 def schwarz(squares: float, count: int, numbers: int, least: float) -> float:

@@ -27,11 +27,13 @@ from stiffcal.mistakes.displacements.springs import (
     count_loads,
     count_poses,
     explained_by_joints,
+    left_by_joints,
     work_of_load,
 )
 from stiffcal.mistakes.inputs.mistake import AsRead, Scored, TriedOn
 from stiffcal.mistakes.inputs.taken_back import taken_back
 from stiffcal.mistakes.some_rows import MOST_ROWS, some_of
+from stiffcal.wording import length
 
 # Of places as many runs as give each of them some of the rows that are looked at.
 ROWS_OF_RUN = 5
@@ -71,12 +73,7 @@ def check_work(
     tried = [Scored(explained_by_joints(taken.states, chain), taken) for taken in taken_back(read)]
     likeliest = max(tried, key=lambda one: one.score)
     if likeliest.taken.change.kind in RELATIVE and _is_needed(likeliest, read, len(tried)):
-        mistake, change = likeliest.taken.mistake, likeliest.taken.change
-        reason = (
-            f"joint-compliance explains {100 * explained_by_joints(read.chosen, chain):.1f} % of the deflection with "
-            f"the load as it is read, {100 * likeliest.score:.1f} % with {mistake.texts(change, chain).words}"
-        )
-        return [_fault(likeliest, tried, reason, file, place, chain)]
+        return [_relative_fault(likeliest, tried, read, file, place)]
     if 2 * negative <= present.size and sign.explained > FOLLOWS:
         return []
     best = max((one for one in tried if one.taken.change.kind not in RELATIVE), key=lambda one: one.score)
@@ -115,6 +112,19 @@ def _is_needed(best: Scored, read: AsRead, tried: int) -> bool:
         return False
     needed, reverse = chance_of_loads(read.chosen, best.taken.states, read.chain)
     return needed * tried <= BY_CHANCE < reverse * tried
+
+
+def _relative_fault(best: Scored, tried: list[Scored], read: AsRead, file: str, place: str) -> Fault:
+    chain, mistake = read.chain, best.taken.mistake
+    as_read, mended = (length(_left_m(one, chain)) for one in (read.chosen, best.taken.states))
+    words = mistake.texts(mistake.as_known(best, tried), chain).words
+    reason = f"joint springs leave {as_read} of the displacements with the load as it is read, {mended} with {words}"
+    return _fault(best, tried, reason, file, place, chain)
+
+
+def _left_m(states: LoadStates, chain: Chain) -> float:
+    left, _ = left_by_joints(states, chain)
+    return float(np.sqrt(np.mean(left**2)))
 
 
 def _fault(best: Scored, tried: list[Scored], reason: str, file: str, place: str, chain: Chain) -> Fault:

@@ -5,7 +5,7 @@ Both in other units by one factor make all compliances other by that factor: no 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,8 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
-from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, TriedOn, Way
+from stiffcal.mistakes.deciding import CLEARLY_LESS
+from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, Scored, TriedOn, Way
 from stiffcal.quantities import unit, unit_names
 
 _FORCES = ("N", "kN", "kgf", "lbf")
@@ -48,6 +49,11 @@ class LoadUnits(InputMistake):
         force, moment = change.names
         mend = f"write {toml_text.pair('units', {'force': force, 'moment': moment})} if that is what was logged"
         return ChangeTexts("wrench.units", f"forces in {force} and moments in {moment}", mend)
+
+    def as_known(self, best: Scored, tried: Sequence[Scored]) -> InputChange:
+        """Return the most usual units of those that the moments do not distinguish from the best."""
+        same = (one for one in tried if one.taken.change.kind == self.name)
+        return next(one for one in same if 1.0 - best.score >= CLEARLY_LESS * (1.0 - one.score)).taken.change
 
 
 def _pairs(force: str, moment: str) -> list[tuple[str, str]]:

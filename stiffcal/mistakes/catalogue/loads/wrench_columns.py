@@ -12,14 +12,13 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_changes import InputChange
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
+from stiffcal.mistakes.deciding import CLEARLY_LESS
 from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputMistake, InputPart, Scored, TriedOn, Way
 
 FORCES_ALONE = "forces"
 """`InputChange.value` where the order of the moments' columns is open …"""
 MOMENTS_ALONE = "moments"
 """… and where theirs alone is another."""
-# The order of the moments is known where the other one leaves a tenth more; with less, forces decide alone.
-CLEARLY_LESS = 0.9
 
 
 class WrenchColumns(InputMistake):
