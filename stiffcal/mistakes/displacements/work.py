@@ -7,6 +7,8 @@ displacements need the load as it is without the mistake, and nothing of that as
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stiffcal.arrays import Integers
@@ -35,6 +37,8 @@ from stiffcal.mistakes.inputs.taken_back import taken_back
 from stiffcal.mistakes.some_rows import MOST_ROWS, some_of
 from stiffcal.wording import length
 
+# In a few poses, which decide nothing by their scatter, another order of columns has to explain nearly all.
+ORDER_EXPLAINS = 0.9
 # Of places as many runs as give each of them some of the rows that are looked at.
 ROWS_OF_RUN = 5
 # By so much more than as it is read: a quarter is more than any effect but springs makes.
@@ -72,7 +76,9 @@ def check_work(
     read = AsRead(TriedOn.WORK, chosen, chain, _some_rows(chosen), columns=columns, acts_on=acts_on, load_units=units)
     tried = [Scored(explained_by_joints(taken.states, chain), taken) for taken in taken_back(read)]
     likeliest = max(tried, key=lambda one: one.score)
-    if likeliest.taken.change.kind in RELATIVE and _is_needed(likeliest, read, len(tried)):
+    if likeliest.taken.change.kind in RELATIVE and (
+        _is_needed(likeliest, read, len(tried)) or _explains_nearly_all(likeliest, read, sign.explained)
+    ):
         return [_relative_fault(likeliest, tried, read, file, place)]
     if 2 * negative <= present.size and sign.explained > FOLLOWS:
         return []
@@ -105,10 +111,21 @@ def _some_rows(states: LoadStates) -> Integers:
     return rows[some_of(len(rows))]
 
 
+def _explains_nearly_all(best: Scored, read: AsRead, explained: float) -> bool:
+    """Return whether another order of columns explains nearly all, and the load as it is read or reversed does not."""
+    if best.taken.change.kind != WrenchColumns.name or not _is_varied(read):
+        return False
+    against = explained_by_joints(replace(read.chosen, wrench=-read.chosen.wrench), read.chain)
+    return best.score >= max(ORDER_EXPLAINS, explained + MUCH_MORE, against)
+
+
+def _is_varied(read: AsRead) -> bool:
+    return count_poses(read.chosen) >= LEAST_POSES and count_loads(read.chosen) >= LEAST_POSES
+
+
 def _is_needed(best: Scored, read: AsRead, tried: int) -> bool:
     """Return whether displacements need what springs predict with another load, and not what they do as it is read."""
-    enough = count_poses(read.chosen) >= LEAST_POSES and count_loads(read.chosen) >= LEAST_POSES
-    if not enough or best.score <= FOLLOWS:
+    if not _is_varied(read) or best.score <= FOLLOWS:
         return False
     needed, reverse = chance_of_loads(read.chosen, best.taken.states, read.chain)
     return needed * tried <= BY_CHANCE < reverse * tried
