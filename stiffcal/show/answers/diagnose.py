@@ -83,7 +83,7 @@ def page(result: DiagnoseResult, options: ShowOptions) -> Page:
 
 
 def add_rest(made: PageBuilder, result: DiagnoseResult, options: ShowOptions) -> None:
-    """Add what cannot be excluded, what cannot be told apart or is not needed, and what the rest follows."""
+    """Add what cannot be excluded, what cannot be distinguished or is not needed, and what the rest follows."""
     _add_excluded(made, result, options)
     if result.could_be:
         made.head("cannot be distinguished in these poses and loads:")
