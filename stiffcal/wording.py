@@ -109,7 +109,9 @@ def estimate(value: float | None, interval: Sequence[float | None] | None, facto
     >>> estimate(2.06e5, [None, 3.1e5]), estimate(-0.02, [-0.03, 0.1]), estimate(0.0123, None, 1e3)
     ('2.06 (below 3.10)·10⁵', '−0.020 (−0.030 … 0.100)', '12.3')
     >>> estimate(None, [4.9e4, None]), estimate(None, None), estimate(0.1, [0.09, None], 1e3)
-    ('above 4.90·10⁴', '–', '100 (above 90)')
+    ('above 4.90·10⁴', '–', '100 (above 90.0)')
+    >>> estimate(0.0, [None, 3.1e-4]), estimate(1e-9, [None, 3.1e5])
+    ('0 (below 0.000310)', '1.00·10⁻⁹ (below 3.10·10⁵)')
     """
     low, high = (None if end is None else end * factor for end in interval or (None, None))
     if value is None:
@@ -124,14 +126,17 @@ def _with_interval(value: float, low: float | None, high: float | None) -> str:
     below, above = (math.inf if low is None else value - low), (math.inf if high is None else high - value)
     if math.isfinite(below + above) and abs(above - below) <= _LOPSIDED * abs(above + below):
         return plus_minus(value, (below + above) / 2.0)
+    is_open = not math.isfinite(below + above)
     sides = [side for side in (below, above) if 0.0 < side < math.inf] or [abs(value)]
     leading = _rounded(value or max(sides), 3)[1]
     exponent = 0 if -4 <= leading < 4 else leading
     # two digits of the distance to the nearer end; three of the value where one end is open
-    last = _rounded(min(sides), 2)[1] - 1 if math.isfinite(below + above) else leading - 2
+    last = leading - 2 if is_open else _rounded(min(sides), 2)[1] - 1
     numbers = [value, *(end for end in (low, high) if end is not None)]
+    # with an end open the numbers may be decades apart: then no digits are common to them
+    is_apart = is_open and any(not number or _rounded(number, 3)[1] != leading for number in numbers)
     # powers of ten below 1e-308 are no numbers
-    if not -300 < exponent < 300 or not all(map(math.isfinite, numbers)):
+    if is_apart or not -300 < exponent < 300 or not all(map(math.isfinite, numbers)):
         texts, power = [significant(number) for number in numbers], ""
     else:
         places = min(max(exponent - last, 0), MOST_WRITTEN_OUT)

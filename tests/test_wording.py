@@ -40,6 +40,9 @@ def test_an_open_end_is_named_and_no_interval_prints_the_value_alone() -> None:
     assert estimate(2.06e5, (1.06e5, None)) == "2.06 (above 1.06)·10⁵"
     assert estimate(2.06e5, (None, 3.1e5)) == "2.06 (below 3.10)·10⁵"
     assert estimate(2.06e5, (None, None)) == "2.06·10⁵"
+    # what is zero has no digits, however small the end is
+    assert estimate(0.0, (None, 3.1e-4)) == "0 (below 0.000310)"
+    assert estimate(0.5, (None, 12.0)) == "0.500 (below 12.0)"
 
 
 @pytest.mark.parametrize(

@@ -75,8 +75,7 @@
 
   function tableOf(block, name) {
     const table = S.make("table");
-    const heads = block.heads.map((head) => head || "remark");
-    S.fill(table, heads, block.rows, block.caption);
+    S.fill(table, block.heads, block.rows, block.caption);
     return S.make("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": S.visible(name) }, table);
   }
 

@@ -29,6 +29,8 @@
       "Leave out and refit",
     );
     const back = S.button({ id: "take-back", onclick: () => S.want({ excluded: [] }) }, "Take all back in");
+    const leftOut = data.live?.excluded ?? [];
+    back.disabled = !leftOut.length;
     for (const element of [leaveOut, back]) element.hidden = !S.isLive() || !data.raw;
     const csv = () => {
       const head = ["run", "row", ...names];
@@ -101,23 +103,21 @@
     /** The lines of campaign.toml that leave them out. */
     function exclusion() {
       if (!data.raw) return "# readings are left out of this page (--no-raw)";
-      const found = rowsLeftOut();
-      if (!found.length)
+      const found = leftOut.length && !S.nSelected ? [] : rowsLeftOut(),
+        chosen = found.map(({ source, run, rows }) =>
+          [
+            "[[exclude]]",
+            `source = ${S.tomlText(source)}`,
+            ...(run ? [`run = ${S.tomlText(run)}`] : []),
+            `rows = [${rows.map((row) => (typeof row === "string" ? `"${row}"` : row)).join(", ")}]`,
+            'why = "…"',
+          ].join("\n"),
+        );
+      // what is out already stays among the lines, whatever is selected next
+      const blocks = [...new Set([...leftOut, ...chosen])];
+      if (!blocks.length)
         return "# these states were found in several logs and have no rows of their own:\n# leave their run out of the fit with holdout = true under [[runs]]";
-      return (
-        (data.measure === "torque" ? "# a pass is left out as a whole\n" : "") +
-        found
-          .map(({ source, run, rows }) =>
-            [
-              "[[exclude]]",
-              `source = ${S.tomlText(source)}`,
-              ...(run ? [`run = ${S.tomlText(run)}`] : []),
-              `rows = [${rows.map((row) => (typeof row === "string" ? `"${row}"` : row)).join(", ")}]`,
-              'why = "…"',
-            ].join("\n"),
-          )
-          .join("\n\n")
-      );
+      return (data.measure === "torque" ? "# a pass is left out as a whole\n" : "") + blocks.join("\n\n");
     }
     let listed = "",
       visible = true;

@@ -96,7 +96,9 @@
       names = on ? ticked().filter((name) => name !== entry.name) : [...ticked(), entry.name];
     const possible = S.isLive() || !names.length || Boolean(S.storedRefit(names)) || S.canForecast(names);
     const sure = entry.sure ? `, ${entry.sure}` : "";
-    const why = possible ? entry.why : "no refit of this combination is stored: stiffcal view --live fits any";
+    // of many rejected ones the store holds the error alone
+    const known = names.length === 1 && entry.heldout_rms ? `${S.error(entry.heldout_rms)} with it; ` : "";
+    const why = possible ? entry.why : `${known}the store holds no residuals of that: stiffcal view --live fits any`;
     const made = S.make(
       "span",
       { className: `candidate ${entry.standing}` },
@@ -227,7 +229,7 @@
       hint.className = "doing";
       hint.append(S.visible(S.hollow ? `forecast ${S.error(S.hollow.model.heldout_rms)}; ${S.waitsFor}` : S.waitsFor));
     } else if (is_forecast)
-      hint.append("estimated from the refits with each, of the drawn states: stiffcal view --live fits it");
+      hint.append("an estimate by the refits with each; stiffcal view --live fits it");
     else if (remark) Object.assign(hint, { className: "remark" }).append(S.visible(remark));
   }
 

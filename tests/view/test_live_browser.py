@@ -172,10 +172,18 @@ def test_states_are_left_out_and_taken_back(live_page: tuple[Any, Path]) -> None
     _waited(shown)
     assert shown.evaluate(robot) == pytest.approx(looked_at, abs=1.0)
     assert shown.evaluate(used) == count - 3
+    # the lines of what is out stay, whatever is selected next; nothing is taken back where nothing is out
+    left = shown.locator("#exclude").inner_text()
+    shown.evaluate("stiffcal.select([12])")
+    shown.evaluate("stiffcal.drawNow()")
+    assert left in shown.locator("#exclude").inner_text()
+    assert shown.locator("#exclude").inner_text().count("[[exclude]]") == left.count("[[exclude]]") + 1
+    shown.evaluate("stiffcal.select([])")
     assert (folder / "campaign.toml").read_bytes() == manifest
     shown.locator("#take-back").click()
     _waited(shown)
     assert shown.evaluate(used) == count
+    assert shown.locator("#take-back").is_disabled()
     assert shown.evaluate("[stiffcal.state.x, stiffcal.state.y]") == axes
 
 

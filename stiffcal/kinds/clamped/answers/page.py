@@ -98,7 +98,7 @@ def _runs_table(section: ClampedSection) -> Table:
         Column("torque measured", "N·m"),
         Column("reversal error", "rad"),
         Column(LOW_SLOPE, "rad"),
-        Column("", numbers=_TEXT),
+        Column("remark", numbers=_TEXT),
     )
     rows: list[tuple[Words, ...]] = [
         (
