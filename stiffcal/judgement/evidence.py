@@ -7,9 +7,9 @@ with variances u², and the noise's scale is integrated with ν degrees of freed
     log p = −½ log|V| − ½ log|XᵀV⁻¹X + Λ| − ½ log|I + u G u| − ½ (N + ν) log(ν + Q)
 
 G and Q are inner products under V⁻¹ with X taken out. Coefficients with a bound count by the probability that they lie
-within it, after over before. Sizes, kind and size of the discrepancy are summed over their grids: singles over all of
-them, larger sets about the best, one member after the other. What the tails of the noise add to that is in
-`stiffcal.judgement.tails`.
+within it, after over before. Sizes, kind and size of the discrepancy are summed along splines through their grids
+(`stiffcal.judgement.size_grids`): singles over all of them, larger sets about the best, one member after the other.
+What the tails of the noise add to that is in `stiffcal.judgement.tails`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ import numpy as np
 
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.judgement.inner_products import Inner, InnerProducts
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import LARGE_FACTOR, NUMBERS_AT_ONCE, SWEEPS
+from stiffcal.judgement.size_grids import log_sum, over_cells
 from stiffcal.judgement.tails import Readings
 
 Key = tuple[int, ...]
@@ -76,32 +78,8 @@ class MemberColumns:
         n_several = len(self.patterns) - n_alone
         share = np.full(len(self.patterns), self.alone / max(n_alone, 1))
         share[:n_several] = (1.0 - self.alone * bool(n_alone)) / n_several
-        return np.asarray(np.log(share[:, None] * self.weights / self.weights.sum()).ravel())
-
-
-@dataclass(frozen=True)
-class NoiseScale:
-    """How well the rows' scale is known."""
-
-    dof: float
-    """Of the readings, what every hypothesis has taken out."""
-    known: float
-    """Degrees of freedom about the stated scale; 0: it is not known, infinite: exactly."""
-
-    def log_density(self, square: Floats) -> Floats:
-        """Return the log density of residuals of these sums of squares, constants left out."""
-        square = np.maximum(square, 1e-300)
-        if self.known == 0.0:
-            return np.asarray(-0.5 * self.dof * np.log(square))
-        if np.isinf(self.known):
-            return np.asarray(-0.5 * square)
-        return np.asarray(-0.5 * (self.dof + self.known) * np.log1p(square / self.known))
-
-    def scale(self, square: Floats) -> Floats:
-        """Return the noise's scale that residuals of these sums of squares show, in units of the rows."""
-        if np.isinf(self.known):
-            return np.ones_like(square)
-        return np.asarray(np.sqrt((square + self.known) / (self.dof + self.known)))
+        log_weights = np.log(self.weights)
+        return np.asarray((np.log(share)[:, None] + log_weights - log_sum(log_weights[None])).ravel())
 
 
 @dataclass(frozen=True)
@@ -135,16 +113,20 @@ class SetEvidence:
 
     def normal(self, chosen: Sequence[int]) -> float:
         """Return the log evidence of a set for normal noise: between shapes of one law tails make no difference."""
-        return float(np.logaddexp.reduce(self.best_sizes(chosen)[0]))
+        return float(np.logaddexp.reduce(self.over_cells(self.best_sizes(chosen)[0])))
 
     def of_set(self, chosen: Sequence[int]) -> float:
         """Return the log evidence of a set, members by number."""
         return float(np.logaddexp.reduce(self.by_discrepancy(chosen)))
 
     def by_discrepancy(self, chosen: Sequence[int]) -> Floats:
-        """Return (t,) the log evidence of a set for each discrepancy."""
+        """Return (t,) the log evidence of a set for each discrepancy and the sizes for which it stands."""
         value, sizes = self.best_sizes(chosen)
-        return value + self.tails(chosen, value, sizes)
+        return self.over_cells(value + self.tails(chosen, value, sizes))
+
+    def over_cells(self, value: Floats) -> Floats:
+        """Return (t,) the same from the log evidence at each discrepancy of the grid."""
+        return over_cells(value, self.inner.shared.at)
 
     def tails(self, chosen: Sequence[int], value: Floats, sizes: Integers) -> Floats:
         """Return (t,) what the tails of the noise add to the log evidence of a set, that and its sizes as found."""
@@ -189,7 +171,8 @@ class SetEvidence:
                 old[j, at], sizes[at, j] = False, best
             if not old.any():
                 break
-        spread = [np.logaddexp.reduce(line - line.max(axis=1)[:, None], axis=1) for line in lines]
+        each = zip(lines, members, strict=True)
+        spread = [log_sum(line.reshape(t, -1, len(one.sizes))) - line.max(axis=1) for line, one in each]
         before = [one.log_weights[sizes[:, j]] for j, one in enumerate(members[:-1])]
         whole = inner.constant + lines[-1].max(axis=1) + np.sum(spread, axis=0)
         return whole + np.sum(before, axis=0) if before else whole, sizes

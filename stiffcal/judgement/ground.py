@@ -16,8 +16,9 @@ from stiffcal.diagnosis.scans.drift import Drift
 from stiffcal.estimation.unknowns import signs_of
 from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun, OffRun
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import MemberColumns, SetEvidence
 from stiffcal.judgement.lingering_noise import LingeringNoise
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import ALL_SHAPES, ALONE, SIZE_WEIGHTS, SIZES
 from stiffcal.judgement.priors import UsualSizes
 from stiffcal.judgement.shared import Shared

@@ -15,8 +15,8 @@ from stiffcal.estimation.bins import Bins
 from stiffcal.identification.fitting.regressors import Regressor, RegressorMaker
 from stiffcal.judgement.covariance_kind import CovarianceKind
 from stiffcal.judgement.discrepancy import Discrepancy, OffRun
-from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.ground import CheckKind, Ground
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import OF_LOADS, OF_TIME, WAVES
 from stiffcal.judgement.shared import Shared
 from stiffcal.kinds.row_search import RowCourse, RowFit

@@ -22,14 +22,14 @@ UNLISTED = 0.25
 """Share of each place that belongs to laws that nobody has written down."""
 SIZE_FACTOR = 5.0
 """A parameter lies within this factor of the catalogue's typical size in two cases of three."""
-_SPREAD = np.linspace(-3.6, 3.6, 9)
+_SPREAD = np.linspace(-3.6, 3.6, 21)
 SIZES = np.exp(np.log(SIZE_FACTOR) * _SPREAD)
 """Grid of a listed effect's common size over the typical one, as far as one of three thousand lies …"""
 SIZE_WEIGHTS = np.exp(-0.5 * _SPREAD**2)
 """… and its weights (log-normal), not normalised."""
 ALONE = 0.5
 """Probability that one of an effect's parameters stands alone: a bearing that gives along one axis."""
-UNLISTED_SIZES = np.geomspace(0.05, 50.0, 13)
+UNLISTED_SIZES = np.geomspace(0.05, 50.0, 21)
 """Grid of the rms over all readings that an unlisted law makes, in noises; each alike (log-uniform)."""
 TYPICAL_COMPLIANCE = 2e-6
 """rad/(N·m), the joint compliance of the robots whose effects the catalogue calls typical …"""
@@ -44,7 +44,7 @@ TYPICAL_FRICTION, TYPICAL_SPEED = 50.0, 0.5
 
 SETUP_MISTAKE = 0.02
 """Probability of each mistake in the set-up: a tool of which nothing is said …"""
-TOOL_SIZES = np.geomspace(0.02, 1.0, 5)
+TOOL_SIZES = np.geomspace(0.02, 1.0, 9)
 """… and grid of its mass over the weight that the largest force is, each alike (log-uniform) …"""
 LEVER_OF_TOOL = 0.1
 """… and how far from the flange its centre lies, m."""
@@ -54,7 +54,7 @@ DOUBTED_RUN = 0.01
 """Probability that a run is off: mislabelled, knocked, in another unit …"""
 DOUBTED_ROW = 0.001
 """… and that a single reading is …"""
-RUN_SIZES = np.geomspace(2.0, 5000.0, 14)
+RUN_SIZES = np.geomspace(2.0, 5000.0, 21)
 """… and grid of the rms by which they are, in noises; each alike (log-uniform)."""
 LOUDER = np.geomspace(2.0, 8.0, 5)
 """Grid of the noise that a louder run has besides, in noises, each alike (log-uniform): less is a tail of the noise."""
@@ -83,9 +83,8 @@ DISCREPANCIES = np.geomspace(0.17, 8.0, 16)
 """Grid of the discrepancy of every hypothesis, in noises, each alike (log-uniform): middles of what lies between 0.15
 and 9. Less shows nowhere; of sizes from 0.05 on it is a fifth, which counts as none.
 
-A size that moves readings along k directions is known to 1 / √(2 k) of itself. On a grid four times as coarse a wander
-of 1.9 noises lay between 1.1 and 3.2, by which a linear drift gained five nats; this one moves the evidence of a wander
-by less than a quarter of one.
+Summed along a spline (`stiffcal.judgement.size_grids`): as a plain sum over these a wander of 400 directions lost up to
+4.6 nats by where its size lies between two of them.
 """
 NO_DISCREPANCY, OF_LOADS, OF_TIME = 0.6, 0.28, 0.12
 """… and how probable it is that there is none, that poses answer their loads in ways of their own, that they wander."""
@@ -225,6 +224,8 @@ SAME_VALUE = 1e-9
 """Share of its range by which a value may change that stays."""
 BINS, BIN_RANGE = 320, (-12.0, 20.0)
 """Bins of log ε̂²/f, and where they begin and end."""
+OF_CELL, LEAST_OF_SPLINE = 4, 4
+"""Parts of the cell of a size over which evidence is summed, and sizes through which a cubic spline is laid."""
 SCALE_PASSES, SIZE_PASSES = 12, 50
 """Steps in which a scale of the noise, and an excluded size, is found …"""
 SIZE_FOUND = 1e-9

@@ -65,7 +65,7 @@ class WeighedSets:
             else:
                 tails = self.best_normal[1]
             self.best_normal = max(self.best_normal, (normal, tails), key=lambda one: one[0])
-            self.by_discrepancy[key] = value + tails + self._prior(key)
+            self.by_discrepancy[key] = self.evidence.over_cells(value + tails) + self._prior(key)
             self.log[key] = float(np.logaddexp.reduce(self.by_discrepancy[key]))
         return self.log[key]
 

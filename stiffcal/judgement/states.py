@@ -26,7 +26,6 @@ from stiffcal.identification.noise.reading_noise import Noise
 from stiffcal.identification.noise.weights import residual_noise
 from stiffcal.judgement.covariance_kind import CovarianceKind
 from stiffcal.judgement.discrepancy import Discrepancy, LouderRun
-from stiffcal.judgement.evidence import NoiseScale
 from stiffcal.judgement.forms import as_added, in_best_form, is_whole, replaced, spring_of, spring_symbol
 from stiffcal.judgement.ground import columns_of
 from stiffcal.judgement.ground_of_states import GroundOfStates
@@ -36,6 +35,7 @@ from stiffcal.judgement.like_states import variance_of, with_noise_of_like_state
 from stiffcal.judgement.lingering_noise import LingeringNoise
 from stiffcal.judgement.members import Member, list_members, off_columns, unlisted_columns
 from stiffcal.judgement.mistakes import mistakes_and_settings, state_changes
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import (
     ALIKE_IN_SWEEPS,
     ALONE,

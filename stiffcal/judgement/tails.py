@@ -59,7 +59,7 @@ class Readings:
         ----------
         inner : of members' columns. chosen : the set. scale : (t, q) the best sizes of its columns.
         by_discrepancy : (t,) log evidence of the set for normal noise.
-        known : as of `stiffcal.judgement.evidence.NoiseScale`.
+        known : as of `stiffcal.judgement.noise_scale.NoiseScale`.
         """
         best = float(by_discrepancy.max())
         stretches = [slice(0, 1), *self.shared.at]
@@ -150,7 +150,7 @@ def tails_of(left: Floats, free: Floats, kind: Integers, known: float) -> dict[T
     Parameters
     ----------
     left, free : (r,) as of `Readings.left`. kind : (r,) of the readings.
-    known : as of `stiffcal.judgement.evidence.NoiseScale`.
+    known : as of `stiffcal.judgement.noise_scale.NoiseScale`.
     """
     kinds, shares = np.unique(kind).tolist(), _log_shares()
     parts = {k: _scales(*_binned(left[None, kind == k], free[None, kind == k]), known) for k in kinds}

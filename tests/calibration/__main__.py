@@ -37,6 +37,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--stress", choices=[*CLASSES, "all"], metavar="CLASS")
     parser.add_argument("--practice", type=Path, nargs="+", metavar="DIR")
+    parser.add_argument("--only", nargs="+", metavar="NUMBER", help="of the numbers of the computation")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--to", type=Path, default=Path("build/calibration"))
     chosen = parser.parse_args(arguments)
@@ -48,7 +49,8 @@ def main(arguments: Sequence[str]) -> int:
             changed = {k: v for name in (*numbers.OURS, *numbers.PRIORS) for k, v in numbers.changes(name).items()}
             print(numbers.table(numbers.of_practice(chosen.practice), changed))
         else:
-            print(numbers.table(numbers.of_field_mix(chosen.seed, chosen.first, chosen.count), numbers.COMPUTED))
+            doubled = {name: numbers.COMPUTED[name] for name in chosen.only or numbers.COMPUTED}
+            print(numbers.table(numbers.of_field_mix(chosen.seed, chosen.first, chosen.count), doubled))
         return 0
     chosen.to.mkdir(parents=True, exist_ok=True)
     wanted = range(chosen.first, chosen.first + chosen.count)

@@ -21,7 +21,8 @@ A firm name is wrong where neither it nor what is alike is in the campaign.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 
 from tests.calibration.field_mix import FieldCampaign
 
@@ -29,22 +30,32 @@ FOUND_BY_ORACLE = 30.0
 """Δχ² of an effect with all else known, from which on an oracle finds it."""
 FAULT_FOUND = 5.0
 """Rms of what a fault changes over the noise, from which on it can be found (`tests.rates.faulty`)."""
+LEAST = 0.01
+"""Probability of an effect from which on it is kept."""
 KNOCK, STEP = "bump", "seat-shift setup"
 """A fault that is a step in time, and the name of that."""
 
 
 @dataclass(frozen=True)
 class Named:
-    """Effects of which one is missing, as far as the data tell them apart."""
+    """A group: effects and mistakes of which one is there, as far as the data distinguish them."""
 
     names: tuple[str, ...]
-    """``effect place``, the leading one first."""
+    """Its credible set: ``effect place``, the leading one first, until they have `ALTERNATIVES` of the group."""
     probability: float
-    """That one of them is missing; NaN where the judge states none."""
+    """That one of the whole group is there; NaN where the judge states none."""
     in_group: tuple[float, ...]
-    """Of each of the names, given that one of them is missing; NaN where the judge states none."""
+    """Of each of the names, given that one of the group is there; NaN where the judge states none."""
     firm: bool
     """Whether the leading one is named without doubt."""
+    others: tuple[str, ...] = ()
+    """What else is in the group."""
+    runs: tuple[int, ...] = ()
+    """Runs of which a mistake is in the group."""
+
+    def holds(self, names: Collection[str], runs: Collection[int]) -> bool:
+        """Return whether the group holds one of some effects or runs: the event that its probability is of."""
+        return not set(names).isdisjoint((*self.names, *self.others)) or not set(runs).isdisjoint(self.runs)
 
 
 @dataclass(frozen=True)
@@ -67,6 +78,8 @@ class Answer:
     """The last line of a crash."""
     hangs_on: tuple[str, ...] = ()
     """Priors that, three times larger or smaller, change which groups are named or whether a law of no catalogue is."""
+    effects: Mapping[str, float] = field(default_factory=dict)
+    """By ``effect place`` the probability that it is there, of those that have `LEAST` and more."""
 
     @property
     def quiet(self) -> bool:

@@ -6,6 +6,8 @@ import time
 from collections import defaultdict
 from collections.abc import Mapping
 
+import numpy as np
+
 from stiffcal.judgement.evidence import Key
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.numbers import NAMED
@@ -14,7 +16,7 @@ from stiffcal.judgement.reading import WhatIsMissing, read_off
 from stiffcal.judgement.sensitivity import varied
 from stiffcal.judgement.states import judge_states
 from stiffcal.model.catalogue.catalogue import built_in_effects
-from tests.calibration.answers import Answer, Named
+from tests.calibration.answers import LEAST, Answer, Named
 from tests.calibration.field_mix import FieldCampaign
 
 ALTERNATIVES = 0.95
@@ -26,22 +28,25 @@ def judge(campaign: FieldCampaign) -> Answer:
     start = time.process_time()
     judged = judge_states(campaign.states, campaign.model, built_in_effects())
     reading = read_off(judged)
+    off: dict[str, tuple[int, ...]] = {one.name: tuple(o.run for o in one.off) for one in judged.members}
     named = []
     for group in reading.groups:
-        reached, names, shares = 0.0, [], []
-        for name, share in group.members:
-            names.append(name)
-            shares.append(share)
-            reached += share
-            if reached >= ALTERNATIVES:
-                break
-        named.append(Named(tuple(names), group.probability, tuple(shares), group.firm))
+        names, shares = (list(part) for part in zip(*group.members, strict=True))
+        given = 1 + int(np.searchsorted(np.cumsum(shares), ALTERNATIVES))
+        runs = {run for name in names for run in off[name]}
+        named.append(
+            Named(
+                tuple(names[:given]), group.probability, tuple(shares[:given]), group.firm,
+                tuple(names[given:]), tuple(sorted(runs)),
+            )
+        )  # fmt: skip
     doubted = tuple(off.run for off, _ in reading.doubted if off.state is None)
     seconds = time.process_time() - start
     hangs_on = priors_that_decide(judged, reading)
     return Answer(
-        tuple(named), reading.unexplained, doubted, reading.p_nothing, reading.p_unknown, seconds, hangs_on=hangs_on
-    )
+        tuple(named), reading.unexplained, doubted, reading.p_nothing, reading.p_unknown, seconds, hangs_on=hangs_on,
+        effects={name: p for name, p in reading.probability.items() if p >= LEAST},
+    )  # fmt: skip
 
 
 def priors_that_decide(judged: Judged, reading: WhatIsMissing) -> tuple[str, ...]:

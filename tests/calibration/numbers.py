@@ -38,7 +38,7 @@ def _finer(grid: Floats) -> Floats:
     return np.exp(np.interp(np.arange(2 * len(grid) - 1) / 2.0, np.arange(len(grid)), np.log(grid)))
 
 
-_SPREAD = np.linspace(-3.6, 3.6, 17)
+_SPREAD = np.linspace(-3.6, 3.6, 41)
 COMPUTED: Mapping[str, Mapping[str, Any]] = {
     "WITHIN": {"WITHIN": 18.0},
     "CLOSE": {"CLOSE": 24},
@@ -61,6 +61,8 @@ COMPUTED: Mapping[str, Mapping[str, Any]] = {
     "SIZES": {"SIZES": np.exp(np.log(5.0) * _SPREAD), "SIZE_WEIGHTS": np.exp(-0.5 * _SPREAD**2)},
     "UNLISTED_SIZES": {"UNLISTED_SIZES": _finer(numbers.UNLISTED_SIZES)},
     "RUN_SIZES": {"RUN_SIZES": _finer(numbers.RUN_SIZES)},
+    "TOOL_SIZES": {"TOOL_SIZES": _finer(numbers.TOOL_SIZES)},
+    "OF_CELL": {"OF_CELL": 8},
     "DISCREPANCIES": {"DISCREPANCIES": _finer(numbers.DISCREPANCIES)},
     "LINGERS": {"LINGERS": _finer(numbers.LINGERS)},
 }  # fmt: skip

@@ -1,7 +1,7 @@
 """Small problems drawn from the very priors: what is stated with 30 % has to be true in 30 %.
 
-Linear, with sets small enough that all of them are weighed: members with a size of the grid each, a discrepancy of the
-grid, noise of known scale, with tails or without.
+Linear, with sets small enough that all of them are weighed: members with a size from the cells of their grid, a
+discrepancy from those of its own, noise of known scale, with tails or without.
 """
 
 from __future__ import annotations
@@ -13,14 +13,16 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import MemberColumns, SetEvidence
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import ALONE, DISCREPANCIES, NO_DISCREPANCY, NORMAL, TAILS
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.tails import Readings
 
 MEMBERS, RUNS, PER_RUN, COMMON = 4, 6, 5, 2
 ODDS = 0.5
-SIZES, WEIGHTS = np.array([0.15, 0.5, 1.5]), np.array([0.25, 0.5, 0.25])
+SIZES = np.geomspace(0.15, 1.5, 5)
+WEIGHTS = np.full(len(SIZES), 1.0 / len(SIZES))
 
 
 @dataclass(frozen=True)
@@ -43,13 +45,14 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
     members = [_member(rng.normal(size=(int(rng.integers(1, 4)), n)), rng.uniform() < 0.3) for _ in range(MEMBERS)]
     present = rng.uniform(size=MEMBERS) < ODDS / (1.0 + ODDS)
     y = _noise(rng, n)
-    tau = 0.0 if rng.uniform() < NO_DISCREPANCY else float(rng.choice(DISCREPANCIES))
+    tau = 0.0 if rng.uniform() < NO_DISCREPANCY else _of_cell(rng, DISCREPANCIES)
     for place, basis, variance in discrepancy.of_run:
         y[place] += tau * basis @ (np.sqrt(variance) * rng.normal(size=len(variance)))
     for one, is_present in zip(members, present, strict=True):
         if is_present:
-            number = rng.choice(len(one.scales), p=np.exp(one.log_weights))
-            coefficients = one.scales[number] * rng.normal(size=len(one.rows))
+            alone = rng.uniform() < one.alone
+            pattern = one.patterns[rng.integers(1, len(one.patterns)) if alone else 0]
+            coefficients = _of_cell(rng, one.sizes) * pattern * rng.normal(size=len(one.rows))
             y += np.where(one.bounded, np.abs(coefficients), coefficients) @ one.rows
     common = rng.normal(size=(COMMON, n))
     y += rng.normal(size=COMMON) @ common * 100.0
@@ -64,6 +67,12 @@ def _problem(rng: np.random.Generator) -> list[Stated]:
         Stated(float(sum(p[k] for k, chosen in enumerate(sets) if number in chosen)), bool(present[number]))
         for number in range(MEMBERS)
     ]
+
+
+def _of_cell(rng: np.random.Generator, grid: Floats) -> float:
+    """Draw a size that one of an even geometric grid stands for, all alike."""
+    half = 0.5 * np.log(grid[1] / grid[0])
+    return float(np.exp(rng.uniform(np.log(grid[0]) - half, np.log(grid[-1]) + half)))
 
 
 def _member(rows: Floats, bounded: bool) -> MemberColumns:

@@ -51,9 +51,9 @@ def _line(name: str, own: Sequence[JudgedCampaign], with_outcomes: bool) -> str:
 
 
 def stated(record: JudgedCampaign) -> list[tuple[float, bool]]:
-    """Return each probability that was stated of a group of effects, and whether one of them is in the campaign."""
+    """Return each probability that was stated of a group, and whether one of the whole group is in the campaign."""
     return [
-        (one.probability, bool(set(one.names) & set(record.truth)))
+        (one.probability, one.holds(record.truth, record.runs))
         for one in record.answer.named
         if not math.isnan(one.probability)
     ]

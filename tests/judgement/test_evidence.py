@@ -12,7 +12,8 @@ from scipy.stats import multivariate_normal
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import MemberColumns, SetEvidence
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import DISCREPANCIES, NO_DISCREPANCY, WAVES
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.tails import Readings

@@ -10,9 +10,10 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
-from stiffcal.judgement.evidence import Key, MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import Key, MemberColumns, SetEvidence
 from stiffcal.judgement.found import _what_the_model_has_first
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import NAMED, NO_DISCREPANCY
 from stiffcal.judgement.priors import MemberKind, Share
 from stiffcal.judgement.reading import _next_to_model

@@ -12,9 +12,10 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.errors import Progress, no_progress
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import MemberColumns, SetEvidence
 from stiffcal.judgement.inner_products import InnerProducts
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.priors import MemberKind, Share
 from stiffcal.judgement.sets import WeighedSets, search_sets
 from stiffcal.judgement.shared import Shared

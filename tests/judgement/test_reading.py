@@ -11,9 +11,10 @@ import pytest
 from stiffcal.judgement import reading
 from stiffcal.judgement.checks import Check
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
-from stiffcal.judgement.evidence import Key, MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import Key, MemberColumns, SetEvidence
 from stiffcal.judgement.ground import CheckKind
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import CHANCE, DISCREPANCIES, FIRM, SCATTERS, SHOWS, STILL_FIRM
 from stiffcal.judgement.priors import MemberKind, Share
 from stiffcal.judgement.reading import _left, _present, _shares, read_off

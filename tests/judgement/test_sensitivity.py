@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import MemberColumns, SetEvidence
 from stiffcal.judgement.judge import Judged
 from stiffcal.judgement.members import Member
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import DISCREPANCIES, NO_DISCREPANCY, PRIOR_FACTOR
 from stiffcal.judgement.priors import MemberKind, Share
 from stiffcal.judgement.sensitivity import varied

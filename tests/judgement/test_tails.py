@@ -10,7 +10,8 @@ from scipy.stats import t as student
 
 from stiffcal.arrays import Floats
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import MemberColumns, SetEvidence
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import NO_DISCREPANCY, NORMAL, TAILS
 from stiffcal.judgement.reading import read_off
 from stiffcal.judgement.shared import Shared
