@@ -1,4 +1,4 @@
-"""What must not change an answer: the units of readings and parameters."""
+"""What must not change an answer: the units of readings and parameters, and what is in the model already."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.identification.derivatives.observation import observe
+from stiffcal.identification.fitting.identify import Settings, fit_observations, fit_problem
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.identification.noise.projection import Projection
 from stiffcal.identification.noise.reading_noise import Whitening
@@ -20,8 +21,9 @@ from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
 from stiffcal.judgement.lingering_noise import LingeringNoise
 from stiffcal.judgement.numbers import LINGERING, OF_LOADS, OF_TIME, SIZE_WEIGHTS, SIZES
 from stiffcal.judgement.shared import Shared
+from stiffcal.judgement.states import StatesOfCampaign, judge_states
 from stiffcal.judgement.tails import Readings
-from stiffcal.measurements.load_states import Sigma
+from stiffcal.measurements.load_states import LoadStates, Sigma
 from stiffcal.model.assembled.composite import CompliantRobot, PlacedEffect
 from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.model.effect import Place
@@ -30,7 +32,10 @@ from tests.laboratory.simulated_states import medium_robot, played
 NOISE = Sigma(16e-6, 30e-6, 0.5, 0.1)
 EFFECTS = built_in_effects()
 PLAY = PlacedEffect(EFFECTS["backlash"], Place("joints", (4,)), {"width": 2e-4, "band": 5.0})
+LESSER_PLAY = PlacedEffect(EFFECTS["backlash"], Place("joints", (2,)), {"width": 2e-5, "band": 5.0})
+"""Of which nothing is certain."""
 KNEE = PlacedEffect(EFFECTS["two-slope"], Place("joints", (3,)), {"c": 1.5e-7, "knee": 100.0})
+A, B = "backlash j4", "backlash j2"
 TYPICAL_OF_SPRINGS = 1e-6
 """rad/(N·m), to which they are known before."""
 
@@ -89,3 +94,38 @@ def test_units_change_no_evidence(units: dict[str, float | Sequence[float]]) -> 
     plain = gains()
     assert plain[0] > 10.0
     assert gains(**units) == pytest.approx(plain, abs=1e-6)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def with_two_plays() -> LoadStates:
+    return played(with_effects(PLAY, LESSER_PLAY), runs=3, noise=NOISE, seed=5)
+
+
+def without_values(*placed: PlacedEffect) -> CompliantRobot:
+    return with_effects(*(PlacedEffect(one.effect, one.place) for one in placed))
+
+
+def test_what_links_weigh_makes_the_same_whatever_effects_the_model_has(with_two_plays: LoadStates) -> None:
+    """About a model with a play more weight moved the play's edge: it explained the play, which lost a quarter."""
+    columns = []
+    for model in (without_values(), without_values(PLAY, LESSER_PLAY)):
+        fit = fit_observations(fit_problem(with_two_plays, model), model, Settings())
+        campaign = StatesOfCampaign.of(with_two_plays, model, fit, EFFECTS, Settings(), doubt=False)
+        columns.append(np.concatenate([own for _, own in campaign.weight.of_links]))
+    one, other = columns
+    # the spring next to the greater play is a tenth softer where that is missing
+    assert np.linalg.norm(one - other) < 0.1 * np.linalg.norm(one)
+
+
+@pytest.mark.practice
+def test_an_effect_is_as_probable_next_to_one_that_was_added_first(with_two_plays: LoadStates) -> None:
+    """p(B | A in the model) of a new diagnosis is p(A, B) / p(A) of the first; with both in the model too."""
+    known = {name: EFFECTS[name] for name in ("joint-compliance", "backlash")}
+    found = []
+    for model in (without_values(), without_values(PLAY), without_values(PLAY, LESSER_PLAY)):
+        judged = judge_states(with_two_plays, model, known)
+        sets = {frozenset(judged.members[i].name for i in key): p for key, p in judged.weighed.probabilities().items()}
+        first, both = (sum(p for names, p in sets.items() if wanted <= names) for wanted in ({A}, {A, B}))
+        found.append(both / first)
+    assert 0.5 < found[0] < 0.95
+    assert found == pytest.approx([found[0]] * 3, abs=0.02)
