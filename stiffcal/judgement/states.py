@@ -152,7 +152,8 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         springs = without_members(fit.robot, catalogue)
         candidates, _ = list_candidates(springs, states, catalogue)
         scale = RobotScale.of(fit.robot, Linearised.about(fit.robot, fit.data).loads)
-        geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(fit.robot, fit.data)
+        # about springs alone: next to a play more weight moves its edge, and would explain the play itself
+        geometry, weight = GeometryNuisance.of(states, fit), WeightOfLinks.of(springs, fit.data)
         given = GivenSettings.of(model, settings.fixed, fit.data)
         places = ReferencePlaces.of(states, fit)
         return cls(
