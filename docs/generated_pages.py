@@ -20,14 +20,16 @@ from docs.document_page import document_page
 from docs.effect_page import effect_list, effect_page
 from docs.effects_api_page import effects_api_page
 from docs.markdown import cell, code, table
-from docs.schema_words import SCHEMAS, read_schema, type_of
+from docs.schema_words import read_schema, type_of
 from stiffcal.campaign.found.file_formats import format_names, log_format
 from stiffcal.cli import endings
 from stiffcal.cli.command_tree import COMMANDS, command_named
 from stiffcal.cli.common_options import CommonOptions
 from stiffcal.fault_codes import FaultCode
+from stiffcal.kinds.declared_tables import declared_tables
 from stiffcal.model.catalogue.catalogue import built_in_effects
 from stiffcal.readers import Reader
+from stiffcal.store.declared_table import MEANING, UNIT
 
 TOML_FILES = {
     "campaign": "campaign.toml",
@@ -149,21 +151,21 @@ def column_page() -> str:
         "# Columns of the store's tables\n",
         "The tables are Parquet files in `DIR/store/current/`. A missing number is NaN.\n",
         "In names, `<joint>` is a joint of the robot and `<target>` a measured target.\n",
+        'Each file carries them too: `pyarrow.parquet.read_schema(FILE).field("Fx_N").metadata` has both.\n',
     ]
-    for file in sorted(SCHEMAS.glob("*.table.schema.json")):
-        schema = json.loads(file.read_text(encoding="utf-8"))
-        parts += [f"## {schema['title']}\n", cell(schema["description"]) + "\n"]
-        columns = {**schema.get("properties", {}), **schema.get("patternProperties", {})}
+    for declared in sorted(declared_tables(), key=lambda declared: declared.name):
+        parts += [f"## {declared.name}\n", cell(declared.meaning) + "\n"]
         rows = [
             (
-                code(entry.get("title", name)),
-                cell(entry.get("parquet", "")),
-                cell(entry.get("unit", "")),
-                cell(entry["description"]),
+                code(column.name),
+                str(column.type),
+                cell(column.metadata[UNIT].decode()),
+                cell(column.metadata[MEANING].decode()),
+                "yes" if column.nullable else "",
             )
-            for name, entry in columns.items()
+            for column in declared.schema
         ]
-        parts.append(table(("column", "Parquet type", "unit", "meaning"), rows))
+        parts.append(table(("column", "Parquet type", "unit", "meaning", "may be missing"), rows))
     return "\n".join(parts)
 
 

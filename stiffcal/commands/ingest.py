@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from stiffcal.documents import Origin
     from stiffcal.ingest.results import IngestResult
     from stiffcal.measurements.load_states import LoadStates
+    from stiffcal.store import Store
 
 
 def ingest_campaign(
@@ -43,15 +44,12 @@ def ingest_campaign(
     from stiffcal.ingest.parts import INGEST
     from stiffcal.ingest.results import IngestResult
     from stiffcal.stages.stored import stored_result
-    from stiffcal.store import Store
     from stiffcal.store.index import FOREIGN, DamagedStoreError
 
     folder = Path(folder)
     campaign = load_campaign(folder)
     remarks = unpartnered_remarks(campaign.manifest, campaign.found)
-    target = Store(
-        store if store is not None else folder / "store", display_name=str(store) if store is not None else "store"
-    )
+    target = _store_of(folder, store)
     fresh = freshness_of(campaign, target)
     try:
         stored = None if fresh.reason else stored_result(target, INGEST, IngestResult)
@@ -75,12 +73,9 @@ def is_stale(folder: str | Path, store: str | Path | None = None) -> str:
     """Return why the store does not hold what the campaign's files state now, "" where it does."""
     from stiffcal.campaign.loading import load_campaign
     from stiffcal.ingest.freshness import freshness_of, with_stored_runs
-    from stiffcal.store import Store
 
     folder = Path(folder)
-    target = Store(
-        store if store is not None else folder / "store", display_name=str(store) if store is not None else "store"
-    )
+    target = _store_of(folder, store)
     fresh = freshness_of(with_stored_runs(load_campaign(folder, check_files=False), target), target)
     return fresh.reason or (f"missing: {', '.join(fresh.missing)}" if fresh.missing else "")
 
@@ -100,7 +95,6 @@ def stored_states(
         The campaign is wrong, or the store is stale and may not be updated.
     """
     from stiffcal.stages.steps import stored_table
-    from stiffcal.store import Store
 
     folder = Path(folder)
     reason = is_stale(folder, store)
@@ -114,7 +108,11 @@ def stored_states(
                 "run ingest first",
             )
         ingest_campaign(folder, store, progress)
-    target = Store(
-        store if store is not None else folder / "store", display_name=str(store) if store is not None else "store"
-    )
+    target = _store_of(folder, store)
     return stored_table(target)[1]
+
+
+def _store_of(folder: Path, store: str | Path | None) -> Store:
+    from stiffcal.stages.steps import RunContext, open_store
+
+    return open_store(folder, RunContext(store=None if store is None else str(store)))

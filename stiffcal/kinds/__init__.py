@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from stiffcal.kinds.reduction import RunsReduction
     from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.kinds.row_search import RowProblem
-    from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.model.assembled.composite import CompliantRobot
     from stiffcal.model.effect import Effect
     from stiffcal.presentation.values import Overview, Page, Plot
     from stiffcal.simulation.kinds import RunSimulation
+    from stiffcal.store.declared_table import DeclaredTable
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,9 @@ class ExperimentKind:
         """Return the reduction of the logs of this kind's runs; None where they make load states like any other."""
         return None
 
-    def table_specimens(self) -> Mapping[str, TableSpecimen]:
-        """Return the tables of this kind that have a schema, by name; none where other programs may not rely on any."""
-        return {}
+    def declared_tables(self) -> tuple[DeclaredTable, ...]:
+        """Return what the tables of this kind hold; of one that is not declared its writer alone decides."""
+        return ()
 
     def simulation(self) -> RunSimulation[Any] | None:
         """Return the simulation of the runs of this kind; None where these are load cycles."""

@@ -17,9 +17,9 @@ from stiffcal.errors import Fault, InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.loaded import check_loaded
 from stiffcal.ingest.ingesting import ingest_now
+from stiffcal.kinds.declared_tables import campaign_store
 from stiffcal.live.log_files import Log, LogFiles, Stage
 from stiffcal.stages.steps import with_runs
-from stiffcal.store import Store
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -152,7 +152,7 @@ class LogWatcher:
         before = store.with_name(f"store{self._serial}")
         if before.exists() and not store.exists():
             _begin_from(before, store)
-        place = Store(store, display_name="the logs that have come")
+        place = campaign_store(store, display_name="the logs that have come")
         try:
             ingest_now(kept, place, "")
             self._models.take_runs(frozenset(run.id for run in kept.manifest.runs), str(store))

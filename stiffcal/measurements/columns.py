@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 Values = NDArray[Any] | Sequence[str]
 Columns = Mapping[str, Values]
 
+TABLE_DOCUMENT = b"stiffcal"
+"""Key of the JSON document that stands with a stored table: what its columns alone do not hold."""
+
 
 def column_of(values: Values) -> pa.Array:
     """Return an Arrow array: float64, int64 or bool without copying where possible, anything else as strings.

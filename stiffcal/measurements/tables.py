@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.documents import Document
-from stiffcal.measurements.columns import Values, table_of, values_of
+from stiffcal.measurements.columns import TABLE_DOCUMENT, Values, table_of, values_of
 from stiffcal.measurements.load_states import (
     Attachment,
     Gauge,
@@ -34,7 +34,6 @@ from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quatern
 
 SCHEMA = "stiffcal/states/2"
 _WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
-_KEY = b"stiffcal"
 
 
 def states_table(states: LoadStates, joint_names: tuple[str, ...] = (), prismatic: Collection[str] = ()) -> pa.Table:
@@ -96,7 +95,7 @@ def states_table(states: LoadStates, joint_names: tuple[str, ...] = (), prismati
     columns["set_aside_code"] = [str(code) for code in states.set_aside_code]
     table = table_of(columns)
     document = {"schema": SCHEMA, "joints": list(names)} | _setup_document(states)
-    return table.replace_schema_metadata({_KEY: json.dumps(document)})
+    return table.replace_schema_metadata({TABLE_DOCUMENT: json.dumps(document)})
 
 
 def states_from_table(table: pa.Table) -> LoadStates:
@@ -107,7 +106,7 @@ def states_from_table(table: pa.Table) -> LoadStates:
     ValueError
         The table carries no setup, or one of another version.
     """
-    document = json.loads((table.schema.metadata or {}).get(_KEY, b"{}"))
+    document = json.loads((table.schema.metadata or {}).get(TABLE_DOCUMENT, b"{}"))
     if document.get("schema") != SCHEMA:
         raise ValueError(f"this table is not {SCHEMA}; ingest again")
     runs = tuple(

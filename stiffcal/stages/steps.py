@@ -148,9 +148,9 @@ class Ingested:
 
 def open_store(folder: Path, context: RunContext) -> Store:
     """Return the campaign's store; it need not exist yet."""
-    from stiffcal.store import Store
+    from stiffcal.kinds.declared_tables import campaign_store
 
-    return Store(context.store or Path(folder) / "store", display_name=context.store or "store")
+    return campaign_store(context.store or Path(folder) / "store", display_name=context.store or "store")
 
 
 def stored_document(store: Store, name: str) -> Document | None:
@@ -333,12 +333,16 @@ def key_of(*parts: Any) -> str:
 
 
 def key_of_table(table: pa.Table) -> str:
-    """Return a hash of a table's values and of the metadata written with them."""
+    """Return a hash of a table's values and of the document written with them, not of what describes its columns."""
     import pyarrow as pa
 
+    from stiffcal.measurements.columns import TABLE_DOCUMENT
+
     sink = pa.BufferOutputStream()
+    document = {key: text for key, text in (table.schema.metadata or {}).items() if key == TABLE_DOCUMENT}
+    schema = pa.schema([(field.name, field.type) for field in table.schema], document or None)
     # One batch: how the rows were cut into pieces is no property of them.
-    combined = table.combine_chunks()
+    combined = pa.Table.from_arrays(table.columns, schema=schema).combine_chunks()
     with pa.ipc.new_stream(sink, combined.schema) as writer:
         writer.write_table(combined)
     return hashlib.sha256(sink.getvalue()).hexdigest()

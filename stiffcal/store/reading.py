@@ -62,7 +62,9 @@ class Store(StorePlace):
             with pinned(self.folder, folder, self.display_name) as still_there:
                 if still_there:
                     index = read_index(self.folder, place_of(self.folder, folder), self.display_name)
-                    snapshot = Snapshot(self.folder, folder, index, self.display_name, self.address, self.remote)
+                    snapshot = Snapshot(
+                        self.folder, folder, index, self.display_name, self.address, self.remote, self.declared
+                    )
                     if snapshot.origin != OWN and snapshot.tables:
                         from stiffcal.bounded_work.client import CHILDREN
 

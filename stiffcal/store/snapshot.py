@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import pyarrow.parquet as parquet
 
+    from stiffcal.store.declared_table import Declared
     from stiffcal.store.remote import Remote
 
 BATCH_ROWS = 1 << 16
@@ -59,6 +60,8 @@ class Snapshot:
     """The store's place, as the user allows places: a path, or an address in an object store."""
     remote: Remote | None = None
     """The object store from which files are fetched when they are first read, or None."""
+    declared: Declared | None = None
+    """Finds what a table of its name is to hold; None: tables are read as they are."""
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -90,14 +93,20 @@ class Snapshot:
         Raises
         ------
         InputError
-            If there is no such table, or its file is damaged.
+            If there is no such table, its file is damaged, or it holds something else than is declared.
         """
         import pyarrow as pa
 
         if self.origin_of(name) != OWN:
-            return pa.Table.from_batches(list(self._read_elsewhere(name, columns, BATCH_ROWS)))
-        with self._opened(name) as file:
-            return file.read(columns=None if columns is None else list(columns), use_threads=False)
+            table = pa.Table.from_batches(list(self._read_elsewhere(name, columns, BATCH_ROWS)))
+        else:
+            with self._opened(name) as file:
+                table = file.read(columns=None if columns is None else list(columns), use_threads=False)
+        declared = None if self.declared is None else self.declared(name)
+        difference = "" if declared is None else declared.difference(table.schema, columns)
+        if difference:
+            raise damaged(self.display_name, name, difference)
+        return table
 
     def read_batches(
         self, name: str, columns: Sequence[str] | None = None, rows: int = BATCH_ROWS

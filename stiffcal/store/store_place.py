@@ -12,6 +12,7 @@ from stiffcal.errors import InputError, one_line
 from stiffcal.fault_codes import FaultCode
 
 if TYPE_CHECKING:
+    from stiffcal.store.declared_table import Declared
     from stiffcal.store.remote import Remote
 
 Documents: TypeAlias = Mapping[str, Mapping[str, Any]]
@@ -26,10 +27,12 @@ class StorePlace:
     location : its folder (or a ``file:`` address), or its place in an object store, ``s3://bucket/prefix``; it need
         not exist.
     display_name : its name in messages; default: the location.
+    declared : finds what a table of its name is to hold; None: every table is written and read as it is.
     """
 
-    def __init__(self, location: str | Path, display_name: str = "") -> None:
+    def __init__(self, location: str | Path, display_name: str = "", declared: Declared | None = None) -> None:
         self.display_name = display_name or str(location)
+        self.declared = declared
         _check_address(location, self.display_name)
         self.remote = _remote_of(location, self.display_name)
         self.folder = self.remote.mirror if self.remote is not None else _folder_of(location, self.display_name)

@@ -149,6 +149,7 @@ class TrialStore(Store):
 
     def __init__(self, store: Store, results: TrialResults) -> None:
         self.display_name, self.remote, self.folder = store.display_name, store.remote, store.folder
+        self.declared = store.declared
         self.results = results
 
     @contextmanager

@@ -65,31 +65,37 @@ class Writing:
         self._command = command
         self._streams: dict[str, TableStream] = {}
         self._index: dict[str, dict[str, Entry]] = {kind: {} for kind in ENDINGS}
+        self._declared = store.declared
         self._old = old
         self._id = new_id()
         self.folder = store.folder / GENERATIONS / self._id
         self.folder.mkdir(parents=True)
 
     def write_table(self, name: str, table: pa.Table | Columns) -> None:
-        """Write a table, or columns that are to become one."""
+        """Write a table, or columns that are to become one, as it is declared."""
         import pyarrow as pa
 
         if not isinstance(table, pa.Table):
             from stiffcal.measurements.columns import table_of
 
             table = table_of(table)
+        declared = None if self._declared is None else self._declared(name)
+        if declared is not None:
+            table = declared.cast(table)
         stream = self.stream(name, table.schema)
         for batch in table.to_batches(max_chunksize=ROW_GROUP):
             stream.append(batch)
         stream.close()
 
     def stream(self, name: str, schema: pa.Schema | Sequence[str]) -> TableStream:
-        """Begin a table that is written in pieces; `schema` may be the names of float64 columns."""
+        """Begin a table that is written in pieces; `schema` may be its columns' names, float64 where not declared."""
         import pyarrow as pa
 
         self._check_new("tables", name)
         if not isinstance(schema, pa.Schema):
-            schema = pa.schema([(column, pa.float64()) for column in schema])
+            declared = None if self._declared is None else self._declared(name)
+            floats = [(column, pa.float64()) for column in schema]
+            schema = pa.schema(floats) if declared is None else declared.schema_of(schema)
         path = self.folder / file_of(name, ENDINGS["tables"])
         self._streams[name] = stream = TableStream(path, schema, self._display_name)
         self._index["tables"][name] = replace(stream.entry, origin=self.origin)

@@ -79,4 +79,4 @@ def test_a_table_of_another_shape_in_a_trusted_place_is_one_line(
     with pytest.raises(SystemExit) as ended:
         main(["identify", str(delivered)])
     assert ended.value.code == 2
-    assert "not in the form that stiffcal writes" in capsys.readouterr().err
+    assert "store: states: damaged (column reference holds double, not bool)" in capsys.readouterr().err

@@ -83,15 +83,15 @@ def check_loaded(
     from stiffcal.ingest.reading.reducing import collect_raw_states, placed_states
     from stiffcal.ingest.reading.run_readings import earlier_readings
     from stiffcal.judgement.suspects import suspects_in
+    from stiffcal.kinds.declared_tables import campaign_store
     from stiffcal.mistakes.known_weights import weight_warnings
     from stiffcal.reduction.set_aside.outliers import reject_outliers
-    from stiffcal.store import Store
 
     any_table = any(source.is_states for source in campaign.manifest.sources.values())
     faults: list[Fault] = []
     quality = DataQuality(campaign)
     non_load = NonLoadRuns(campaign)
-    place = store or Store(campaign.folder / "store", display_name="store")
+    place = store or campaign_store(campaign.folder / "store", display_name="store")
     with nullcontext() if quick else earlier_readings(campaign, place, run) as readings:
         options = ReadingOptions(readings=readings, collected=faults, only=run, quick=quick)
         gathered, reduced = collect_raw_states(campaign, progress, options, quality, non_load)
@@ -208,10 +208,10 @@ def _new_runs(campaign: Campaign) -> list[str]:
     if campaign.found is None:
         return []
     from stiffcal.ingest.freshness import new_runs
-    from stiffcal.store import Store
+    from stiffcal.kinds.declared_tables import campaign_store
     from stiffcal.wording import count, listing
 
-    names = new_runs(campaign, Store(campaign.folder / "store", display_name="store"))
+    names = new_runs(campaign, campaign_store(campaign.folder / "store", display_name="store"))
     return [f"{count(len(names), 'run')} new since the last ingest: {listing(names)}"] if names else []
 
 

@@ -19,6 +19,7 @@ _SI = {
     "temperature": "K",
     "hold": "s",
 }
+_SIGMA = {"position": ("", "m"), "rotation": ("r", "rad")}
 
 
 def recording_name(run: str, source: str) -> str:
@@ -52,6 +53,11 @@ def _column_names(source: Source, signal: str, width: int) -> list[str]:
     kind, _, component = signal.partition(".")
     if signal == "wrench":
         return ["Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm"]
+    if kind == "sigma":  # of a pose, by quantity and body; one for all axes, or one for each
+        quantity, _, body = component.partition(".")
+        prefix, unit = _SIGMA[quantity]
+        components = [f"_{prefix}{axis}" for axis in "xyz"] if width > 1 else [f"_{prefix}" if prefix else ""]
+        return [f"{body}{of_axis}_sigma_{unit}" for of_axis in components]
     if kind in ("position", "marker"):
         return [f"{component}_{axis}_m" for axis in "xyz"]
     if kind == "quaternion":

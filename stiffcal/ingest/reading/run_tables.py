@@ -9,13 +9,12 @@ import numpy as np
 import pyarrow as pa
 
 from stiffcal.arrays import Floats
-from stiffcal.measurements.columns import Values, table_of, values_of
+from stiffcal.measurements.columns import TABLE_DOCUMENT, Values, table_of, values_of
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.reduction.logs.blocks import Blocks
 from stiffcal.reduction.states.raw_states import RawStates, stacked
 
 Widths = tuple[tuple[str, int], ...]
-_KEY = b"stiffcal"
 
 
 def raw_states_table(runs: Sequence[RawStates]) -> pa.Table:
@@ -32,14 +31,14 @@ def raw_states_table(runs: Sequence[RawStates]) -> pa.Table:
     for kind, signals in (("mean", states.signals), ("scatter", states.scatter)):
         columns |= _columns(kind, signals)
     layout = {kind: _widths(signals) for kind, signals in (("mean", states.signals), ("scatter", states.scatter))}
-    return table_of(columns).replace_schema_metadata({_KEY: json.dumps(layout)})
+    return table_of(columns).replace_schema_metadata({TABLE_DOCUMENT: json.dumps(layout)})
 
 
 class RawStatesOfRuns:
     """The raw states of many runs, from a table that `raw_states_table` made."""
 
     def __init__(self, table: pa.Table) -> None:
-        layout = json.loads(table.schema.metadata[_KEY])
+        layout = json.loads(table.schema.metadata[TABLE_DOCUMENT])
         self._columns = {name: values_of(table.column(name)) for name in ("number", "time_s", "hold_s", "n_readings")}
         self._signals = {kind: _signals(table, kind, layout[kind]) for kind in ("mean", "scatter")}
         codes, texts = (table.column(name).to_pylist() for name in ("set_aside_code", "set_aside"))
@@ -84,12 +83,12 @@ def blocks_table(blocks: Blocks) -> pa.Table:
     }
     columns |= _columns("mean", blocks.mean) | _columns("variance", blocks.variance)
     layout = {"signals": _widths(blocks.mean), "dropped": blocks.dropped, "excluded": blocks.excluded.tolist()}
-    return table_of(columns).replace_schema_metadata({_KEY: json.dumps(layout)})
+    return table_of(columns).replace_schema_metadata({TABLE_DOCUMENT: json.dumps(layout)})
 
 
 def blocks_from_table(table: pa.Table) -> Blocks:
     """Return the block averages of a table that `blocks_table` made."""
-    layout = json.loads(table.schema.metadata[_KEY])
+    layout = json.loads(table.schema.metadata[TABLE_DOCUMENT])
     return Blocks(
         values_of(table.column("time_s")),
         values_of(table.column("start_s")),

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from stiffcal.model.assembled.composite import CompliantRobot
     from stiffcal.presentation.values import Overview, Page, Plot, Table
     from stiffcal.simulation.kinds import RunSimulation
+    from stiffcal.store.declared_table import DeclaredTable
 
 
 class ClampedKind(ExperimentKind):
@@ -30,6 +31,12 @@ class ClampedKind(ExperimentKind):
         from stiffcal.kinds.clamped.reduction import ClampedReduction
 
         return ClampedReduction(campaign)
+
+    def declared_tables(self) -> tuple[DeclaredTable, ...]:
+        """Return the readings and the averaged branches."""
+        from stiffcal.kinds.clamped.tables import TABLES
+
+        return TABLES
 
     def simulation(self) -> RunSimulation[Clamping]:
         """Simulate the runs of this kind."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,10 +16,10 @@ if TYPE_CHECKING:
     from stiffcal.kinds.reduction import RunsReduction
     from stiffcal.kinds.results import ExperimentFit, ExperimentValidation, IdentifiedModel
     from stiffcal.kinds.row_search import RowProblem
-    from stiffcal.measurements.table_specimens import TableSpecimen
     from stiffcal.model.effect import Effect
     from stiffcal.presentation.values import Overview, Page, Plot
     from stiffcal.simulation.kinds import RunSimulation
+    from stiffcal.store.declared_table import DeclaredTable
 
 
 class FrictionKind(ExperimentKind):
@@ -32,11 +31,11 @@ class FrictionKind(ExperimentKind):
 
         return FrictionRunsReduction(campaign)
 
-    def table_specimens(self) -> Mapping[str, TableSpecimen]:
+    def declared_tables(self) -> tuple[DeclaredTable, ...]:
         """Return the passes, the free motion and the fitted rows."""
-        from stiffcal.kinds.friction.answers.table_columns import friction_specimens
+        from stiffcal.kinds.friction.tables import TABLES
 
-        return friction_specimens()
+        return TABLES
 
     def simulation(self) -> RunSimulation[FrictionMotion]:
         """Simulate the runs of this kind."""

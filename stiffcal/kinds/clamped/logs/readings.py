@@ -10,11 +10,11 @@ import numpy as np
 import pyarrow as pa
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.measurements.columns import TABLE_DOCUMENT
 from stiffcal.measurements.load_states import RunInfo
 
 SCHEMA = "stiffcal/clamped-readings/1"
 _WRENCH = ("Fx_N", "Fy_N", "Fz_N", "Mx_Nm", "My_Nm", "Mz_Nm")
-_KEY = b"stiffcal"
 
 
 CLAMPED = "clamped"
@@ -88,7 +88,7 @@ def readings_table(
             for run, apart in zip(readings.runs, readings.two_clocks, strict=True)
         ],
     }  # fmt: skip
-    return pa.table(columns).replace_schema_metadata({_KEY: json.dumps(document)})
+    return pa.table(columns).replace_schema_metadata({TABLE_DOCUMENT: json.dumps(document)})
 
 
 def readings_from_table(table: pa.Table) -> ClampedReadings:
@@ -99,7 +99,7 @@ def readings_from_table(table: pa.Table) -> ClampedReadings:
     ValueError
         The table is of another kind or version.
     """
-    document = json.loads((table.schema.metadata or {}).get(_KEY, b"{}"))
+    document = json.loads((table.schema.metadata or {}).get(TABLE_DOCUMENT, b"{}"))
     if document.get("schema") != SCHEMA:
         raise ValueError(f"this table is not {SCHEMA}; ingest again")
     runs = tuple(

@@ -13,12 +13,12 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from stiffcal.arrays import Booleans, Floats, Integers
+from stiffcal.measurements.columns import TABLE_DOCUMENT
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.measurements.set_aside import SetAsideCode
 
 STEADY = "stiffcal/friction/1"
 MOTION = "stiffcal/free-motion/1"
-_KEY = b"stiffcal"
 
 
 @dataclass(frozen=True)
@@ -221,12 +221,12 @@ def with_runs(
             for run in runs
         ],
     }
-    return table.replace_schema_metadata({_KEY: json.dumps(document)})
+    return table.replace_schema_metadata({TABLE_DOCUMENT: json.dumps(document)})
 
 
 def runs_of(table: pa.Table, schema: str) -> tuple[tuple[RunInfo, ...], list[str]]:
     """Return the runs and joints of a table; ValueError where it is of another schema."""
-    document = json.loads((table.schema.metadata or {}).get(_KEY, b"{}"))
+    document = json.loads((table.schema.metadata or {}).get(TABLE_DOCUMENT, b"{}"))
     if document.get("schema") != schema:
         raise ValueError(f"this table is not {schema}; ingest again")
     runs = [RunInfo(run["name"], run["experiment"], run["holdout"], tuple(run["tags"])) for run in document["runs"]]

@@ -16,6 +16,7 @@ import pyarrow as pa
 from stiffcal.arrays import Booleans, Floats, Integers
 from stiffcal.kinds.friction.logs.readings import SteadyReadings, column_of, runs_of, with_runs
 from stiffcal.kinds.friction.logs.steady import JointPass
+from stiffcal.measurements.columns import TABLE_DOCUMENT
 from stiffcal.measurements.load_states import RunInfo
 from stiffcal.mechanics.chain import Chain
 from stiffcal.mechanics.like_poses import SAME_POSE_RAD
@@ -206,7 +207,7 @@ def samples_from_table(table: pa.Table) -> PassSamples:
     """Return the samples of a table that `samples_table` made; ValueError where it is of another kind."""
     runs, joints = runs_of(table, SAMPLES)
     number = {run.name: k for k, run in enumerate(runs)}
-    document = json.loads((table.schema.metadata or {})[b"stiffcal"])
+    document = json.loads((table.schema.metadata or {})[TABLE_DOCUMENT])
     travel, first = document["logged_travel"], document["first_K"]
     numbers: dict[str, Any] = {name: column_of(table, name).astype(np.int64) for name in _NUMBERS}
     values: dict[str, Any] = {field: column_of(table, name) for field, name in _UNITS.items()}
