@@ -64,6 +64,8 @@ def page(result: DiagnoseResult, options: ShowOptions) -> Page:
         made.say(f"including them the result would be: missing: {effect_names}{unexplained}", "with-suspects")
     for effect in result.missing:
         add_missing(made, result, effect, options.details)
+    if not all(effect.firm for effect in result.missing):
+        made.say("improve adds what is not certain when asked, or with --likely", "not-certain")
     picture = followed_picture(result, options) or law_picture(result)
     if picture is not None:
         made.draw(picture)
@@ -174,7 +176,7 @@ def add_missing(made: PageBuilder, result: DiagnoseResult, effect: ProposedEffec
 
 def _sure_words(effect: ProposedEffect) -> str:
     """Return how sure the diagnosis is of an effect."""
-    certain = "certain" if effect.firm else "not certain: improve adds it when asked, or with --likely"
+    certain = "certain" if effect.firm else "not certain"
     group, own = (probability_in_words(p or 0.0) for p in (effect.probability, effect.probability_of(effect)))
     if not effect.alternatives:
         return f": {group}, {certain}"
@@ -211,22 +213,22 @@ def _add_excluded(made: PageBuilder, result: DiagnoseResult, options: ShowOption
     if known:
         measure = "torque, rms" if any(one.size_Nm for one in known) else "rms at the tool"
         shown = known if options.details else known[:MOST_PLACES]
-        listed = ", ".join(f"{one.of} {_size_words(one.size_m, one.size_Nm)} ({one.effect})" for one in shown)
+        listed = "; ".join(f"{one.of}: {_size_words(one.size_m, one.size_Nm)} ({one.effect})" for one in shown)
         listed += (
             f"; less at {len(known) - len(shown)} further places (diagnose --details)"
             if len(shown) < len(known)
             else ""
         )
-        text = f"would have been found in nine campaigns of ten, {measure}: {listed}"
+        text = f"an effect this large would have been found in nine campaigns of ten ({measure}): {listed}"
         made.say(text, "excluded", starts_paragraph=True)
     if hidden:
         more = "; load along other axes, in other poses" if result.rms.torque is None else ""
-        made.say(f"shows nowhere in this campaign: {', '.join(hidden)}{more}", "excluded")
+        made.say(f"an effect would not show in these data, however large: {', '.join(hidden)}{more}", "excluded")
     forces = sorted(((one.deciding_force_N, one.of) for one in sizes if one.deciding_force_N is not None), reverse=True)
     if forces:
-        needed = ", ".join(f"{of} {significant(force)} N" for force, of in forces)
+        needed = ", ".join(f"{significant(force)} N ({of})" for force, of in forces)
         line = options.line("plan", "--force", f"{math.ceil(forces[0][0])}")
-        text = f"to find there what is as large as the noise, load with up to: {needed}; to plan it: {line}"
+        text = f"to find an effect as large as the noise, load with up to {needed}; to plan it: {line}"
         made.say(text, "deciding-load")
 
 
