@@ -23,6 +23,8 @@ HEADER = (
     ("joint", ""), ("offset to enter", "°"), ("θ", "°"), ("d", "mm"), ("a", "mm"), ("α", "°"), ("β", "°")
 )  # fmt: skip
 """Titles and units of `table_rows`."""
+SECONDARY = ("offset to enter", "β")
+"""Titles of columns that a narrow terminal leaves out."""
 CONVENTIONS = {"dh": "Denavit-Hartenberg", "modified-dh": "modified Denavit-Hartenberg (Craig)"}
 """In words."""
 MOST_CAUSES = 4
@@ -59,8 +61,8 @@ def _offset(zero: StatedZero, link: StatedLink) -> str:
 def convention_in_words(found: GeometryFound) -> str:
     """Return how the rows are to be read."""
     return (
-        f"geometry as rows of {CONVENTIONS[found.convention]}, ± 95 %, with β where axes are nearly parallel; a "
-        "value without ± is a convention, to be used with the other values"
+        f"geometry as rows of {CONVENTIONS[found.convention]}, ± 95 %; a value without ± is a convention, valid with "
+        "the others"
     )
 
 
@@ -107,8 +109,9 @@ def _choices(found: GeometryFound) -> Iterator[str]:
             by_cause.setdefault(listing(causes), []).append(name)
         elif causes:
             together.append(name)
-    for cause, names in by_cause.items():
-        yield f"these poses do not separate {listing(names)} from {cause}"
+    if by_cause:
+        pairs = "; ".join(f"{listing(names)} from {cause}" for cause, names in by_cause.items())
+        yield f"these poses do not separate {pairs}"
     if together:
         yield f"these poses do not separate {listing(together)} from each other: measure more poses"
 

@@ -126,7 +126,7 @@ def add_parameters(
     units = Units((estimate.quantity, [estimate.value]) for estimate in estimates.values() if estimate.quantity)
     # The column on geometry only where a share is known.
     shared = any(parameter.from_geometry is not None for parameter in parameters)
-    from_geometry = (number("share of geometry"),) if shared else ()
+    from_geometry = (number("share of geometry", is_secondary=True),) if shared else ()
     for of_compliances, titles in (
         (True, ("effect", "place", number("stiffness, ± 95 %"))),
         (False, ("parameter", "place", number("value, ± 95 %"))),

@@ -167,7 +167,8 @@ def add_missing(made: PageBuilder, result: DiagnoseResult, effect: ProposedEffec
     explanation = None if finding is None else finding.evidence
     if explanation is not None:
         texts += [explanation.seen, *[explanation.means] * details]
-    texts += _refitted(result, effect)
+    if details or len(result.missing) == 1:
+        texts += _refitted(result, effect)
     if explanation is not None and details:
         alike = "" if effect.alternatives else explanation.alike  # those are named above, each with how alike it is
         texts += [text for text in (alike, explanation.check) if text]

@@ -184,8 +184,8 @@ def _conditioning(result: IdentifyResult) -> str:
         texts.append(f"condition number {significant(condition)}")
     elif result.not_identifiable:
         names = {name for group in result.not_identifiable for name in group.parameters} - _conventions(result)
-        why = "some parameters cannot be identified (below)" if names else "the geometry contains conventions"
-        texts.append(f"condition number infinite: {why}")
+        why = "see below" if names else "the geometry contains conventions"
+        texts.append(f"condition number infinite ({why})")
     return ", ".join(texts)
 
 
@@ -205,13 +205,14 @@ def _add_agreement(made: PageBuilder, agreement: Agreement, details: bool) -> No
 def _add_geometry(made: PageBuilder, geometry: GeometryTaken | GeometryFound, *, in_uncertainty: bool) -> None:
     """Add the geometry that was found, or how well it was taken to be known."""
     from stiffcal.identification.answers.fit_results import GeometryTaken
-    from stiffcal.results.geometry_words import HEADER, convention_in_words, sentences, table_rows
+    from stiffcal.results.geometry_words import HEADER, SECONDARY, convention_in_words, sentences, table_rows
 
     if isinstance(geometry, GeometryTaken):
         if in_uncertainty:
             made.say(geometry_in_words(geometry), "geometry")
         return
-    made.table([number(f"{title}, {unit}") if unit else title for title, unit in HEADER], table_rows(geometry))
+    columns = [number(f"{title}, {unit}", title in SECONDARY) if unit else title for title, unit in HEADER]
+    made.table(columns, table_rows(geometry))
     made.say(convention_in_words(geometry), "convention")
     for sentence in sentences(geometry):
         made.say(sentence, "geometry")
