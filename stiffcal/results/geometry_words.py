@@ -23,8 +23,6 @@ HEADER = (
     ("joint", ""), ("offset to enter", "°"), ("θ", "°"), ("d", "mm"), ("a", "mm"), ("α", "°"), ("β", "°")
 )  # fmt: skip
 """Titles and units of `table_rows`."""
-SECONDARY = ("offset to enter", "β")
-"""Titles of columns that a narrow terminal leaves out."""
 CONVENTIONS = {"dh": "Denavit-Hartenberg", "modified-dh": "modified Denavit-Hartenberg (Craig)"}
 """In words."""
 MOST_CAUSES = 4

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 MOST_ROWS, MOST_PLACES = 8, 4
 """Rows of the ranking and places of what could not be excluded: without details."""
+MOST_DESCRIBED = 2
+"""Missing effects that are described one by one without details."""
 BAR = 10
 """Characters of a bar of probability."""
 EXPLAINS = (
@@ -62,8 +64,12 @@ def page(result: DiagnoseResult, options: ShowOptions) -> Page:
         effect_names = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
         unexplained = "; part of the error is unexplained" if result.with_suspects.unexplained else ""
         made.say(f"including them the result would be: missing: {effect_names}{unexplained}", "with-suspects")
-    for effect in result.missing:
-        add_missing(made, result, effect, options.details)
+    if options.details or len(result.missing) <= MOST_DESCRIBED:
+        for effect in result.missing:
+            add_missing(made, result, effect, options.details)
+    else:
+        made.head("missing:")
+        made.list((f"{effect_words(one)}{_sure_words(one)}{_alike(one)}" for one in result.missing), "missing")
     if not all(effect.firm for effect in result.missing):
         made.say("improve adds what is not certain when asked, or with --likely", "not-certain")
     picture = followed_picture(result, options) or law_picture(result)
@@ -146,7 +152,10 @@ def _add_with_all_missing(made: PageBuilder, result: DiagnoseResult) -> None:
     """Add the error with several missing effects together: each row of the ranking adds only one."""
     if len(result.missing) < 2 or result.heldout_rms_with_missing is None:
         return
-    names = listing(effect_words(effect) if dict(effect.where.items()) else effect.effect for effect in result.missing)
+    names = "all that is missing"
+    if len(result.missing) <= MOST_DESCRIBED:
+        placed = (effect_words(effect) if dict(effect.where.items()) else effect.effect for effect in result.missing)
+        names = listing(placed)
     noise = deviation(result.noise) if result.noise else "not known"
     left = f"{deviation(result.heldout_rms_with_missing)} in {held_out_by_diagnosis(result.heldout_rms_with_missing)}"
     validated = result.as_validated
@@ -198,10 +207,14 @@ def _refitted(result: DiagnoseResult, effect: ProposedEffect) -> list[str]:
 def add_in_model(made: PageBuilder, result: DiagnoseResult) -> None:
     """Add how sure it is that the effects of the model are there, and what looks the same."""
     for effect in result.in_model or ():
-        alike = ", ".join(look_alike_words(effect, other) for other in effect.alternatives)
-        words = f"; cannot be distinguished from: {alike}" if alike else ""
         p = probability_in_words(effect.probability or 0.0)
-        made.say(f"in the model: {effect_words(effect)}: {p}{words}", "in-model")
+        made.say(f"in the model: {effect_words(effect)}: {p}{_alike(effect)}", "in-model")
+
+
+def _alike(effect: ProposedEffect) -> str:
+    """Return what an effect cannot be distinguished from, as the end of a sentence."""
+    names = ", ".join(look_alike_words(effect, other) for other in effect.alternatives)
+    return f"; cannot be distinguished from: {names}" if names else ""
 
 
 def _add_excluded(made: PageBuilder, result: DiagnoseResult, options: ShowOptions) -> None:

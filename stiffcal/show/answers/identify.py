@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 MOST_VALUES, VALUES_IN_PART = 10, 5
 """Values that are listed next to stiffness without details: of `identify`, and of an answer that holds its fit."""
+MOST_GROUPS = 2
+"""Groups of parameters whose reason is stated without details."""
 
 
 def page(result: IdentifyResult, options: ShowOptions) -> Page:
@@ -111,10 +113,18 @@ def add_fitted(
         )
     made.add(parts.suspects(result.suspects, result.suspects_not_checked if details else None))
     elsewhere |= set() if details else _conventions(result)  # the lines below the rows name them
-    for sentence in unidentified_in_words(
-        group for group in result.not_identifiable if not (elsewhere and set(group.parameters) <= elsewhere)
-    ):
-        made.say(f"cannot be identified: {sentence}", "not-identifiable")
+    sentences = list(
+        unidentified_in_words(
+            group for group in result.not_identifiable if not (elsewhere and set(group.parameters) <= elsewhere)
+        )
+    )
+    if details or len(sentences) <= MOST_GROUPS:
+        for sentence in sentences:
+            made.say(f"cannot be identified: {sentence}", "not-identifiable")
+    else:
+        made.say(
+            f"cannot be identified: {len(sentences)} groups of parameters (identify --details)", "not-identifiable"
+        )
     if result.expected_error:
         made.say(result.expected_error, "expected-error")
     if result.coupling is not None:
@@ -205,14 +215,13 @@ def _add_agreement(made: PageBuilder, agreement: Agreement, details: bool) -> No
 def _add_geometry(made: PageBuilder, geometry: GeometryTaken | GeometryFound, *, in_uncertainty: bool) -> None:
     """Add the geometry that was found, or how well it was taken to be known."""
     from stiffcal.identification.answers.fit_results import GeometryTaken
-    from stiffcal.results.geometry_words import HEADER, SECONDARY, convention_in_words, sentences, table_rows
+    from stiffcal.results.geometry_words import HEADER, convention_in_words, sentences, table_rows
 
     if isinstance(geometry, GeometryTaken):
         if in_uncertainty:
             made.say(geometry_in_words(geometry), "geometry")
         return
-    columns = [number(f"{title}, {unit}", title in SECONDARY) if unit else title for title, unit in HEADER]
-    made.table(columns, table_rows(geometry))
+    made.table([number(f"{title}, {unit}") if unit else title for title, unit in HEADER], table_rows(geometry))
     made.say(convention_in_words(geometry), "convention")
     for sentence in sentences(geometry):
         made.say(sentence, "geometry")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiffcal.show.options import ShowOptions
 
 
-MOST_RUNS, MOST_VALUES = 8, 8
+MOST_RUNS, MOST_VALUES = 7, 7
 """Runs and parameters that are listed without details."""
 
 
